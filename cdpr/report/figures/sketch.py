@@ -14,6 +14,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.report.figures.legend import LETTER, LINE, legend_width, write_legend
 from cdpr.report.figures.panels import TOP, WIDTH
+from cdpr.report.figures.solid_region import Surface, draw_surface
 from cdpr.report.figures.surface import Frame
 from cdpr.report.figures.svg import OnPage
 from cdpr.report.marks import AXES, DESIRED, INK, PALE, SOFT, cable_looks, shorten
@@ -41,8 +42,11 @@ def write_svg(scene: Pictures, file: pathlib.Path, label: str) -> None:
 
 
 @np.errstate(all="ignore")  # a run that diverged ends in inf and NaN
-def draw(scene: Pictures) -> OnPage:
-    """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way."""
+def draw(scene: Pictures, region: Surface | None = None) -> OnPage:
+    """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way.
+
+    A `region` is drawn behind them.
+    """
     subject = scene.subject
     A = subject.anchors[:, :3]
     wanted = scene.way if scene.desired_way is None else scene.desired_way
@@ -62,7 +66,7 @@ def draw(scene: Pictures) -> OnPage:
 
     ends = scene.position[rows[:1] + rows[-1:]]
     far = radius_around(subject.shape, subject.anchors[:, 3:])
-    corners = np.concatenate([box, world_origin(fixed)])
+    corners = np.concatenate([box, world_origin(fixed), *([] if region is None else [region[0]])])
     hull = np.concatenate([corners @ view[:2].T, *(ends @ view[:2].T + s * far for s in (-1.0, 1.0))])
     labels = _anchor_labels(A @ view[:2].T, names, 0.04 * size)
     right, sides = legend_width(subject.cables), 0.25 + LETTER * max(len(text) for _, text in labels)
@@ -76,6 +80,8 @@ def draw(scene: Pictures) -> OnPage:
         _segments(frame, view, [(edge[:3], edge[3:]) for edge in subject.frame], **FRAME | colour)
     else:
         _segments(frame, view, [(box[i], box[j]) for i, j in EDGES], **BOX)
+    if region is not None:
+        draw_surface(frame, view, region)
     entries = [_world_axes(frame, view, size)]
     if rows:
         entries += _motion(frame, scene, view, rows)

@@ -9,6 +9,7 @@ import numpy as np
 from cdpr.log.run import Run
 from cdpr.report.figures import sketch
 from cdpr.report.figures.panels import stack
+from cdpr.report.figures.solid_region import Surface
 from cdpr.report.figures.svg import OnPage
 from cdpr.report.plots.histories import histories
 from cdpr.report.plots.overlay import Shade
@@ -25,9 +26,9 @@ def still(run: Run, panels: Sequence[Panel] | None, title: str) -> str:
     return stack(run, panels, OnPage).markup(title)
 
 
-def still_scene(shown: Pictures, title: str) -> str:
-    """Return a robot in space as SVG."""
-    return sketch.draw(shown).markup(title)
+def still_scene(shown: Pictures, title: str, region: Surface | None = None) -> str:
+    """Return a robot in space as SVG, in front of the surface of a region."""
+    return sketch.draw(shown, region).markup(title)
 
 
 def still_panels(panels: Sequence[Panel], span_of: tuple[float, float], shades: Sequence[Shade], title: str) -> str:

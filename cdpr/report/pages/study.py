@@ -120,15 +120,16 @@ def _caption(layout: Layout) -> str:
 
 def _table(results: Results) -> str:
     rows = []
+    messages = ["Message"] if any(record["message"] for record in results.table.records()) else []
     for case, record in zip(results.study.cases, results.table.records(), strict=True):
         labels, found = cells(results.table.axes, record)
         block = [case.block] if case.block is not None else []
-        message = str(record["message"] or "")
-        rows.append(tuple(map(escape, (case.id, *block, *labels, *found, message))))
+        message = [str(record["message"] or "")] if messages else []
+        rows.append(tuple(map(escape, (case.id, *block, *labels, *found, *message))))
         if len(rows) == MOST_ROWS:
             break
     blocks = ["Block"] if any(case.block is not None for case in results.study.cases) else []
-    titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), "Message")
+    titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), *messages)
     more = len(results.study.cases) - len(rows)
     rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
     inside = f"{table(rows, tuple(map(escape, titles)))}{rest}"

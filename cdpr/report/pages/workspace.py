@@ -32,8 +32,9 @@ def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = (
     shown = pose_pictures(home_pose(robot)[0], Subject.of_robot(robot))
     flat = len(found.region.moving) < 3
     space = scene(shown, arrays)
-    if not flat:
-        corners, triangles = surface(found)
+    closed = None if flat else surface(found)
+    if closed is not None:
+        corners, triangles = closed
         space["region"] = {"vertices": arrays.fine(corners), "triangles": arrays.fine(triangles)}
     data = page_data(None, [space], {}, arrays, (0.0, 0.0), [])
     about = "The surface between cells that are inside and those that are not, and the robot in its home pose."
@@ -49,7 +50,7 @@ def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = (
         if found.proofs is not None:
             caption = caption.replace("are inside,", "are proved to be inside,") + " Grey: undecided."
         gallery.append(figure(f"slice-{k}", heading, svg, caption))
-    parts = [theatre(figure("space", "In space", still_scene(shown, title), about, live=stage(data)), gallery)]
+    parts = [theatre(figure("space", "In space", still_scene(shown, title, closed), about, live=stage(data)), gallery)]
     parts.append(section("figures", f"<h2>Figures</h2>\n<pre>{escape(chr(10).join(lines(found.summary())))}</pre>"))
     links = {"space": "In space", **{f"slice-{k}": f"Slice {k + 1}" for k in range(len(gallery))}, "figures": "Figures"}
     return page(title, found.kind.title, "", links, parts, data)

@@ -1,6 +1,6 @@
 // One panel: curves over time, limits, shades and events, on two canvases: what stands, and what follows the time.
 
-const EDGE = { left: 54, right: 22, top: 8, bottom: 6 };
+const EDGE = { left: 58, right: 22, top: 8, bottom: 6 };
 const TAG = "600 10px system-ui, sans-serif", WIDEST_TAG = 58; // names at the ends of lines; longer ones are in the legend alone
 const TIME_ROOM = 20; // pixels below the last panel of a figure
 const POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
@@ -349,8 +349,9 @@ class Plot {
 }
 
 function tick(value, step) {
+  if (Math.abs(value) < 1e-9 * step && step < 1e-4) return "0";
   const digits = clamp(-Math.floor(Math.log10(step) + 1e-9) + (/25$/.test(String(step).replace(".", "")) ? 1 : 0), 0, 12);
-  if (Math.abs(value) >= 1e6 || (step < 1e-4 && value !== 0)) return value.toExponential(1).replace(/-/g, "−");
+  if (Math.abs(value) >= 1e6 || (step < 1e-4 && value !== 0)) return value.toExponential(1).replace(".0e", "e").replace(/-/g, "−");
   return (Math.abs(value) < 1e-12 * step ? 0 : value).toFixed(digits).replace("-", "−");
 }
 

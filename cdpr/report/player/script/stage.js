@@ -179,9 +179,9 @@ class Stage {
         const at = [p[0] + (14 + beyond) * away[0] / n, p[1] + 14 * away[1] / n];
         let left = at[0] - 0.5 * wide;
         texts.forEach(([text, colour], i) => {
-          const x = clamp(left + 0.5 * widths[i], 12, this.camera.size[0] - 12);
+          const x = clamp(left + 0.5 * widths[i], 0.5 * widths[i], this.camera.size[0] - 0.5 * widths[i]);
           left += widths[i];
-          say([x, at[1]], text, colour, NAMED);
+          say([x, clamp(at[1], 9, this.camera.size[1] - 9)], text, colour, NAMED);
         });
       }
     }
