@@ -10,7 +10,9 @@ import os
 import sys
 import threading
 import warnings
+from collections.abc import Mapping, Sequence
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any
 
 import click
@@ -53,15 +55,33 @@ COMMANDS = {
 }
 
 
+# How `cdpr --help` groups them, by task; one that is in no group stands at the end.
+GROUPS = {
+    "Start": ("examples", "new", "gui", "doctor"),
+    "Run and compare": ("run", "validate", "view", "compare", "study", "baseline"),
+    "Analyse a robot": ("info", "tension", "solvers", "workspace", "size", "design"),
+    "Exchange": ("import", "export", "fmu", "schema", "repair"),
+    "Plugins": ("plugins", "check", "bench"),
+}
+
+
 class LazyGroup(click.Group):
     """Imports a command when it is used: the object `command` of the module `cdpr.cli.<prefix><name>`.
 
-    `table` holds name and one line of help of each.
+    `table` holds name and one line of help of each, `groups` the names under the headings of the list, if any.
     """
 
-    def __init__(self, *args: Any, table: dict[str, str], prefix: str = "", **options: Any) -> None:
+    def __init__(
+        self,
+        *args: Any,
+        table: dict[str, str],
+        prefix: str = "",
+        groups: Mapping[str, Sequence[str]] = MappingProxyType({}),
+        **options: Any,
+    ) -> None:
         super().__init__(*args, **options)
         self.table = table
+        self.groups = groups
         self.prefix = prefix
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -87,11 +107,16 @@ class LazyGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list from the table alone."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(self.table.items()))
+        grouped = {name for names in self.groups.values() for name in names}
+        rest = [name for name in self.table if name not in grouped]
+        widest = max(map(len, self.table))
+        for heading, names in (*self.groups.items(), ("Others" if grouped else "Commands", rest)):
+            if names:
+                with formatter.section(heading):
+                    formatter.write_dl([(name.ljust(widest), self.table[name]) for name in names])
 
 
-@click.group(cls=LazyGroup, table=COMMANDS, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=LazyGroup, table=COMMANDS, groups=GROUPS, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="cdpr")
 def cli() -> None:
     """Simulate and analyse cable-driven parallel robots."""

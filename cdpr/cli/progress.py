@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 import click
 
+from cdpr.cli.colour import bar
 from cdpr.errors import CdprError, ExitCode
 from cdpr.interrupts import STOPPING, WAITING
 
@@ -67,7 +68,9 @@ class Progress:
         if self._first is not None and self._first[1] < done < total:
             then, before = self._first
             parts.append(f"{_span((total - done) * (now - then) / (done - before))} left")
-        self._show(", ".join(parts))
+        text = ", ".join(parts)
+        share = done / total if total else 1.0
+        self._show(f"{bar(share, sys.stderr.encoding)} {text}" if self._terminal else text)
 
     def say(self, text: str) -> None:
         """Tell something in a line of its own."""

@@ -15,6 +15,7 @@ import threading
 from collections.abc import Iterable, Iterator
 from typing import Any, TextIO, cast
 
+from cdpr.cli.colour import coloured, wanted
 from cdpr.hush import is_hushed
 from cdpr.problems import printable
 
@@ -34,6 +35,7 @@ class Printable:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
+        self._coloured = wanted(stream)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -45,6 +47,8 @@ class Printable:
             raw = self._stream.errors == "surrogateescape"
             parts = FOREIGN_BYTES.split(text) if raw else [text]
             written = "".join(part if i % 2 else _escaped(part) for i, part in enumerate(parts))
+        if self._coloured:
+            written = coloured(written)
         try:
             self._stream.write(written)
         except UnicodeEncodeError:  # letters that this encoding lacks

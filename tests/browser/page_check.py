@@ -19,7 +19,7 @@ def screen(width):
 
 
 def faults(page, width):
-    """Return what is wrong with an open page: sentences, none where all is well. WATCH must have run before it loaded."""
+    """Return what is wrong with an open page, in sentences. WATCH must have run before it was loaded."""
     return page.evaluate(CHECK, width)
 
 

@@ -55,7 +55,7 @@ def test_a_file_gets_a_line_now_and_then_and_a_terminal_one_that_goes(clock, mon
     with Progress() as bar:
         clock[0] += 1.0
         bar(1, 2)
-    assert stderr.getvalue() == f"50%\r{' ' * 3}\r"
+    assert stderr.getvalue() == f"{'#' * 12}{'-' * 12} 50%\r{' ' * 28}\r"
 
 
 @pytest.fixture

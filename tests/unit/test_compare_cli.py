@@ -60,9 +60,8 @@ def test_page_needs_nothing_else(compared):
         assert title in html
     assert ENGINES[0] in html
     assert "NaN" not in html[: html.index("<script")]
-    judge, row = re.findall(
-        r'<tr><th scope="row">.*?</tr>', html[html.index('id="verdict"') : html.index('id="robot"')]
-    )
+    verdict = html[html.index('id="verdict"') : html.index('id="robot"')]
+    _, row = re.findall(r'<tr><th scope="row">.*?</tr>', verdict)
     assert re.search(r"<td>agrees</td><td>(0\.\d+|\d.*e−\d+) \(", row)  # the worst share of its bound
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Line2D, MaxNLocator
+from cdpr.report.figures.chart import plain
 from cdpr.report.figures.legend import LINE
 from cdpr.report.figures.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.report.figures.placing import spread_out
@@ -34,7 +35,7 @@ def draw(
         for x in corners[:, 0]:
             axes.add_artist(Line2D([x, x], [bottom, top], color=GOOD, linewidth=1.1, zorder=2))
     axes.add_artist(Line2D([0.0], [bottom], marker="+", color=SOFT, markersize=7.0, zorder=4, clip_on=False))
-    looks = cable_looks([cable["name"] for cable in figures["cables"]])
+    looks = [plain(look) for look in cable_looks([cable["name"] for cable in figures["cables"]])]
     for i, look in enumerate(looks):
         axes.add_artist(Line2D([low, high], ends[:, i], **look, linewidth=1.4, zorder=3))
     _limits(panel, limits, looks, (bottom, top), detailed=detailed)

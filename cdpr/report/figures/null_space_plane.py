@@ -8,6 +8,7 @@ import numpy as np
 
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Line2D, MaxNLocator, Path, PathPatch
+from cdpr.report.figures.chart import plain
 from cdpr.report.figures.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.report.figures.placing import Taken, place_along, place_badges
 from cdpr.report.marks import INK, SOFT, cable_looks, shorten
@@ -59,7 +60,7 @@ def _limits(panel: Panel, figures: dict[str, Any], corners: Array, taken: Taken,
     """Draw where each cable is at a limit; those that bound the polygon stronger, and labelled first."""
     N, start = (np.array(figures["null_space"][key]) for key in ("basis", "particular_N"))
     cables = figures["cables"]
-    looks = cable_looks([cable["name"] for cable in cables])
+    looks = [plain(look) for look in cable_looks([cable["name"] for cable in cables])]
     rows: list[tuple[bool, Array, str, dict[str, Any]]] = []
     for i, (cable, look) in enumerate(zip(cables, looks, strict=True)):
         for key, name in (("tension_min_N", "min"), ("tension_max_N", "max")):

@@ -173,7 +173,7 @@ def _drawings(group: Group, k: int, judge: str, looks: plots.Looks) -> list[str]
     out = []
     for name, (title, panels_of, caption) in plots.drawings(group).items():
         at, drawn = f"{name}{k}", panels_of(group, judge, looks)
-        out.append(figure(at, title, still(group.judge, drawn, title), caption, live=panels(at)))
+        out.append(figure(at, title, still(group.judge, drawn, title), caption, live=panels(at), kind="tall"))
     return out
 
 

@@ -1,0 +1,54 @@
+"""Colours of the command line, on terminals alone.
+
+They are added where text is written, after all controls in it were escaped: no text from a file can switch one on.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import TextIO
+
+RESET = "\x1b[0m"
+BOLD, DIM, RED, GREEN, YELLOW, CYAN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[32m", "\x1b[33m", "\x1b[36m"
+
+FULL, EMPTY = "━", "─"  # of a bar of progress
+
+# What is coloured in a line; the first rule that matches at a place holds there.
+RULES = (
+    (r"^(?:internal error|Error):.*", RED),
+    (r"^[^\s:]+:\d+(?::\d+)?:(?= )", RED),  # file and line of a mistake
+    (r"^warning: ", YELLOW),
+    (r"^[A-Z][A-Za-z ]*:$|^Usage:", BOLD),
+    (rf"{FULL}+", GREEN),
+    (rf"{EMPTY}+", DIM),
+    (r"(?:(?<=, )|(?<=: )|(?<=\d )|^)(?:finished|agrees?|balanced|ok)\b(?=$|[:;,( ])", GREEN),
+    (r"(?:(?<=, )|(?<=: )|(?<=\d )|^)(?:DISAGREES?|diverged|infeasible|failed|FAILED|died|hung)\b(?=$|[:;,( ])", RED),
+    (r"(?:(?<=, )|(?<=: )|^)(?:not judged|interrupted|not installed)\b(?=$|[:;,( ])", YELLOW),
+    (r"^  (?! )\S[^\n]*?(?=  +\S)", CYAN),  # what a line is about, in a list
+)
+ANY = re.compile("|".join(f"(?P<r{k}>{rule})" for k, (rule, _) in enumerate(RULES)), re.MULTILINE)
+
+
+def wanted(stream: TextIO) -> bool:
+    """Return whether this stream shows colours, and its user wants them (https://no-color.org)."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return False
+    if os.name == "nt" and "WT_SESSION" not in os.environ:
+        return False
+    try:
+        return stream.isatty()
+    except (AttributeError, ValueError):  # closed, or not a stream of the system
+        return False
+
+
+def coloured(text: str) -> str:
+    """Return printable text with the colours of `RULES`."""
+    return ANY.sub(lambda found: f"{RULES[int(str(found.lastgroup)[1:])][1]}{found[0]}{RESET}", text)
+
+
+def bar(share: float, encoding: str | None, width: int = 24) -> str:
+    """Return a bar of progress, of which `share` (0 to 1) is full, in letters that the encoding has."""
+    filled, empty = (FULL, EMPTY) if "utf" in (encoding or "").lower() else ("#", "-")
+    full = round(width * min(max(share, 0.0), 1.0))
+    return filled * full + empty * (width - full)
