@@ -27,9 +27,9 @@ GAP, ROW_GAP = 0.25, 0.62
 ACROSS = 4  # panels in a row
 
 # Lines that lie upon each other are all seen: the first is broad, each that follows narrower and broken, and each has
-# a mark of its own, smaller than the one below. Widths in pt; the widest is twice the narrowest, so that none seems to
-# matter more.
-BROAD, THIN, ONLY = 2.6, 1.3, 1.4
+# a mark of its own, smaller than the one below. Widths in pt; the widest is at most three times the narrowest, so that
+# none seems to matter more.
+BROAD, MORE, THIN, ONLY = 2.2, 0.2, 1.3, 1.4  # the first one, what it is wider for each line, the last one, one alone
 LARGE, SMALL = 7.0, 3.8
 FULL = 2.6  # in: in narrower panels lines and marks are smaller
 MARKS = "osD^vPX*"
@@ -148,10 +148,10 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
 
 def _look(i: int, count: int, scale: float) -> dict[str, Any]:
     """How line i of so many looks, and its marks."""
-    share = i / (count - 1) if count > 1 else 1.0
+    share, broad = i / (count - 1) if count > 1 else 1.0, BROAD + MORE * count
     return {
         "color": CABLES[i % len(CABLES)],
-        "linewidth": scale * BROAD + share * (THIN - scale * BROAD) if count > 1 else ONLY,
+        "linewidth": scale * broad + share * (THIN - scale * broad) if count > 1 else ONLY,
         "linestyle": DASHES[(i - 1) % len(DASHES)] if i else "-",
         "marker": MARKS[i % len(MARKS)] if count > 1 else "o",
         "markersize": scale * LARGE + share * (SMALL - LARGE) * scale,
