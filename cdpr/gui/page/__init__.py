@@ -32,6 +32,7 @@ FILES = (
     "handles.js",
     "curves.js",
     "widgets.js",
+    "degrees.js",
     "fields.js",
     "table.js",
     "form.js",

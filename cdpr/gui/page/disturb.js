@@ -65,7 +65,7 @@ class Disturb {
 
   target() {
     const position = this.numbers("Target position", ["x", "y", "z"], "m", ["", "", ""]);
-    const attitude = this.numbers("Target rpy", ["roll", "pitch", "yaw"], "rad");
+    const attitude = this.numbers("Target rpy", ["roll", "pitch", "yaw"], "deg");
     const within = this.numbers("Target in", [""], "s", [""]);
     within.inputs[0].title = "Empty: as the program finds fit";
     const go = () => {
@@ -73,13 +73,13 @@ class Disturb {
       if (!p || !rpy || !seconds) return;
       const here = this.live.frame?.dp || this.live.frame?.p || [0, 0, 0]; // where nothing is said it stays
       const duration = seconds[0] === null ? {} : { duration: seconds[0] };
-      this.live.send({ do: "target", position: p.map((x, i) => x ?? here[i]), rpy, ...duration });
+      this.live.send({ do: "target", position: p.map((x, i) => x ?? here[i]), rpy: rpy.map(toRadians), ...duration });
     };
     const here = () => {
       const { frame } = this.live;
       if (!frame) return;
       rounded(frame.p).forEach((x, i) => { position.inputs[i].value = x; });
-      rounded(anglesOf(frame.q), 1e-4).forEach((x, i) => { attitude.inputs[i].value = x; });
+      rounded(anglesOf(frame.q).map(toDegrees), 0.01).forEach((x, i) => { attitude.inputs[i].value = x; });
     };
     return this.part("Target", position.root, attitude.root, within.root, button("Go", go, { "aria-label": "Go to the target" }),
       button("Here", here, { title: "Fills in the pose of now" }));

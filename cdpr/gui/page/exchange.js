@@ -10,7 +10,7 @@ class Exchange {
     this.taking();
     this.exporting();
     home.append(
-      button("Import…", () => this.asked.import.show(), { title: "A robot of another program" }),
+      button("Import…", () => this.files.leaving(() => this.asked.import.show()), { title: "A robot of another program" }),
       button("Export…", () => this.asked.export.show(), { title: "The robot for another program" }),
     );
   }

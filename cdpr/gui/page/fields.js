@@ -7,7 +7,7 @@ class Line {
   constructor(field, desk) {
     this.kind = field.kind;
     this.desk = desk;
-    this.widget = (WIDGETS[field.kind] || yamlWidget)(field, desk);
+    this.widget = widgetOf(field, desk);
     const wrong = fresh("wrong"), help = fresh("help");
     this.problem = make("p", { className: "problem", id: wrong });
     this.help = make("span", { id: help, hidden: true });
@@ -27,8 +27,9 @@ class Line {
   show(field) {
     this.field = field;
     say(this.label, field.label);
-    say(this.unit, field.unit && field.unit !== "1" ? field.unit : "");
-    say(this.help, [field.unit, field.help].filter(Boolean).join(": "));
+    const unit = unitShown(field.unit);
+    say(this.unit, unit !== "1" ? unit : "");
+    say(this.help, [unit, field.help].filter(Boolean).join(": "));
     this.root.classList.toggle("default", !field.given);
     this.clear.hidden = !(field.given && (field.optional || field.clearable));
     this.widget.show(field);

@@ -18,6 +18,34 @@ class Files {
     );
   }
 
+  // Before the form shows another file: changes that are not saved are saved or given up, or nothing is done.
+  leaving(go) {
+    this.after = null;
+    if (!this.live.form.message?.modified) { go(); return; }
+    this.go = go;
+    this.asking ||= this.unsaved();
+    this.asking.showModal();
+  }
+
+  unsaved() {
+    const what = make("p", { text: "The form has changes that are not saved." });
+    const save = () => {
+      if (!this.live.form.message.unsaved) this.after = this.go; // once they are saved, where no place is asked for first
+      this.save();
+    };
+    const dialog = this.dialog("Unsaved changes", "Save", save, what);
+    const discard = button("Discard", () => { dialog.close(); this.go(); });
+    dialog.querySelector("[type=submit]").after(discard);
+    return dialog;
+  }
+
+  // The form has come anew: what waited for the save goes on, unless it failed.
+  settled({ modified }) {
+    const go = modified ? null : this.after;
+    this.after = null;
+    go?.();
+  }
+
   dialog(title, act, done, ...parts) {
     const id = fresh("dialog"), submit = act ? make("button", { type: "submit", className: "main", text: act }) : null;
     const form = make("form", { method: "dialog" }, make("h2", { text: title, id }), ...parts,
@@ -39,7 +67,7 @@ class Files {
     const name = this.text({ list: "examples", required: true });
     this.examples = make("datalist", { id: "examples" });
     this.listed = make("div", { className: "listed" });
-    const open = () => this.live.send({ do: "open", name: name.value.trim() });
+    const open = () => this.leaving(() => this.live.send({ do: "open", name: name.value.trim() }));
     this.open = this.dialog("Open a file or an example", "Open", open, this.row("Name or path", name), this.examples, this.listed);
   }
 
@@ -75,7 +103,8 @@ class Files {
       const given = { kind: kind.value, file: file.value.trim(), frame: all(frame), platform: all(platform), mass: reading(mass.value),
         cables: reading(cables.value), crossed: crossed.value && false, planar: planar.checked || "", suspended: suspended.checked || "",
         robot: kind.value === "scenario" ? robot.value.trim() : "" };
-      this.live.send({ do: "new", ...Object.fromEntries(Object.entries(given).filter(([, value]) => value !== "")) });
+      const said = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== ""));
+      this.leaving(() => this.live.send({ do: "new", ...said }));
     };
     // What does not belong to what is chosen cannot be filled in: a robot that is there has its sizes.
     const fit = () => {
@@ -97,8 +126,8 @@ class Files {
   list(examples) {
     this.examples.replaceChildren(...examples.map(({ name, shows }) => option(name, shows)));
     const open = ({ label, name, shows }) => button(label, () => {
-      this.live.send({ do: "open", name });
       this.open.close();
+      this.leaving(() => this.live.send({ do: "open", name }));
     }, { title: shows });
     this.listed.replaceChildren(...["scenario", "robot"].flatMap((kind) => [make("h3", { text: `${kind}s that come with cdpr` }),
       ...examples.filter((each) => each.kind === kind).map(open)]));

@@ -48,7 +48,7 @@ class Table {
 
   build(field) {
     const heads = this.columns.map((column) => make("th", { scope: "col", title: column.help || "" },
-      make("span", { text: column.label }), make("span", { className: "unit", text: column.unit || "" })));
+      make("span", { text: column.label }), make("span", { className: "unit", text: unitShown(column.unit) })));
     const body = make("tbody");
     this.rows = field.rows.map((row, i) => this.row(field, row, i, body));
     this.table.replaceChildren(make("thead", {}, make("tr", {}, make("th", { scope: "col", text: "#" }), ...heads, make("td"))), body);
@@ -59,7 +59,7 @@ class Table {
       const cell = make("td"), given = row.cells[column.key];
       if (!given) return cell;
       const one = { ...column, ...given, path: `${row.path}.${column.key}` };
-      const widget = (WIDGETS[one.kind] || yamlWidget)(one, this.desk, `${words(row.path)}, ${column.label}`);
+      const widget = widgetOf(one, this.desk, `${words(row.path)}, ${column.label}`);
       cell.dataset.path = one.path;
       cell.append(widget.root);
       cell.addEventListener("focusin", () => this.desk.explain(one));

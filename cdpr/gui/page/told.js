@@ -66,7 +66,7 @@ class Told {
       const x = values?.[i];
       say(cell, x === null || x === undefined ? "–" : x.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−"));
     });
-    const degrees = (q) => q && q[0] !== null && anglesOf(q).map((x) => x * 180 / Math.PI);
+    const degrees = (q) => q && q[0] !== null && anglesOf(q).map(toDegrees);
     put("p", frame.p, 4);
     put("dp", frame.dp, 4);
     put("a", degrees(frame.q), 2);
@@ -86,7 +86,9 @@ class Told {
     const root = document.getElementById("status"), trouble = TROUBLES[status.status];
     const known = PHASES[status.phase] || status.phase, name = (status.status || "").toLowerCase().replace("_", " ");
     root.className = trouble ? "bad" : LEVELS[status.phase] || "good";
-    say(root.querySelector(".text"), status.text || (trouble ? `${known.replace(/\.$/, "")}; ${name}: ${trouble}.` : known));
+    const text = status.text || (trouble ? `${known.replace(/\.$/, "")}; ${name}: ${trouble}.` : known);
+    say(root.querySelector(".text"), text);
+    this.report(status, text, Boolean(trouble));
     say(document.getElementById("rtf"), Number.isFinite(status.rtf) ? status.rtf.toFixed(2) : "–");
     const parts = [status.backend, status.solver, status.controller].filter(Boolean);
     say(document.getElementById("parts"), parts.join(" · ") || "–");
@@ -94,6 +96,15 @@ class Told {
     this.counted = 0; // it comes after the last frame: numbers show that, and what has become of cables
     this.live.wake();
     this.happened(status.events || []);
+  }
+
+  // What goes wrong is a message, too, once: the line of status is gone with the next one.
+  report({ phase, status }, text, trouble) {
+    const wrong = trouble || ["ended", "failed"].includes(phase) ? [phase, status].join() : "";
+    if (wrong && wrong !== this.reported && this.messages.firstChild?.dataset.text !== text) {
+      this.message({ level: trouble || phase === "failed" ? "error" : "warning", text });
+    }
+    this.reported = wrong;
   }
 
   happened(events) {
@@ -110,7 +121,7 @@ class Told {
 
   message({ level, text }) {
     const now = make("time", { text: new Date().toTimeString().slice(0, 8) });
-    this.messages.prepend(make("li", { className: { error: "bad", warning: "warn" }[level] || "" }, now, ` ${text}`));
+    this.messages.prepend(make("li", { className: { error: "bad", warning: "warn" }[level] || "", "data-text": text }, now, ` ${text}`));
     while (this.messages.children.length > MOST_MESSAGES) this.messages.lastChild.remove();
     if (this.tabs.chosen !== "messages") {
       this.unread += 1;

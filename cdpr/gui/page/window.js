@@ -38,12 +38,15 @@ class Live {
   hear(message) {
     const { kind } = message;
     if (kind === "hello") this.greet(message);
-    else if (kind === "form") this.form.show(message);
+    else if (kind === "form") { this.form.show(message); this.files.settled(message); }
     else if (kind === "scene") this.load(message);
     else if (kind === "frame") this.feed(message);
     else if (kind === "samples") this.curves.add(message);
     else if (kind === "status") this.status(message);
-    else if (kind === "message") this.told.message(message);
+    else if (kind === "message") {
+      this.told.message(message);
+      if (message.level === "error") this.files.after = null; // a save that failed
+    }
     else if (kind === "yaml") this.files.show(message);
     if (message.about) this.exchange.hear(message);
   }

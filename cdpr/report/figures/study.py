@@ -29,8 +29,8 @@ ACROSS = 4  # panels in a row
 # Lines that lie upon each other are all seen: the first is broad, each that follows narrower and broken, and each has
 # a mark of its own, smaller than the one below. Widths in pt; the widest is at most three times the narrowest, so that
 # none seems to matter more.
-BROAD, MORE, THIN, ONLY = 2.2, 0.2, 1.3, 1.4  # the first one, what it is wider for each line, the last one, one alone
-LARGE, SMALL = 7.0, 3.8
+BROAD, MORE, THIN, ONLY = 2.2, 0.25, 1.4, 1.4  # the first one, what it is wider for each line, the last one, one alone
+LARGE, SMALL = 8.5, 3.8
 FULL = 2.6  # in: in narrower panels lines and marks are smaller
 MARKS = "osD^vPX*"
 DASHES: tuple[Any, ...] = ((0, (2.2, 1.6)), (0, (4.0, 2.4)), (0, (1.2, 2.2)))
