@@ -5,7 +5,7 @@
 
 const NEAR = 2; // rounding of boxes to whole pixels
 const NARROW = 700; // below this width tables and the navigation may scroll sideways, in a box that does so
-const SCROLLS = ".scroll, nav ul, .sideways";
+const SCROLLS = ".scroll, nav ul", SIDEWAYS = ".sideways"; // the latter at any width: tables that are edited in a pane
 const LARGEST_BAR = 0.62; // of the height of the screen, which a bar may take that stays in view
 const TIGHT = 0.2; // of the height of a text: the part of its box in which no letter stands
 
@@ -154,7 +154,7 @@ async function checkPage(width) {
       const far = [...document.querySelectorAll("body *")].filter((el) => shown(el) && el.getBoundingClientRect().right > width + NEAR);
       faults.add(`the page is ${page.scrollWidth} px wide on ${width} px: ${name(far.at(-1) || page)}`);
     }
-    const may = (up) => innerWidth < NARROW && up.matches(SCROLLS);
+    
     for (const { node, el, rects } of texts()) {
       if (rects.length && !seen.get(el) && !el.closest("nav") && !sideways(el)) faults.add(`${short(node.data)} of ${name(el)} is never seen`);
       for (const up of [el, ...ancestors(el)]) {
@@ -188,10 +188,11 @@ async function checkPage(width) {
       if (c.measureText(el.selectedOptions[0].text).width > el.clientWidth - 4) faults.add(`${name(el)} cuts ${short(el.selectedOptions[0].text)}`);
     }
   }
+  function may(up) { return up.matches(SIDEWAYS) || (innerWidth < NARROW && up.matches(SCROLLS)); }
+
   // Whether something is in a box that may scroll sideways at this width, and does.
   function sideways(el) {
-    if (innerWidth >= NARROW) return false;
-    for (const up of ancestors(el)) if (up.matches(SCROLLS) && up.scrollWidth > up.clientWidth + 1) return true;
+    for (const up of ancestors(el)) if (may(up) && up.scrollWidth > up.clientWidth + 1) return true;
     return false;
   }
 

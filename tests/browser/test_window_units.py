@@ -29,7 +29,8 @@ def wait_for(page, path, check):
 
 
 def test_attitudes_are_degrees_in_the_form_and_radians_in_the_file(page, files):
-    inputs = at(page, RPY)
+    page.evaluate("(path) => cdpr.form.lead(path, 'motion')", RPY)
+    inputs = page.locator(f'[data-path="{RPY}"]').first.locator("input")
     shown = [float(inputs.nth(i).input_value()) for i in range(3)]
     assert shown == pytest.approx([math.degrees(0.3), 0.0, math.degrees(0.1)], rel=1e-9)
     assert page.locator(f'[data-path="{RPY}"] .unit').first.inner_text() == "deg"

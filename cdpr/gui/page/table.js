@@ -22,7 +22,7 @@ class Table {
     this.title = make("span", { className: "title" });
     this.root = make("div", { className: "group", "data-path": field.path },
       bar(this.title, grow(), all, wide, add),
-      this.problem, make("div", { className: "scroll" }, this.table));
+      this.problem, make("div", { className: "scroll sideways" }, this.table));
     this.show(field);
   }
 

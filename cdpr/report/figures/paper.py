@@ -10,7 +10,7 @@ import numpy as np
 
 from cdpr.errors import CdprError
 from cdpr.log.run import Run
-from cdpr.report.figures.canvas import Chart, text_width
+from cdpr.report.figures.canvas import Axes, Chart, text_width
 from cdpr.report.figures.chart import OnChart
 from cdpr.report.figures.overlay import draw_overlay, overlay_entries
 from cdpr.report.figures.panels import draw_panel, limit_entries
@@ -25,6 +25,7 @@ LETTERS = 8.0  # pt, what IEEE asks of figures
 
 # Inches.
 LEFT, RIGHT, BOTTOM, GAP = 0.62, 0.1, 0.4, 0.1
+TICK, LABEL, EDGE = 0.12, 0.13, 0.02  # from an axis to the numbers of its ticks, of a turned label, and beyond it
 NUMBERS = 0.17  # of events, above the first panel
 LINE, SAMPLE, APART = 0.145, 0.22, 0.14  # of a legend: from line to line, of a line, between two entries
 LEAST, SHARE = 1.05, 0.2  # of a panel's height: at least, and of the width
@@ -52,26 +53,47 @@ def inches(width: str | float) -> float:
 
 
 def on_paper(run: Run, panels: Sequence[Panel], width: float) -> Chart:
-    """Draw panels under one another in a figure of this width, in, with legends above them and no title."""
+    """Draw panels under one another in a figure of this width, in, with legends above them and no title.
+
+    The margin at the left grows where numbers at the ticks are long.
+    """
+    drawn = _drawn(run, panels, width, LEFT, [False] * len(panels))
+    left = max(LEFT, *map(_room, drawn.axes))
+    powers = [bool(axes.yaxis.get_major_formatter().get_offset()) for axes in drawn.axes]
+    return drawn if left == LEFT and not any(powers) else _drawn(run, panels, width, left, powers)
+
+
+def _room(axes: Axes) -> float:
+    """Return what the numbers at the ticks of values and the label beside them need, in."""
+    low, high = axes.get_ylim()
+    places = [place for place in axes.yaxis.get_majorticklocs() if low <= place <= high]
+    texts = axes.yaxis.get_major_formatter().format_ticks(places)
+    power = axes.yaxis.get_major_formatter().get_offset()
+    longest = max((text_width(text, LETTERS) for text in [*texts, power]), default=0.0)
+    return longest + TICK + LABEL + EDGE
+
+
+def _drawn(run: Run, panels: Sequence[Panel], width: float, left: float, powers: Sequence[bool]) -> Chart:
+    """Draw with this margin, and with room above those panels whose numbers have a power of ten in common."""
     under, across = shades(run), span(run)
-    inner = width - LEFT - RIGHT
+    inner = width - left - RIGHT
     tall = [max(LEAST, SHARE * inner, text_width(panel.label, LETTERS) + 0.06) for panel in panels]
     numbers = NUMBERS if run.events else 0.05
     entries = [[*panel.entries, *limit_entries(run, panel)] for panel in panels]
     entries[0] += overlay_entries(run, under)
     legends = [_rows(each, inner) for each in entries]
-    above = [LINE * len(rows) + (numbers if i == 0 else 0.04) for i, rows in enumerate(legends)]
+    above = [LINE * len(rows) + max(numbers if i == 0 else 0.04, NUMBERS * powers[i]) for i, rows in enumerate(legends)]
     height = sum(tall) + sum(above) + GAP * (len(panels) - 1) + BOTTOM
     sheet = OnChart(width, height)
     top = height
     for i, panel in enumerate(panels):
-        _write(sheet, legends[i], top)
+        _write(sheet, legends[i], left, top)
         top -= above[i]
-        frame = sheet.frame((LEFT, top - tall[i], inner, tall[i]))
+        frame = sheet.frame((left, top - tall[i], inner, tall[i]))
         axes = frame.axes
         draw_overlay(frame, run, under, across, numbered=i == 0)
         frame.scale(x=across)
-        draw_panel(frame, run, panel, LEFT - 0.15, ticks=max(3, int(inner / A_TICK)))
+        draw_panel(frame, run, panel, left - EDGE - LABEL, ticks=max(3, int(inner / A_TICK)))
         if i == len(panels) - 1:
             frame.label_time("time (s)", 0.25)
         axes.tick_params(labelsize=LETTERS)
@@ -104,10 +126,10 @@ def _takes(entry: Entry) -> float:
     return _sample(entry) + text_width(entry[0], LETTERS)
 
 
-def _write(sheet: OnChart, rows: Sequence[Sequence[Entry]], top: float) -> None:
+def _write(sheet: OnChart, rows: Sequence[Sequence[Entry]], left: float, top: float) -> None:
     """Write a legend below `top`, in from the lower edge of the figure."""
     for row, entries in enumerate(rows):
-        x, y = LEFT, top - (row + 0.5) * LINE
+        x, y = left, top - (row + 0.5) * LINE
         for entry in entries:
             text, look = entry
             sheet.line([x, x + SAMPLE], [y, y], look)
