@@ -19,13 +19,15 @@ TAKEN = WIDTHS if os.environ.get("CDPR_WIDTHS") == "all" else FEW_WIDTHS
 @pytest.mark.parametrize("kind", PARAMETERS)
 def test_a_page_is_sound_at_all_widths(chromium, tmp_path, kind):
     address = KINDS[kind](tmp_path).as_uri()
-    found = {width: faults_of(chromium, address, width) for width in TAKEN}
-    assert found == dict.fromkeys(TAKEN, [])
+    found = {width: told for width in TAKEN if (told := faults_of(chromium, address, width))}
+    assert found == {}
 
 
 PAGE = """<!DOCTYPE html><html><head><meta name="viewport" content="width=device-width, initial-scale=1"><style>
-body { margin: 0; font: 16px sans-serif; } section { margin: 10px; padding: 10px; border: 1px solid grey; position: relative; }
-MORE</style></head><body><nav><a href="#first">First</a></nav><section id="first"><h2>First</h2><p>Some text.</p>BODY</section>
+body { margin: 0; font: 16px sans-serif; }
+section { margin: 10px; padding: 10px; border: 1px solid grey; position: relative; }
+MORE</style></head><body><nav><a href="#first">First</a></nav>
+<section id="first"><h2>First</h2><p>Some text.</p>BODY</section>
 <section><h2>Second</h2><p>More text.</p></section></body></html>"""
 TEXTS = '<text x="5" y="20">one</text><text x="80" y="20">two</text>'
 SVG = f'<svg width="200" height="60" viewBox="0 0 200 60">{{}}{TEXTS}</svg>'
@@ -47,7 +49,7 @@ BAD = {
         SVG.format(LINE.format("red") + LINE.format("blue")),
         "has 2 colours",
     ),
-    "a link to what is covered": ("nav + section { visibility: hidden; }", "", "leads to what is not shown"),
+    "a link to what is covered": ("#first { visibility: hidden; }", "", "leads to what is not shown"),
     "letters on a canvas": (
         "",
         '<div class="area"><canvas width="90" height="40"></canvas></div><script>'
