@@ -6,10 +6,11 @@ from typing import Any
 
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
+from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
-from cdpr.tension.null_space import RANK_TOLERANCE, reduce
+from cdpr.tension.null_space import reduce
 from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED
 from cdpr.tension.verdict import settle
 

@@ -2,6 +2,7 @@
 
 - `differences`: how far two runs are apart, quantity by quantity;
 - `engines`: who takes part, who judges, and by which standard each is judged;
+- `convergence`: an engine's limit for a vanishing step, against the judge's;
 - `verdict`: one engine's run against its standard;
 - `comparison`: runs all of them, each in a process of its own, and judges them; `finished` judges run folders;
 - `excitation`: what the scenario never asks of an engine, of which agreement says nothing;

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
+from cdpr.compare.convergence import LADDER
 from cdpr.compare.differences import QUANTITIES, difference
 from cdpr.compare.engines import Engine, Field, is_continuous
 from cdpr.compare.excitation import unexcited
@@ -98,15 +99,21 @@ def compare(runs: Runs, chosen: Field, solvers: Sequence[str], *, named: bool) -
 
 
 def _plan(runs: Runs, chosen: Field, solver: str) -> list[Wanted]:
-    judge, twice = chosen.judge, 2 * runs.scenario.simulation.substeps
+    judge = chosen.judge
     plan = [Wanted(engine.name, solver) for engine in (judge, *chosen.engines)]
     for engine in chosen.engines:
         standard = engine.standard(judge)
         if standard == "scheme":
             plan.append(Wanted(judge.name, solver, engine.scheme))
         elif standard == "order":
-            plan += [Wanted(name, solver, divide=twice) for name in (engine.name, judge.name)]
+            plan += [rung for name in (engine.name, judge.name) for rung in _ladder(runs, name, solver)]
     return list(dict.fromkeys(plan))
+
+
+def _ladder(runs: Runs, name: str, solver: str) -> list[Wanted]:
+    """Runs with the scenario's step, half and a quarter of it."""
+    substeps = runs.scenario.simulation.substeps
+    return [Wanted(name, solver, divide=divide * substeps) for divide in LADDER]
 
 
 def _group(runs: Runs, chosen: Field, solver: str, named: bool) -> Group:
@@ -131,24 +138,24 @@ def _group(runs: Runs, chosen: Field, solver: str, named: bool) -> Group:
 def _judge(
     runs: Runs, judge: Engine, judged: Run, engine: Engine, made: Made, solver: str, continuous: bool, named: bool
 ) -> Verdict:
-    standard, twice = engine.standard(judge), 2 * runs.scenario.simulation.substeps
+    standard = engine.standard(judge)
     if made.run is None:
         refused = made.status == "failed" and not made.begun and not named
         return Verdict("not run" if refused else "failed", made.reason)
     if standard == "none":
         return unjudged(made.run, judged, f"its plant is another one (cables: {engine.cables})")
     if standard == "scheme":
-        others = [runs[Wanted(judge.name, solver, engine.scheme)]]
-    else:
-        others = [runs[Wanted(name, solver, divide=twice)] for name in (engine.name, judge.name)]
-    found = [other.run for other in others if other.run is not None]
-    if len(found) < len(others):
-        lost = next(other for other in others if other.run is None)
-        return Verdict("failed", f"the run to judge it by {lost.reason}")
-    if standard == "scheme":
-        return against_scheme(made.run, judged, *found, continuous=continuous)
-    halved, halved_judge = found
-    return against_order(made.run, judged, halved, halved_judge, engine.order, continuous=continuous)
+        twin = runs[Wanted(judge.name, solver, engine.scheme)]
+        if twin.run is None:
+            return Verdict("failed", f"the run to judge it by {twin.reason}")
+        return against_scheme(made.run, judged, twin.run, continuous=continuous)
+    ladders: list[list[Run]] = []
+    for name in (engine.name, judge.name):
+        rungs = [runs[wanted] for wanted in _ladder(runs, name, solver)]
+        if lost := next((rung for rung in rungs if rung.run is None), None):
+            return Verdict("failed", f"the run to judge it by {lost.reason}")
+        ladders.append([rung.run for rung in rungs if rung.run is not None])
+    return against_order(ladders[0], ladders[1], engine.order, continuous=continuous)
 
 
 def pairs(rows: Sequence[Row]) -> dict[str, dict[str, float]]:

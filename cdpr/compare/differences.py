@@ -29,6 +29,7 @@ class Quantity:
     unit: str
     scale: Callable[[Run], float]
     apart: Callable[[Run, Run], Array]  # (K,) of two runs with K samples
+    deviation: Callable[[Run, Run], Array]  # (K, d), of which `apart` is the size
 
     def allowed(self, standard: Run) -> float:
         """How far a run may be from `standard` by round-off."""
@@ -51,31 +52,49 @@ def _tensions(run: Run) -> Array:
     return run.tension if run.header.layout.ideal else np.hstack([run.tension, run.cable_tension])
 
 
+def _change(name: str) -> Callable[[Run, Run], Array]:
+    return lambda a, b: np.asarray(a[name] - b[name])
+
+
 def _norm(name: str) -> Callable[[Run, Run], Array]:
     return lambda a, b: np.asarray(np.linalg.norm(a[name] - b[name], axis=1))
 
 
+def _turn(a: Run, b: Run) -> Array:
+    return rotations.between(a.orientation, b.orientation)
+
+
 def _angle(a: Run, b: Run) -> Array:
-    return np.asarray(np.linalg.norm(rotations.between(a.orientation, b.orientation), axis=1))
+    return np.asarray(np.linalg.norm(_turn(a, b), axis=1))
+
+
+def _tension_change(a: Run, b: Run) -> Array:
+    return np.asarray(_tensions(a) - _tensions(b))
 
 
 def _tension(a: Run, b: Run) -> Array:
     """Of the cable in which the two differ most."""
-    return np.asarray(np.abs(_tensions(a) - _tensions(b)).max(axis=1))
+    return np.asarray(np.abs(_tension_change(a, b)).max(axis=1))
+
+
+def _energy_change(a: Run, b: Run) -> Array:
+    """Of the energy that no work explains."""
+    return np.asarray((a.energy_residual - b.energy_residual)[:, None])
 
 
 def _energy(a: Run, b: Run) -> Array:
-    """Of the energy that no work explains."""
-    return np.asarray(np.abs(a.energy_residual - b.energy_residual))
+    return np.asarray(np.abs(_energy_change(a, b)[:, 0]))
 
 
 QUANTITIES: Mapping[str, Quantity] = {
-    "position": Quantity("position", "m", size, _norm("position")),
-    "attitude": Quantity("attitude", "rad", lambda run: 1.0, _angle),
-    "velocity": Quantity("velocity", "m/s", size, _norm("velocity")),
-    "angular_velocity": Quantity("angular velocity", "rad/s", lambda run: 1.0, _norm("angular_velocity")),
-    "tension": Quantity("tension", "N", force, _tension),
-    "energy": Quantity("energy balance", "J", lambda run: force(run) * size(run), _energy),
+    "position": Quantity("position", "m", size, _norm("position"), _change("position")),
+    "attitude": Quantity("attitude", "rad", lambda run: 1.0, _angle, _turn),
+    "velocity": Quantity("velocity", "m/s", size, _norm("velocity"), _change("velocity")),
+    "angular_velocity": Quantity(
+        "angular velocity", "rad/s", lambda run: 1.0, _norm("angular_velocity"), _change("angular_velocity")
+    ),
+    "tension": Quantity("tension", "N", force, _tension, _tension_change),
+    "energy": Quantity("energy balance", "J", lambda run: force(run) * size(run), _energy, _energy_change),
 }
 POSE = ("position", "attitude")
 

@@ -11,7 +11,7 @@ from cdpr.scenario import Scenario
 
 # By which an engine is judged:
 #   scheme   the judge offers the engine's scheme: run so, it must give the same but for round-off
-#   order    nobody else has its scheme: half the step must divide the distance to the judge by 2^order
+#   order    nobody else has its scheme: extrapolated to a vanishing step it must be the judge's solution
 #   none     the plant is another one: the distance is told
 Standard = Literal["scheme", "order", "none"]
 

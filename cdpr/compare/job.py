@@ -128,8 +128,8 @@ def summarise(
     tables = []
     for group in groups:
         measured = orders.get(group.solver, ())
-        wrong = not all(each.agrees for each in measured)
-        agrees = False if wrong else group.agrees
+        lost = any(each.failed for each in measured)
+        agrees = False if lost else group.agrees
         tables.append({**group.to_dict(), "agrees": agrees, "orders": [each.to_dict() for each in measured]})
     verdicts = [table["agrees"] for table in tables]
     agrees = False if False in verdicts else True if True in verdicts else None

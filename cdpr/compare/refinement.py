@@ -1,5 +1,8 @@
 """The measured order: how the error falls with the physics step while the control period stays the same.
 
+It is reported, with the reason where it is not as declared, and judges nobody: sound schemes miss their order at kinks,
+with long steps and at round-off. Engines are judged by their errors, see `verdict`.
+
 The truth is the judge's scheme of highest order at a quarter of the finest step, in the same closed loop. Where the
 control period is so short that errors drown in round-off, the loop is closed less often, with all runs that belong
 together.
@@ -8,15 +11,18 @@ together.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from cdpr.compare.convergence import LADDER, local_order
 from cdpr.compare.differences import pose_apart, size
 from cdpr.compare.engines import Engine, Field, finest_scheme
 from cdpr.compare.runs import Made, Runs, Wanted
+from cdpr.log.run import Run
 
-LADDER = (1, 2, 4)  # by which the first step is divided
 TRUTH = 16  # and that of the truth: of order four its error is 0.4 % of the finest one of a run of that order
 STRETCHES = (1, 10, 20, 50)  # of the control period, in this order, until errors are above round-off
 FEWEST = 10  # control periods that a run must have
@@ -29,17 +35,22 @@ ABOVE_ROUND_OFF = 2e-15
 # seldom, has become unstable.
 TOO_FAR = 2e-3
 
+# Below this share the finest error holds enough round-off to change the order: a hundredth of it, or more.
+NEAR_ROUND_OFF = 100 * ABOVE_ROUND_OFF
+
 
 @dataclass(frozen=True)
 class Measured:
     """What came of one engine.
 
     Attributes:
-        outcome: "as declared", "at round-off", "differs", "too far" or "failed".
-        reason: why the order is not as declared or could not be measured.
+        outcome: "as declared"; why the order is not: "at round-off", "kinks", "long steps", "too far", "unlike" where
+            none of these explains it; or "failed".
+        reason: the same in a sentence, "" where the order is as declared.
         order: measured, None unless there are three errors above round-off.
         steps: physics steps, s.
         errors: root mean square of the distance in pose from the truth, m, angles times the characteristic length.
+        truth_error: upper estimate of that of the truth, m.
     """
 
     backend: str
@@ -50,15 +61,16 @@ class Measured:
     control_step: float | None = None
     steps: tuple[float, ...] = ()
     errors: tuple[float, ...] = ()
+    truth_error: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON."""
         return asdict(self)
 
     @property
-    def agrees(self) -> bool:
-        """Whether nothing speaks against the declared order."""
-        return self.outcome in ("as declared", "at round-off")
+    def failed(self) -> bool:
+        """Whether a run did not come to its end, which no step explains."""
+        return self.outcome == "failed"
 
 
 def tolerance(order: int) -> float:
@@ -80,12 +92,13 @@ def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
         if not open_:
             break
         finest = Wanted(chosen.judge.name, solver, scheme, TRUTH * base.divide, base.stretch)
-        runs.make([finest, *(_rung(base, engine, divide) for engine in open_ for divide in LADDER)])
+        coarser = replace(finest, divide=LADDER[-1] * base.divide)
+        runs.make([finest, coarser, *(_rung(base, engine, divide) for engine in open_ for divide in LADDER)])
         truth = runs[finest]
         for engine in tuple(open_):
             hindrance = _hindrance(runs, base, truth, engine)
             if hindrance is None:
-                found[engine.name] = _measure(runs, base, truth, engine)
+                found[engine.name] = _measure(runs, base, truth, runs[coarser], engine)
                 open_.remove(engine)
             elif engine.name not in found or hindrance.outcome == "at round-off":
                 found[engine.name] = hindrance
@@ -118,11 +131,17 @@ def _error(one: Made, truth: Made) -> float | str:
     return pose_apart(one.run, truth.run)
 
 
+def _lost(one: Made, truth: Made) -> str:
+    """Outcome of a run without an error: a run that is not there failed, one that ended early had too long steps."""
+    return "failed" if one.run is None or truth.run is None else "too far"
+
+
 def _hindrance(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measured | None:
     """Why three errors between round-off and TOO_FAR are not to be expected, judging from the first."""
-    error = _error(runs[_rung(base, engine, 1)], truth)
+    one = runs[_rung(base, engine, 1)]
+    error = _error(one, truth)
     if isinstance(error, str):
-        return Measured(engine.name, engine.order, "failed", error)
+        return Measured(engine.name, engine.order, _lost(one, truth), error)
     assert truth.run is not None
     scale = size(truth.run)
     if not error < TOO_FAR * scale:
@@ -134,18 +153,53 @@ def _hindrance(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measure
     return None
 
 
-def _measure(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measured:
+def _measure(runs: Runs, base: Wanted, truth: Made, coarser: Made, engine: Engine) -> Measured:
     rungs = [_rung(base, engine, divide) for divide in LADDER]
     control = runs.scenario.simulation.control_step * base.stretch
     steps = tuple(control / rung.divide for rung in rungs)
     errors: list[float] = []
     for rung in rungs:
-        error = _error(runs[rung], truth)
+        one = runs[rung]
+        error = _error(one, truth)
         if isinstance(error, str):
-            return Measured(engine.name, engine.order, "failed", error)
+            return Measured(engine.name, engine.order, _lost(one, truth), error)
         errors.append(error)
-    order = math.log(errors[0] / errors[-1]) / math.log(LADDER[-1]) if errors[-1] > 0.0 else math.inf
-    sound = abs(order - engine.order) <= tolerance(engine.order)
-    reason = "" if sound else f"of order {order:.3g}, declared {engine.order}"
-    outcome = "as declared" if sound else "differs"
-    return Measured(engine.name, engine.order, outcome, reason, order, control, steps, tuple(errors))
+    order = local_order(errors[0], errors[-1]) / math.log2(LADDER[-1])
+    outcome, reason = _explain(engine.order, order, errors, truth)
+    apart = _error(coarser, truth)
+    # Of order 1 at least, the truth is a quarter as far from the solution as the coarser run.
+    truth_error = None if isinstance(apart, str) else apart / 3.0
+    return Measured(engine.name, engine.order, outcome, reason, order, control, steps, tuple(errors), truth_error)
+
+
+def _explain(declared: int, order: float, errors: Sequence[float], truth: Made) -> tuple[str, str]:
+    """Outcome and reason of a measured order."""
+    if abs(order - declared) <= tolerance(declared):
+        return "as declared", ""
+    assert truth.run is not None
+    what = f"order {order:.3g} instead of {declared}"
+    if order < declared and errors[-1] <= NEAR_ROUND_OFF * size(truth.run):
+        return "at round-off", f"{what}: the finest error, {errors[-1]:.1e} m, is near round-off"
+    if kink := _kink(truth.run):
+        return "kinks", f"{what}: {kink}; at such kinks no scheme reaches a high order"
+    first, second = local_order(*errors[:2]), local_order(*errors[1:])
+    if abs(first - second) > 0.5 * tolerance(declared):
+        return "long steps", (
+            f"{what}: it still changes from {first:.3g} to {second:.3g} as the step is halved; choose a shorter "
+            "simulation.physics_step to see the order"
+        )
+    return "unlike", f"{what}, and neither kinks, long steps nor round-off explain it: check the declared order"
+
+
+def _kink(run: Run) -> str:
+    """What makes the forces of a run change abruptly, "" where nothing is seen to."""
+    slack = np.asarray(run.cable_tension <= 0.0)
+    if (slack.any(axis=0) & ~slack.all(axis=0)).any():
+        first = int(np.argmax((slack != slack[0]).any(axis=1)))
+        cable = run.header.cables[int(np.argmax(slack[first] != slack[0]))]
+        how = "goes slack" if slack[first, run.header.cables.index(cable)] else "becomes taut"
+        return f"cable '{cable}' {how} at {run.time[first]:.4g} s"
+    changed = run.at_limit != run.at_limit[0]
+    if changed.any():
+        return f"a cable reaches or leaves a tension limit at {run.time[int(np.argmax(changed))]:.4g} s"
+    return ""

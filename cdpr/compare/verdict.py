@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.compare.convergence import continuous_samples, converge
 from cdpr.compare.differences import POSE, QUANTITIES, Difference, apart, difference
 from cdpr.log.run import Run
 
 Outcome = Literal["agrees", "disagrees", "failed", "not judged", "not run"]
 
-# Of a ratio that is a power of two: errors are in proportion to step^order only as the step goes to zero.
-RATIO_TOLERANCE = 0.1
+FEWEST = 10  # samples that show how an engine converges
 
 MOST_SPANS = 20  # that are listed
 
@@ -47,7 +47,7 @@ class Verdict:
 
     Attributes:
         checks: for the standard `scheme` what the run differs by from the judge running the engine's scheme; for
-            `order` by what half the step divides the distance to the judge.
+            `order` the distance of the extrapolated run from the judge, root mean square.
         differences: to the judge, by quantity.
         statuses: where the solver found another status than in the run that the engine was held against.
         vertices: the same for tensions, where the solver declares that it may jump between several answers.
@@ -78,20 +78,38 @@ def against_scheme(run: Run, judge: Run, twin: Run, *, continuous: bool) -> Verd
     return _verdict(run, judge, twin, checks, continuous)
 
 
-def against_order(run: Run, judge: Run, halved: Run, halved_judge: Run, order: int, *, continuous: bool) -> Verdict:
-    """Judge a run of an unknown scheme by another with half the step: the distance to the judge is to shrink."""
-    names = list(QUANTITIES) if continuous else list(POSE)
-    checks = []
+def against_order(runs: Sequence[Run], judges: Sequence[Run], order: int, *, continuous: bool) -> Verdict:
+    """Judge a run of an unknown scheme by its limit: extrapolated to a vanishing step it must be the judge's.
+
+    `runs` and `judges` have the steps of `convergence.LADDER`. Where the judge's estimated error is as large as the
+    engine's, nothing is judged. Tensions follow from the state, but with kinks where a cable meets a limit, of which an
+    extrapolation makes anything: they are not judged.
+    """
+    names = [name for name in QUANTITIES if name != "tension"] if continuous else list(POSE)
+    checks, slow, blind = [], "", []
+    count = continuous_samples([*runs, *judges])
+    if count < min(FEWEST, *(len(run.rows) for run in (*runs, *judges))):
+        reason = f"the solver fails at {runs[0].time[count]:.6g} s, after which tensions may jump"
+        return unjudged(runs[0], judges[0], reason)
     for name in names:
-        found, left = difference(name, run, judge), difference(name, halved, halved_judge)
-        bound = QUANTITIES[name].allowed(judge)
-        if found.max <= bound:
-            checks.append(Check(name, found.max, 0.0, bound, found.time, True))
+        found = converge(name, runs, judges, order, count)
+        checks.append(Check(name, found.limit, 0.0, found.allowed, None, found.agrees))
+        if name not in POSE or found.errors[0] <= QUANTITIES[name].allowed(judges[-1]):
             continue
-        ratio = found.rms / left.rms if left.rms > 0.0 else np.inf
-        low, high = (1 - RATIO_TOLERANCE) * 2**order, (1 + RATIO_TOLERANCE) * 2**order
-        checks.append(Check(name, ratio, low, high, None, low <= ratio <= high))
-    return _verdict(run, judge, judge, checks, continuous, other=(halved, halved_judge))
+        blind.append(found.blind)
+        if found.lacks(order):
+            first, second = found.orders
+            slow = (
+                f"{QUANTITIES[name].title} converges with order {first:.2g} and {second:.2g} as the step is halved, "
+                f"declared is {order}"
+            )
+    verdict = _verdict(runs[0], judges[0], judges[0], checks, continuous, others=tuple(zip(runs, judges, strict=True)))
+    if verdict.outcome == "agrees" and slow:
+        return replace(verdict, outcome="disagrees", reason=slow)
+    if verdict.outcome == "agrees" and blind and all(blind):
+        reason = f"the estimated error of {judges[-1].header.backend} is as large as the difference"
+        return replace(verdict, outcome="not judged", reason=reason)
+    return verdict
 
 
 def unjudged(run: Run, judge: Run, reason: str) -> Verdict:
@@ -105,9 +123,9 @@ def _verdict(
     standard: Run,
     checks: Sequence[Check],
     continuous: bool,
-    other: tuple[Run, Run] | None = None,
+    others: Sequence[tuple[Run, Run]] = (),
 ) -> Verdict:
-    reasons = [_ending(a, b) for a, b in ((run, standard), *([other] if other else []))]
+    reasons = [_ending(a, b) for a, b in ((run, standard), *others)]
     reasons += [f"{QUANTITIES[check.quantity].title} beyond its bound" for check in checks if not check.agrees]
     reason = next((text for text in reasons if text), "")
     return Verdict(

@@ -16,9 +16,9 @@ from cdpr.mechanics.properties import check_lengths
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.frozen import Frozen
+from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array, frozen_array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
-from cdpr.tension.null_space import RANK_TOLERANCE
 from cdpr.tension.problem import Problem
 
 # Three limits whose normals span less than this share of what orthogonal ones do meet in no corner but in an edge.

@@ -8,12 +8,10 @@ from cdpr import tolerances
 from cdpr.errors import CdprError
 from cdpr.mechanics.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
 from cdpr.model import rotations
+from cdpr.model.rank import significant
 from cdpr.model.robot import Array, Robot
 
-# A singular value below this share of the largest one is round-off.
-RANK_TOLERANCE = 1e-9
-
-# A component of a direction below this share of its largest is round-off where the rank is lost to RANK_TOLERANCE.
+# A component of a direction below this share of its largest is round-off, where the rank is lost to RANK_TOLERANCE.
 ROUNDED = 1e-6
 
 # Anchors whose heights differ by less than this share of their extent count as lying in one level.
@@ -46,7 +44,7 @@ def conditioning(W: Array) -> tuple[int, float]:
     The condition number is the largest over the smallest singular value, infinite where W has not its full rank.
     """
     values = np.linalg.svd(W, compute_uv=False)
-    rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
+    rank = significant(values)
     return rank, float(values[0] / values[-1]) if rank == min(W.shape) else np.inf
 
 
@@ -57,7 +55,7 @@ def unresisted(W: Array, robot: Robot) -> list[Array]:
     moves that stands still in the others.
     """
     U, values, _ = np.linalg.svd(W)
-    rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
+    rank = significant(values)
     basis = U[:, rank:].T.copy()
     pivots: list[int] = []
     for i in range(len(basis)):  # reduced row echelon form, the largest entry as pivot

@@ -9,12 +9,9 @@ import math
 
 from cdpr.model.jit import apart, kernel, small
 from cdpr.model.lanes import choose, of_lanes, some, whole
+from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND
-
-# A row of W whose remainder is below this share of the largest one counts as dependent: well above the round-off of
-# the factorisation (1e-15) and well below any usable direction.
-RANK_TOLERANCE = 1e-9
 
 # A dependent row is consistent if the wrench agrees with the other rows to this share of the largest load.
 CONSISTENCY_TOLERANCE = 1e-9

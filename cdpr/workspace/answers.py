@@ -10,12 +10,10 @@ from cdpr.errors import CdprError
 from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.stiffness import SLACK, inertia, stiffness
 from cdpr.model import Robot
+from cdpr.model.rank import RANK_TOLERANCE, significant
 from cdpr.model.robot import Array
 from cdpr.workspace.measure import Measured, Mode, measure
 from cdpr.workspace.question import Question, directions
-
-# Share of the largest singular value below which a motion stretches no cable.
-STRETCHED = 1e-9
 
 
 def margin(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
@@ -54,7 +52,7 @@ def stiff(robot: Robot, poses: Array, question: Question, jobs: int | None = Non
         return _least(K * np.outer(question.weights(robot), question.weights(robot)), held)
     at = robot.dof.index(question.direction)
     value = np.full(len(K), np.nan)
-    regular = held & (np.linalg.cond(K) < 1.0 / STRETCHED)
+    regular = held & (np.linalg.cond(K) < 1.0 / RANK_TOLERANCE)
     value[regular] = 1.0 / np.linalg.inv(K[regular])[:, at, at]
     least = _least(K * np.outer(question.weights(robot), question.weights(robot)), held).value
     value[least <= 0.0] = -np.abs(value[least <= 0.0])  # it falls over some other way
@@ -77,7 +75,7 @@ def stable(robot: Robot, poses: Array, question: Question, jobs: int | None = No
     for k in np.flatnonzero(held):
         taut = _rigid(robot, question) & (tension[k] > SLACK * tension[k].max())
         _, sizes, motions = np.linalg.svd((W[k][robot.rows] * weights[:, None])[:, taut].T)
-        kept = motions[int((sizes > STRETCHED * sizes.max(initial=0.0)).sum()) :]
+        kept = motions[significant(sizes) :]  # these stretch no cable
         left = np.linalg.eigvalsh(_symmetric(kept @ K[k] @ kept.T))
         value[k] = left[0] if len(left) else np.inf
         scale[k] = np.abs(left).max(initial=1.0)

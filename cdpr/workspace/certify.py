@@ -30,6 +30,8 @@ START = 8  # boxes along the longest side, to begin with
 PIECE = 65536  # boxes that are looked at before it is asked whether enough is decided
 UNDECIDED = 0.02  # share of the region that may stay undecided, unless said
 MOST = 20_000_000  # boxes that are looked at: some minutes, and a gigabyte
+LACKING = 3  # levels of boxes that are asked whether W lacks rank all over them
+WITHIN = 0.21, 0.79  # shares of a side, at which they are asked: corners may be anchors
 DEEPEST = 17  # times that a box is cut: boxes can be numbered, and their sides are above round-off
 # What is given, or made of that in a few operations, may be off by this share of the largest number of its kind.
 ROUNDED = 2.0**-46
@@ -55,6 +57,8 @@ class Proofs:
         place: (k, 3), its number along each axis among those of its level.
         proved: (k,), INSIDE, OUTSIDE, or NEITHER where it is undecided.
         asked: how many boxes were looked at.
+        lacking: share of the region that was not cut further, because W lacks rank all over it: the proofs invert
+            W W^T. Not kept in files.
     """
 
     region: Region
@@ -63,6 +67,18 @@ class Proofs:
     place: Whole
     proved: Whole
     asked: int
+    lacking: float = 0.0
+
+    @property
+    def notes(self) -> list[str]:
+        """Why nothing is proved of a part, in a sentence."""
+        if not self.lacking:
+            return []
+        part = "anywhere in the box" if self.lacking > 1.0 - ROUNDED else f"in {100 * self.lacking:.3g} % of the box"
+        return [
+            f"nothing can be proved {part}: the wrench matrix lacks rank there, so the cables exert nothing in some "
+            "direction; cells are asked one by one"
+        ]
 
     @property
     def volume(self) -> float:
@@ -163,7 +179,7 @@ def certify(
     twice = np.where(_extent(region) > 0.0, 2, 1).astype(np.int32)
     place = np.stack(np.meshgrid(*map(np.arange, roots), indexing="ij"), axis=-1).reshape(-1, 3).astype(np.int32)
     kept: list[tuple[Whole, Whole, Whole]] = []
-    open_, asked, level = 1.0, 0, 0
+    open_, asked, level, lacking = 1.0, 0, 0, 0.0
     while len(place):
         share = 0.5 ** (level * len(region.moving)) / float(np.prod(roots))
         sides = _sides(region, roots, level)
@@ -179,13 +195,32 @@ def certify(
             progress(min(int(100 * (1.0 - open_)), 99), 100)
         enough = looked < len(place) or open_ <= undecided or level == DEEPEST
         done = (proved != NEITHER) | enough
+        if level < LACKING and kind.slope is None:
+            lost = ~done
+            lost[lost] = _lacks(robot, kind, question, region, region.lower + place[lost] * sides, sides)
+            done, lacking = done | lost, lacking + share * float(np.count_nonzero(lost))
         kept.append((np.full(int(done.sum()), level, dtype=np.int8), place[done], proved[done]))
         rest = place[~done]
         place = (rest[:, None] * twice + children[None]).reshape(-1, 3)
         level += 1
     progress(100, 100)
     levels, places, verdicts = (np.concatenate(each) for each in zip(*kept, strict=True))
-    return Proofs(region, roots, levels, places, verdicts, asked)
+    return Proofs(region, roots, levels, places, verdicts, asked, lacking)
+
+
+def _lacks(
+    robot: Robot, kind: WorkspaceKind, question: Question, region: Region, low: Array, sides: Array
+) -> NDArray[np.bool_]:
+    """Whether W lacks rank at all points looked at of boxes with lowest corners (k, 3), in all attitudes."""
+    lost = np.ones(len(low), dtype=bool)
+    for share in [(0.5, 0.5, 0.5), *product(WITHIN, repeat=3)]:
+        for q in region.orientations:
+            poses = _poses(low[lost] + np.array(share) * sides, q)
+            if not len(poses):
+                return lost
+            found = kind.answer(robot, poses, question, 1)
+            lost[lost] = found.singular
+    return lost
 
 
 def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: float) -> None:

@@ -13,6 +13,7 @@ from cdpr.errors import CdprError, LogError, PluginError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot
+from cdpr.model.rank import rank
 from cdpr.model.robot import Array
 from cdpr.model.rotations import from_axis_angle, multiply
 from cdpr.workspace.ask import BOUNDARY
@@ -172,6 +173,8 @@ def _margin(found: Workspace, robot: Robot, pose: Array) -> float:
     largest = float(np.abs([robot.tension_min, robot.tension_max]).max())
     low, high = robot.tension_min / largest, robot.tension_max / largest
     if not found.kind.at_zero:
+        if rank(W) < robot.n:  # whatever the tensions are, the cables exert nothing in some direction
+            return -np.inf
         # t = 0 always is there: beside 1, the largest s is 0 where there is no other.
         return _roomiest(W, np.zeros(robot.n), np.zeros(robot.m), np.full(robot.m, np.inf), most=1.0) - 2 * UNDECIDED
     carried = required_wrench(robot, state, gravity)

@@ -292,7 +292,8 @@ def workspace(
         "over": over,
         "method": method,
         "limited_by": answers.limits(robot, whole, numbers.tolist(), bodies=chosen.bodies),
-        "notes": answers.notes(robot, whole, bodies=chosen.bodies),
+        "notes": answers.notes(robot, whole, bodies=chosen.bodies)
+        + (detail.notes if isinstance(detail, Proofs) else []),
     } | ({"undecided": undecided} if method == "certify" else {"rays": n_rays} if method == "hull" else {})
     return Workspace(
         chosen,

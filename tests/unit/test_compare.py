@@ -16,7 +16,7 @@ from cdpr.compare.excitation import unexcited
 from cdpr.compare.finished import compare_finished
 from cdpr.compare.runs import Made, Runs, Wanted
 from cdpr.compare.scenarios import changes
-from cdpr.compare.verdict import against_order, against_scheme, spans
+from cdpr.compare.verdict import against_scheme, spans
 from cdpr.errors import CdprError, LogError, PluginError
 from cdpr.jobs.pool import Outcome
 
@@ -189,13 +189,6 @@ def test_another_end_disagrees(run, status, rows):
     verdict = against_scheme(other, run, run, continuous=True)
     assert verdict.outcome == "disagrees"
     assert "the run ended" in verdict.reason
-
-
-@pytest.mark.parametrize(("share", "outcome"), [(2.0, "agrees"), (1.0, "disagrees"), (4.0, "disagrees")])
-def test_order_needs_its_share(run, share, outcome):
-    """A distance that halves with the step is of first order; one that stays is a fault, one that quarters no truth."""
-    far, near = off(run, "position", [1e-4, 0, 0]), off(run, "position", [1e-4 / share, 0, 0])
-    assert against_order(far, run, near, run, 1, continuous=True).outcome == outcome
 
 
 def test_judge_is_of_highest_order():

@@ -70,28 +70,32 @@ def test_a_process_that_died():
 
 
 def test_a_wrong_order(diverged):
-    """Fails the comparison, though the runs agree."""
+    """Is told and fails nobody: the runs agree."""
     sound = cdpr.simulate(load("caroca", {"simulation.duration": 0.1}), backend=ENGINES[0])
     wrong = Measured(
-        ENGINES[0], 1, "differs", "of order 0.42, declared 1", 0.42, 1e-3, (1e-3, 5e-4, 2.5e-4), (4e-5, 3e-5, 2e-5)
+        ENGINES[0], 1, "unlike", "order 0.42 instead of 1", 0.42, 1e-3, (1e-3, 5e-4, 2.5e-4), (4e-5, 3e-5, 2e-5), 1e-9
     )
     found = result(Made(sound, "finished", ""), [wrong])
     assert found.figures["groups"][0]["engines"][0]["outcome"] == "agrees"
-    assert found.figures["agrees"] is False
+    assert found.figures["agrees"] is True
     html = render(found)
-    assert f"{ENGINES[0]}: differs: of order 0.42, declared 1" in html[: html.index("</header>")]
-    assert any("0.420 of 1  differs" in line for line in lines(found.figures))
+    assert f"{ENGINES[0]}: unlike: order 0.42 instead of 1" in html[html.index("</header>") :]
+    said = list(lines(found.figures))
+    assert any("0.420 of 1  unlike" in line for line in said)
+    assert "the error of the truth itself is at most about 1e-09 m" in " ".join(" ".join(said).split())
 
 
 @pytest.mark.parametrize(
-    ("outcome", "reason"), [("failed", "the truth died: SIGSEGV"), ("too far", 4 * "0.17 m from the truth, ")]
+    ("outcome", "reason", "agrees"),
+    [("failed", "the truth died: SIGSEGV", False), ("too far", 4 * "0.17 m from the truth, ", True)],
 )
-def test_an_order_that_could_not_be_measured(outcome, reason):
-    """Its reason stands at the top of the page and in the text."""
+def test_an_order_that_could_not_be_measured(outcome, reason, agrees):
+    """Its reason stands in the text and on the page, of a run that failed at its top."""
     sound = cdpr.simulate(load("caroca", {"simulation.duration": 0.1}), backend=ENGINES[0])
     found = result(Made(sound, "finished", ""), [Measured(ENGINES[0], 1, outcome, reason)])
-    assert found.figures["agrees"] is False
+    assert found.figures["agrees"] is agrees
     html, text = render(found), list(lines(found.figures))
-    assert f"{outcome}: {reason}".strip() in html[: html.index("</header>")]
+    assert (f"{outcome}: {reason}".strip() in html[: html.index("</header>")]) is not agrees
+    assert f"{outcome}: {reason}".strip() in html
     assert f"measured order of {ENGINES[0]}: {outcome}: {reason}".strip() in " ".join(" ".join(text).split())
     assert max(map(len, text)) <= 80

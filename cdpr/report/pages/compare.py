@@ -27,10 +27,11 @@ from cdpr.report.text.compare import (
     different_solvers,
     notes,
     order_cells,
+    order_reasons,
     outcome,
     subject,
+    truth_error,
     worst,
-    wrong_orders,
 )
 
 if TYPE_CHECKING:
@@ -51,9 +52,9 @@ ABOUT = """<h2>How engines are judged</h2>
 <p>All run the same closed loop; differences are those to the judge, the engine of highest declared order. How large
 they may be is known, not guessed. An engine whose scheme the judge offers, too, is held against the judge running that
 scheme with the same step: two programs for one scheme differ by round-off alone, so that what lies <em>beyond the
-scheme</em> is a fault of the adapter or of the engine. Of an engine with a scheme of its own, half the step must divide
-the distance to the judge by two to the power of its order. A tension solver that may jump between several answers
-leaves the pose to be judged. Times inform and are never judged.</p>"""
+scheme</em> is a fault of the adapter or of the engine. An engine with a scheme of its own runs with three steps;
+extrapolated to a vanishing step it must give the judge's solution, within the judge's own estimated error. A tension
+solver that may jump between several answers leaves the pose to be judged. Times inform and are never judged.</p>"""
 
 
 def write_comparison(result: Comparison, folder: Path) -> None:
@@ -86,6 +87,8 @@ def render(result: Comparison) -> str:
         if found["orders"]:
             rows = [tuple(map(escape, order_cells(row))) for row in found["orders"]]
             orders = table(rows, ("Engine", *ORDER_TITLES[1:2], "", *ORDER_TITLES[3:]))
+            told = (*order_reasons(found), *truth_error(found))
+            orders += "".join(f"<p>{escape(text[0].upper() + text[1:])}.</p>" for text in told)
             parts.append(section(f"orders{k}", f"<h2>Measured orders</h2>\n{ORDERS}\n{orders}"))
     links["about"] = "About"
     parts.append(section("about", ABOUT))
@@ -114,7 +117,7 @@ def _why(figures: Figures) -> str:
             for row in group["engines"]
             if row["outcome"] in ("disagrees", "failed")
         ]
-        reasons += wrong_orders(group)
+        reasons += order_reasons(group, failed=True)
         if figures["agrees"] is None:
             reasons += [DIFFERENT_SOLVERS] if different_solvers(figures) else []
             reasons += [_apart(row, figures["judge"]["backend"]) for row in group["engines"] if row["differences"]]
@@ -143,7 +146,7 @@ def _engines(group: Figures) -> str:
     return "\n".join(out)
 
 
-JUDGED = {"scheme": ("beyond its scheme", "allowed"), "order": ("divided by half the step", "allowed"), "none": ()}
+JUDGED = {"scheme": ("beyond its scheme", "allowed"), "order": ("limit (rms)", "allowed"), "none": ()}
 
 
 def _rows(row: Figures) -> list[tuple[str, ...]]:

@@ -34,7 +34,7 @@ def lines(figures: Figures) -> Iterator[str]:
             yield from _wrapped(text)
         if group["orders"]:
             yield from table([ORDER_TITLES, *map(order_cells, group["orders"])], left=3)
-        for text in wrong_orders(group):
+        for text in (*order_reasons(group), *truth_error(group)):
             yield from _wrapped(text)
     for name, reason in figures["absent"].items():
         yield from _wrapped(f"{name}: not run: {reason}")
@@ -72,9 +72,9 @@ def outcome(row: Figures) -> str:
 
 
 def notes(row: Figures) -> Iterator[str]:
-    """What no table tells: how little an order proves, other statuses, other vertices."""
+    """What no table tells: how little a limit proves, other statuses, other vertices."""
     if row["standard"] == "order" and row["differences"]:
-        yield ORDER_ALONE
+        yield LIMIT_ALONE
     for key, what in (("statuses", "another solver status"), ("vertices", "tensions at another vertex")):
         if row[key]:
             first = row[key][0]
@@ -110,24 +110,31 @@ def order_cells(measured: Figures) -> list[str]:
     return [measured["backend"], f"{order} of {measured['declared']}", measured["outcome"], control, steps, errors]
 
 
-def wrong_orders(group: Figures) -> Iterator[str]:
-    """Whose order is not as declared or could not be measured, and why."""
+def order_reasons(group: Figures, *, failed: bool = False) -> Iterator[str]:
+    """Yield why orders are not as declared or could not be measured; only of runs that failed, if wanted."""
     for measured in group["orders"]:
-        if measured["reason"]:
+        if measured["reason"] and (measured["outcome"] == "failed" or not failed):
             yield f"measured order of {measured['backend']}: {measured['outcome']}: {measured['reason']}"
 
 
+def truth_error(group: Figures) -> Iterator[str]:
+    """Yield how exact the run is that errors are measured from."""
+    known = [each["truth_error"] for each in group["orders"] if each["truth_error"] is not None]
+    if known:
+        yield f"orders inform and are not judged; the error of the truth itself is at most about {digits(max(known))} m"
+
+
 # Faults that shrink with the step, or are small beside what it does.
-ORDER_ALONE = (
-    "judged by its order alone, for the judge offers no scheme that it declares: commands that act a step late, or a "
-    "friction of 1e-4 1/s, would not show"
+LIMIT_ALONE = (
+    "judged by its limit for a vanishing step, because the judge offers no scheme that it declares: commands that act "
+    "a step late, or a friction of 1e-4 1/s, may not show"
 )
 
 ORDER_TITLES = ["engine", "order", "", "control", "steps (ms)", "errors (m)"]
 FIRST = ["quantity", "", "largest", "rms", "at s"]
 TITLES = {
     "scheme": [*FIRST, "beyond scheme", "allowed"],
-    "order": [*FIRST, "half step", "allowed"],
+    "order": [*FIRST, "limit (rms)", "allowed"],
     "none": FIRST,
 }
 
@@ -145,18 +152,16 @@ def _rows(row: Figures) -> Iterator[list[str]]:
 def check_cells(check: Figures) -> list[str]:
     """The figure that was judged, and its bounds."""
     mark = "" if check["agrees"] else " !"
-    if check["low"]:
-        return [f"/ {digits(check['value'])}{mark}", f"{check['low']:.3g} to {check['high']:.3g}"]
     return [f"{digits(check['value'])}{mark}", digits(check["high"])]
 
 
 def worst(row: Figures) -> tuple[float, str] | None:
-    """Largest share of what an engine may be apart, and the quantity; above 1 it disagrees. None where none is judged.
+    """Return the largest share of what is allowed, and its quantity; above 1 the engine disagrees.
 
-    Of an order both ends count: to come nearer to the judge than the order allows is as wrong as to stay away.
+    None where nothing is judged.
     """
     shares = [
-        (max(check["value"] / check["high"], check["low"] / check["value"] if check["value"] else 0.0), title)
+        (check["value"] / check["high"], title)
         for check in row["checks"]
         if check["value"] is not None and check["high"] and (title := QUANTITIES[check["quantity"]].title)
     ]

@@ -6,7 +6,10 @@ from pydantic import Field
 
 from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
 
-Trap = Literal["none", "frame", "damping", "clamp", "persistence", "lag", "auto_reset", "dropped_nan"]
+Trap = Literal[
+    *("none", "frame", "damping", "clamp", "persistence", "lag", "auto_reset", "dropped_nan"),
+    *("gravity", "light_damping", "late"),
+]
 
 
 class TrapOptions(PluginOptions):
@@ -15,10 +18,11 @@ class TrapOptions(PluginOptions):
     engine: str = Field("mujoco", description="the backend that is wrapped")
     trap: Trap = Field("none", description="the fault")
     scheme: str = Field("semi_implicit_euler", description="the scheme that is declared; '' for none")
+    order: int = Field(1, description="the order that is declared")
 
     def declares(self):
         """Without a scheme it is judged by its order."""
-        return {"scheme": self.scheme}
+        return {"scheme": self.scheme, "order": self.order}
 
 
 @hookimpl

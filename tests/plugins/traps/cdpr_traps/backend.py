@@ -154,6 +154,37 @@ class DroppedNan(Wrapped):
         return tuple(np.where(np.isfinite(load), load, 0.0) for load in (self.command, self.external))
 
 
+class Gravity(Wrapped):
+    """Gravity: wrong by a ten-thousandth."""
+
+    def __init__(self, robot, gravity, physics_step, options):
+        super().__init__(robot, (1 + 1e-4) * gravity, physics_step, options)
+
+
+class LightDamping(Wrapped):
+    """Light damping: 0.001 per second."""
+
+    def after(self):
+        state = self.inner.state.copy()
+        state[7:] *= 1 - 0.001 * self.physics_step
+        self.put(state)
+
+
+class Late(Wrapped):
+    """Late: commands and wrenches act one physics step late."""
+
+    last = None
+
+    def reset(self, state):
+        self.last = None
+        super().reset(state)
+
+    def loads(self):
+        now = self.command.copy(), self.external.copy()
+        acting, self.last = now if self.last is None else self.last, now
+        return acting
+
+
 TRAPS = {
     "none": Wrapped,
     "frame": BodyFrameBothWays,
@@ -163,4 +194,7 @@ TRAPS = {
     "lag": Lag,
     "auto_reset": AutoReset,
     "dropped_nan": DroppedNan,
+    "gravity": Gravity,
+    "light_damping": LightDamping,
+    "late": Late,
 }
