@@ -7,6 +7,8 @@ prints goes where that program has its stdout.
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -22,6 +24,26 @@ def hushed() -> Iterator[None]:
         yield
     finally:
         _foreign.reset(token)
+
+
+@contextmanager
+def native_to_stderr() -> Iterator[None]:
+    """Send what native code prints on stdout inside the block to stderr: of libraries that have no switch for it.
+
+    For calls made once, such as constructors: the whole process has but one stdout.
+    """
+    try:
+        sys.stdout.flush()
+        out = os.dup(1)
+    except (AttributeError, OSError, ValueError):  # closed
+        yield
+        return
+    try:
+        os.dup2(2, 1)
+        yield
+    finally:
+        os.dup2(out, 1)
+        os.close(out)
 
 
 def is_hushed() -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from math import lcm
@@ -11,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from cdpr.model import Robot
+from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.tension import Status
+from cdpr.tension.null_space import CONSISTENCY_TOLERANCE
 
 Vector = list[Fraction]
 Rows = list[list[int]]  # whole numbers need no common divisors, the greater part of the cost of fractions
@@ -26,9 +29,9 @@ class Exact(TensionSolver):
     """The optimum of the problem as its floating-point numbers state it, each tension rounded once, to the nearest.
 
     For checking other solvers, as the thesis did with the exact program of CGAL. Any number of cables: eight take about
-    a millisecond, the 1-norm several. Also whether there is a solution at all is decided exactly: dependent rows of W,
-    or fewer cables than rows, balance a wrench that was rounded only by luck, and are INFEASIBLE otherwise. `one_norm`
-    minimises the sum of the tensions; where that leaves several, it takes one of them.
+    a millisecond, the 1-norm several. Rows of W that are round-off of others (RANK_TOLERANCE) are no equations of their
+    own. Whether the limits leave a solution is decided exactly. `one_norm` minimises the sum of the tensions; where
+    that leaves several, it takes one of them.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -39,15 +42,25 @@ class Exact(TensionSolver):
         """Write the distribution into `tension` (m,)."""
         if not all(np.isfinite(array).all() for array in (W, wrench, t_min, t_max)) or (t_min > t_max).any():
             return Status.BAD_INPUT
-        equations = independent([whole([*row, w]) for row, w in zip(W, wrench, strict=True)])
+        free = t_min < t_max
+        kept = no_round_off(W[:, free], wrench - W[:, ~free] @ t_min[~free], np.abs(W[:, ~free] * t_min[~free]))
+        if kept is None:
+            return Status.INFEASIBLE
+        tension[:] = t_min
+        locked = fractions(t_min[~free])
+        rows = []
+        for j in kept:
+            left = Fraction(float(wrench[j])) - dot(fractions(W[j, ~free]), locked)
+            rows.append(whole([*fractions(W[j, free]), left]))
+        equations = independent(rows)
         if equations is None:
             return Status.INFEASIBLE
         matrix, right = [row[:-1] for row in equations], [row[-1] for row in equations]
         find = least_sum if self._linear else least_norm
-        answer = find(matrix, right, fractions(t_min), fractions(t_max))
+        answer = find(matrix, right, fractions(t_min[free]), fractions(t_max[free])) if free.any() else []
         if answer is None:
             return Status.INFEASIBLE
-        tension[:] = [float(t) for t in answer]
+        tension[free] = [float(t) for t in answer]
         return Status.OK
 
 
@@ -56,11 +69,38 @@ def fractions(values: Iterable[float]) -> Vector:
     return [Fraction(float(x)) for x in values]
 
 
-def whole(values: Iterable[float]) -> list[int]:
+def whole(values: Iterable[float | Fraction]) -> list[int]:
     """The numbers times their common denominator."""
-    exact = fractions(values)
+    exact = [Fraction(x) for x in values]
     unit = lcm(*(x.denominator for x in exact))
     return [x.numerator * (unit // x.denominator) for x in exact]
+
+
+def no_round_off(V: Array, right: Array, given: Array) -> list[int] | None:
+    """Return which rows of V t = right, V (n, k), are more than round-off of the others, strongest first.
+
+    None where the others contradict them; `given` are the loads that made `right`. Rows that follow from others to
+    within RANK_TOLERANCE would be constraints of their own in exact arithmetic, made by rounding alone.
+    """
+    load = max(float(np.abs(right).max(initial=0.0)), float(given.max(initial=0.0)))
+    largest = float(np.abs(V).max(initial=0.0))
+    unit = math.ldexp(1.0, math.frexp(largest)[1]) if largest > 0.0 else 1.0  # squares do not overflow
+    rest = np.column_stack([V / unit, right / load if load > 0.0 else right])
+    kept: list[int] = []
+    left, first = list(range(len(V))), 0.0
+    while left and V.shape[1]:
+        norms = [float(np.linalg.norm(rest[j, :-1])) for j in left]
+        k = int(np.argmax(norms))
+        first = first or norms[k]
+        if not norms[k] > RANK_TOLERANCE * first:
+            break
+        kept.append(left.pop(k))
+        row = rest[kept[-1]] / norms[k]
+        for j in left:
+            rest[j] -= (rest[j, :-1] @ row[:-1]) * row
+    if any(abs(rest[j, -1]) > CONSISTENCY_TOLERANCE for j in left):
+        return None
+    return sorted(kept)
 
 
 def independent(equations: Rows) -> Rows | None:

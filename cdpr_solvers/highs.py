@@ -8,6 +8,7 @@ import highspy
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr.hush import native_to_stderr
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
@@ -32,7 +33,8 @@ class Highs(LibrarySolver):
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        self._solver = highspy.Highs()
+        with native_to_stderr():  # its banner, which comes before it can be silenced
+            self._solver = highspy.Highs()
         self._solver.silent()
         settings = {
             **SETTINGS,

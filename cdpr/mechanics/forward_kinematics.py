@@ -27,6 +27,9 @@ MOST_ITERATIONS = 100
 # An undamped step shorter than this, m (turns times the characteristic length), is the last one: convergence is
 # quadratic, or gains three digits a step where lengths disagree by a thousandth, so that what remains is below 1e-12 m.
 LAST_STEP = 1e-9
+# Share of the lengths by which they may differ from those of the pose. Measured lengths differ by some thousandths
+# (sag, elasticity, encoders); with more, the descent has found another minimum, or the lengths belong to no pose.
+MISFIT = 0.02
 # Close to the optimum the sum of squares changes by less than its round-off: a step may raise it by this share.
 ROUND_OFF = 1e-10
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-7, 1e8
@@ -43,7 +46,8 @@ class Fit:
             (m, world axes), rotation vector (rad, world axes). It is sigma^2 (J^T J)^-1 with J = -W^T, for independent
             errors of the lengths with standard deviation sigma; inf where the lengths leave a direction undetermined.
         iterations: linear systems solved.
-        converged: whether the last step was below 1e-9 m; else `pose` is the best one found and not to be trusted.
+        converged: whether the last step was below 1e-9 m and the lengths are those of the pose, within MISFIT; else
+            `pose` is the best one found and not to be trusted.
     """
 
     pose: Array
@@ -82,7 +86,8 @@ def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: flo
     count, residual = fit(lines(robot), *scales(robot), target, pose, inverse, np.empty(work_size(n, m)))
     if sigma is None:
         sigma = residual / math.sqrt(m - n) if m > n else math.nan
-    return Fit(pose, residual, sigma * sigma * inverse, abs(count), count > 0)
+    fits = residual <= MISFIT * math.sqrt(float(target @ target))
+    return Fit(pose, residual, sigma * sigma * inverse, abs(count), count > 0 and fits)
 
 
 def scales(robot: Robot) -> tuple[NDArray[np.int64], Array]:

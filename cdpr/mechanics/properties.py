@@ -43,7 +43,7 @@ def conditioning(W: Array) -> tuple[int, float]:
 
     The condition number is the largest over the smallest singular value, infinite where W has not its full rank.
     """
-    values = np.linalg.svd(W, compute_uv=False)
+    values = np.asarray(np.linalg.svd(W, compute_uv=False))
     rank = significant(values)
     return rank, float(values[0] / values[-1]) if rank == min(W.shape) else np.inf
 

@@ -326,7 +326,7 @@ class RobotSection(Section):
             keys.append("cable.model")
         used = {name for chain in chains for number in chain.numbers for name in (number.key, number.owner)}
         for name in (*CABLE_KEYS, "winch"):
-            if name in used:
+            if name in used or name == "diameter":  # clearances are of every cable, whatever its model
                 continue
             if any(getattr(cable, name) is not None for cable in self.cables):
                 keys.append(f"cables[*].{name}")

@@ -123,7 +123,7 @@ class Problem:
     @property
     def feasible(self) -> bool:
         """Whether some tensions within the limits balance the wrench."""
-        return self.safest is not None and self.safest[0] >= -LIMIT_TOLERANCE * newton(self.limits)
+        return self.safest is not None and bool(self.safest[0] >= -LIMIT_TOLERANCE * newton(self.limits))
 
     def x(self, tension: Array) -> Array:
         """Null-space coordinates (r,), N, of tensions (m,): of the nearest balanced ones, where they are not."""

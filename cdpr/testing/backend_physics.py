@@ -20,6 +20,8 @@ from cdpr.testing.subjects import BackendSubject
 
 SHORT = 1e-5  # s; over one such step from rest every consistent scheme gives the acceleration
 ONE_STEP = 1e-6  # share of an acceleration that it may be off by then
+SLOW = 1e-5, 1e-7, 1e-9  # m/s and rad/s; engines put bodies to sleep from 1e-2 down
+LOADS = 1e-3, 1.0, 1e2, 1e3, 3e3, 1e4, 1e5  # N and N m, of one cable and of a wrench
 STALE = 1e-4  # m, rad, m/s, rad/s: above the error of one step of 1 ms, far below what a step moves
 
 NO_COMMAND = np.zeros(8)
@@ -75,7 +77,7 @@ def cables_pull(subject: BackendSubject) -> None:
 
 def loads_are_not_clamped(subject: BackendSubject) -> None:
     """Commands and wrenches far below and above the limits of the cables act as they are: limits are not a plant's."""
-    for size in (1e-3, 1e5):
+    for size in LOADS:
         pull, push = size * np.linspace(0.5, 1.0, 8), size * np.array([0.3, -0.5, 0.7, 0.2, 0.1, -0.4])
         _accelerates(subject, NO_GRAVITY, pull, NO_WRENCH, f"acceleration by commands of {size:g} N", least=0.0)
         _accelerates(subject, NO_GRAVITY, NO_COMMAND, push, f"acceleration by a wrench of {size:g} N", least=0.0)
@@ -114,6 +116,41 @@ def coasting_keeps_velocity(subject: BackendSubject) -> None:
         backend.step(1000)
         expect_close(backend.state[7:] / speed, start[7:] / speed, 1e-9, f"share of {speed:g} m/s after 10 s")
         expect_close(backend.state[:3], start[:3] + 10.0 * start[7:10], 1e-9 * max(1.0, 10.0 * speed), "position, m")
+
+
+def coasts_however_slowly(subject: BackendSubject) -> None:
+    """No sleeping: what moves or turns alone, a nanometre or nanoradian in a second, goes on doing so."""
+    for speed in SLOW:
+        for part, what in ((slice(7, 10), "m/s"), (slice(10, 13), "rad/s")):
+            start = samples.state(np.random.default_rng(14), speed=0.0)
+            start[part] = speed * np.array([0.6, 0.0, -0.8])
+            backend = subject.make(start, samples.ball(), NO_GRAVITY, 1e-2)
+            backend.step(1000)
+            expect_close(
+                backend.state[part] / speed, start[part] / speed, 1e-6, f"share of {speed:g} {what} after 10 s"
+            )
+            subject.close(backend)
+
+
+def gravity_pulls_under_any_load(subject: BackendSubject) -> None:
+    """Gravity adds the same acceleration to small and to large commands and wrenches."""
+    for size in LOADS:
+        pull, push = size * np.linspace(0.5, 1.0, 8), size * np.array([0.3, -0.5, 0.7, 0.2, 0.1, -0.4])
+        for command, external, what in ((pull, NO_WRENCH, "commands"), (NO_COMMAND, push, "a wrench")):
+            found = [_after_a_step(subject, gravity, command, external) for gravity in (GRAVITY, NO_GRAVITY)]
+            expect_close(
+                (found[0] - found[1])[:3], GRAVITY, 1e-5 * 9.81, f"acceleration by gravity beside {what} of {size:g} N"
+            )
+
+
+def _after_a_step(subject: BackendSubject, gravity: Array, command: Array, external: Array) -> Array:
+    """Linear and angular acceleration (6,) of one short step from rest."""
+    backend = subject.make(samples.state(np.random.default_rng(12), speed=0.0), gravity=gravity, step=SHORT)
+    backend.command[:], backend.external[:] = command, external
+    backend.step(1)
+    found = backend.state[7:] / SHORT
+    subject.close(backend)
+    return found
 
 
 def long_fall(subject: BackendSubject) -> None:
@@ -225,11 +262,13 @@ CHECKS = [
         state_round_trip,
         state_is_current,
         gravity_pulls,
+        gravity_pulls_under_any_load,
         external_wrench_acts_on_the_origin,
         cables_pull,
         loads_are_not_clamped,
         wrench_ends,
         coasting_keeps_velocity,
+        coasts_however_slowly,
         long_fall,
         tumbling_keeps_energy_and_momentum,
         hovers_in_balance,

@@ -99,7 +99,8 @@ def region(
     Args:
         robot: says in which directions its platform is held.
         lower, upper: corners of the box, (3,), m; that of the frame unless given: of the outline that is drawn of it,
-            or around all frame anchors and the plane z = 0.
+            or around all frame anchors and the plane z = 0. Where these have no extent along an axis, half the largest
+            extent on either side.
         cells: along x, y, z, or along the longest side.
         orientations: (4,) or (k, 4), unit quaternions w, x, y, z; that of the home unless given.
 
@@ -111,7 +112,10 @@ def region(
     floor = [] if robot.frame is not None else [np.array([ends[0, 0], ends[0, 1], 0.0])]
     low = np.min([*ends, *floor], axis=0) if lower is None else checked(lower, (3,), "lower", finite=True).copy()
     high = np.max([*ends, *floor], axis=0) if upper is None else checked(upper, (3,), "upper", finite=True).copy()
+    widest = float((high - low).max())
     for i, name in enumerate(DOF_NAMES[:3]):
+        if lower is None and upper is None and low[i] == high[i]:  # anchors in a plane: below and above it
+            low[i], high[i] = low[i] - 0.5 * widest, high[i] + 0.5 * widest
         if name not in robot.dof:
             low[i] = high[i] = home[i]
         elif not low[i] < high[i]:

@@ -46,6 +46,51 @@ class Sleeping(Wrapped):
             self.put(np.concatenate([self.inner.state[:7], np.zeros(6)]))
 
 
+class LightSleep(Wrapped):
+    """What is very slow stops moving, where nothing pulls or pushes."""
+
+    fields = slice(7, 10)
+
+    def after(self):
+        state = self.inner.state.copy()
+        still = not self.command.any() and not self.external.any()
+        if still and 0.0 < np.abs(state[self.fields]).max() < 1e-6:
+            state[self.fields] = 0.0
+            self.put(state)
+
+
+class LightSleepOfTurns(LightSleep):
+    """What turns very slowly stops turning."""
+
+    fields = slice(10, 13)
+
+
+class GravityUnderLoad(Wrapped):
+    """Gravity is off by a thousandth under more than 1500 N."""
+
+    def __init__(self, robot, gravity, *rest):
+        super().__init__(robot, gravity, *rest)
+        self.weight = robot.platform.mass * np.asarray(gravity)
+
+    def loads(self):
+        external = self.external.copy()
+        if self.command.sum() + np.linalg.norm(external[:3]) > 1500.0:
+            external[:3] += 1e-3 * self.weight
+            arm = rotations.matrix(self.inner.state[3:7]) @ self.robot.platform.center_of_mass
+            external[3:] += np.cross(arm, 1e-3 * self.weight)
+        return self.command, external
+
+
+class MomentsUnderLoad(Wrapped):
+    """Moments above 2000 N m are off by a thousandth."""
+
+    def loads(self):
+        external = self.external.copy()
+        if np.linalg.norm(external[3:]) > 2000.0:
+            external[3:] *= 1.001
+        return self.command, external
+
+
 class OwnGravity(Wrapped):
     """Gravity is the world's, whatever it was given."""
 
@@ -289,6 +334,10 @@ MUTANTS = {
     AutoReset: ({}, ["nan_shows", "huge_wrench_shows"]),
     DroppedNan: ({}, ["nan_shows"]),
     Sleeping: ({}, ["coasting_keeps_velocity"]),
+    LightSleep: ({}, ["coasts_however_slowly"]),
+    LightSleepOfTurns: ({}, ["coasts_however_slowly"]),
+    GravityUnderLoad: ({}, ["gravity_pulls_under_any_load"]),
+    MomentsUnderLoad: ({}, ["loads_are_not_clamped"]),
     OwnGravity: ({}, ["gravity_pulls"]),
     WrenchInPlatformAxes: ({}, ["external_wrench_acts_on_the_origin"]),
     WrenchAtCentreOfMass: ({}, ["external_wrench_acts_on_the_origin", "hovers_in_balance"]),

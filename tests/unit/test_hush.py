@@ -1,0 +1,29 @@
+"""Libraries print no results: stdout of a program that uses cdpr stays its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+
+from cdpr.plugins.registry import registry
+
+SOLVE = f"""
+import numpy as np
+from cdpr.plugins.registry import registry
+from cdpr.scenario import load_robot
+robot = load_robot({str(ROOT / "scenarios" / "robots" / "caroca.yaml")!r})
+for name in registry().names("solver"):
+    entry = registry().get("solver", name)
+    if not entry.missing:
+        entry.make(robot, entry.read_options({{}}))
+"""
+
+
+@pytest.mark.skipif(bool(registry().get("solver", "highs").missing), reason="highspy is not installed")
+def test_no_solver_prints_on_stdout_as_it_is_made():
+    """HiGHS prints a banner before it can be silenced."""
+    done = subprocess.run([sys.executable, "-c", SOLVE], capture_output=True, text=True, check=True)
+    assert done.stdout == ""
