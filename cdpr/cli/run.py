@@ -309,7 +309,9 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         work = f"work of the cables {energy['cable_work']:.4g} J"
         if energy["external_work"]:
             work += f", of external wrenches {energy['external_work']:.4g} J"
-        but = "" if energy["balanced"] else ", TOO MUCH: smaller physics steps, or a backend that makes or loses energy"
+        much = "TOO MUCH: smaller physics steps, or a backend that makes or loses energy"
+        much = "not judged: a cable passed through its anchor" if figures.get("through_anchor") else much
+        but = "" if energy["balanced"] else f", {much}"
         yield (
             f"{'energy':<20}{work}; unexplained {energy['residual_max']:.3g} J "
             f"of {energy['turned_over']:.4g} J turned over{but}"

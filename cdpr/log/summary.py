@@ -44,7 +44,8 @@ def summarise(run: Run) -> dict[str, Any]:
     `beyond_limits_steps`, where the robot has such limits, are samples with cables shorter or longer than allowed, or
     wound faster, and where the controller believes the robot to be another, told to pull less or more; where cables are
     not ideal, those whose true tension leaves the limits. `slack_samples` are those at which a cable has no tension,
-    `slack_intervals` when which cable has none.
+    `slack_intervals` when which cable has none. `through_anchor` is there where a cable passes its anchor: its force
+    turns round within a step, so that no energy balance can be trusted.
     `clearance_min_m`, where all cables have diameters, is the least clearance, with its time and pair. All samples are
     counted. Of a thinned log that stands alone only the rows in it can be: then `samples` is `logged_samples`.
     """
@@ -162,6 +163,9 @@ class Tally:
             closest = None if self.closest is None else self.closest.copy()
             if closest is not None:
                 closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
+            # What a cable is longer than it may shorten until the next sample: none where it passes its anchor.
+            reach = np.where(intact, part.length - np.abs(part.rate) * self._header.control_step, np.inf)
+            self._look("reach", reach)
             for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
                 self._look(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
@@ -207,6 +211,8 @@ class Tally:
         figures["residual_max_N"] = high["residual"]
         figures["margin_min_N"] = low["margin"]
         figures["energy_J"] = self._energy()
+        if low["reach"] <= 0.0:
+            figures["through_anchor"] = True
         if self.beyond.any:
             figures["beyond_limits_steps"] = self.beyond.counts()
         return figures
@@ -239,5 +245,5 @@ class Tally:
             "external_work": self._final["external_work"],
             "turned_over": turned_over,
             "residual_max": residual,
-            "balanced": residual <= max(BALANCED * turned_over, rest),
+            "balanced": residual <= max(BALANCED * turned_over, rest) and not self._low["reach"] <= 0.0,
         }

@@ -21,8 +21,8 @@ HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
 STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005, 0.00002)  # s, physics steps that are tried
 LONGER = 2.0  # times the duration that is written, in which slow growth shows
 LARGEST = 0.05  # of the frame's extent: errors beyond are no control
-GROWTH = 1.1  # of the largest error from one part of the rest to the next; a loop that settles is below 1
-RESOLVED = 1e-5  # of the frame's extent: growth of smaller errors is not judged
+GROWTH = 1.02  # of errors and swings of tensions from one part of the rest to the next; a loop that settles is below 1
+RESOLVED = 1e-6  # of the frame's extent and of the highest tension: growth of less is not judged
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,11 @@ def _settles(run: Run, robot: Robot) -> bool:
         np.linalg.norm(run.position_error, axis=1),
         robot.characteristic_length * np.linalg.norm(run.orientation_error, axis=1),
     )
-    before, after = (float(part.max()) for part in np.array_split(error[len(error) // 2 :], 2))
+    half = len(error) // 2
+    before, after = (float(part.max()) for part in np.array_split(error[half:], 2))
+    swings = [float(np.ptp(part, axis=0).max()) for part in np.array_split(run.cable_tension[half:], 2)]
+    if swings[1] > max(GROWTH * swings[0], RESOLVED * float(robot.tension_max.max())):
+        return False
     return bool(error.max() <= LARGEST * extent and after <= max(GROWTH * before, RESOLVED * extent))
 
 

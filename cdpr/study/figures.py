@@ -37,6 +37,7 @@ FIGURES = (
     "beyond_limits_above_max_steps",
     "beyond_limits_tension_below_min_steps",  # where the cables are not ideal
     "beyond_limits_tension_above_max_steps",
+    "through_anchor",  # where a cable passes its anchor
     "energy_kinetic_max_J",
     "energy_cable_work_J",
     "energy_external_work_J",

@@ -206,3 +206,28 @@ def test_random_runs_are_judged_as_a_plain_look_judges_them(scenario):
         assert figures["slack_samples"] == (true <= 1e-6).any(axis=1).sum()
         told += sum(counts) > 0
     assert told
+
+
+ANCHOR = """
+robot:
+  name: pass
+  dof: [x, y, z]
+  platform: {mass: 5}
+  tension: {min: 0, max: 300}
+  home: {position: [0, 0, 1.0]}
+  cables:
+  - {frame: [-2, -2, 3], platform: [0, 0, 0]}
+  - {frame: [2, -2, 3], platform: [0, 0, 0]}
+  - {frame: [0, 2, 3], platform: [0, 0, 0]}
+  - {frame: [0.5, 0, 1.0], platform: [0, 0, 0]}
+simulation: {backend: reference, duration: 3, control_step: 0.001}
+trajectory: {type: quintic, duration: 2, to: {position: [1, 0, 1.0]}}
+"""
+
+
+def test_a_cable_that_passes_its_anchor_leaves_no_energy_balance(tmp_path):
+    (tmp_path / "s.yaml").write_text(ANCHOR)
+    run = simulate(tmp_path / "s.yaml")
+    assert run.summary()["through_anchor"]
+    assert not run.summary()["energy_J"]["balanced"]
+    assert "passed through its anchor" in ending(run)

@@ -34,6 +34,8 @@ def reservations(run: Run) -> Iterator[str]:
             yield f"{bad} of {total} samples had {kind.words} than allowed"
     if (bad := figures.get("slack_samples")) and not run.header.ideal_cables:
         yield f"{bad} of {total} samples had slack cables"
+    if figures.get("through_anchor"):
+        yield "a cable passed through its anchor, where its force turns round within a step: results are not reliable"
     if figures.get("clearance_min_m", 0.0) < 0.0:
         yield f"{figures['clearance_min_by']} touched"
 
