@@ -30,9 +30,9 @@ OPENS = 5.0  # s that a client has to send its whole request, and to take the an
 MOST_HEAD = 16384  # bytes of a request
 MOST_WAITING = 64  # connections that are not admitted yet
 LINGER = 0.5, 65536  # s and bytes of a refused request that are still read, so that the client sees the answer
-EXHAUSTED = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+SHUT = (errno.EBADF, errno.EINVAL, errno.ENOTSOCK)  # of a socket that no longer listens
 _END = re.compile(rb"\r?\n\r?\n")
-PAUSE = 0.05  # s to wait where the system has no resources for another connection
+PAUSE = 0.05  # s to wait where a connection could not be accepted
 
 _quiet = logging.getLogger("cdpr.link.web_server")
 _quiet.addHandler(logging.NullHandler())
@@ -103,9 +103,9 @@ class WebServer:
             try:
                 connection, _ = self._listening.accept()
             except OSError as error:
-                if self._closed or error.errno not in (*EXHAUSTED, errno.ECONNABORTED, errno.EINTR):
+                if self._closed or error.errno in SHUT:
                     return
-                self._drop_oldest()
+                self._drop_oldest()  # all others pass: no resources, or a fault of that connection's network
                 sleep(PAUSE)
                 continue
             self._begin(connection)

@@ -100,7 +100,8 @@ class Client:
     def leave(self, seconds: float) -> None:
         """Send what still waits for so long (s)."""
         self.end()
-        self._sender.join(seconds)
+        if self._sender.is_alive():  # not yet started where the client has just come
+            self._sender.join(seconds)
 
     def _send(self) -> None:
         try:

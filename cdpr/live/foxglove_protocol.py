@@ -6,6 +6,7 @@ Both names of the subprotocol mean this protocol. Numbers are little-endian; tim
 from __future__ import annotations
 
 import json
+import math
 import struct
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -70,9 +71,17 @@ def advertise_services(names: Sequence[str]) -> str:
 
 
 def parameter_values(parameters: Mapping[str, Any], number: Any = None) -> str:
-    """Return values of parameters; `number` is the id of the request that is answered, if any."""
-    values = [{"name": name, "value": value, **_kind(value)} for name, value in parameters.items()]
+    """Return values of parameters; `number` is the id of the request that is answered, if any.
+
+    Numbers that are not finite are sent as text: JSON has none.
+    """
+    plain = {name: _plain(value) for name, value in parameters.items()}
+    values = [{"name": name, "value": value, **_kind(value)} for name, value in plain.items()]
     return encoded("parameterValues", parameters=values, **({} if number is None else {"id": number}))
+
+
+def _plain(value: Any) -> Any:
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _kind(value: Any) -> dict[str, str]:

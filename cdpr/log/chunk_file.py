@@ -9,7 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Literal
 
-from cdpr.errors import OutputError
+from cdpr.errors import OutputError, one_line
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.files import unwritable
 from cdpr.log.mcap_file import LogFormat, Piece, Written
@@ -98,7 +98,20 @@ class ChunkFile:
 
     def _begin(self, job: Callable[[], None]) -> None:
         self.wait(QUEUE - 1)
-        self._pending.append(self._thread.submit(job))
+        try:
+            self._pending.append(self._thread.submit(self._run, job))
+        except RuntimeError:  # no thread can be started, such as while the interpreter exits
+            self.wait()
+            self._run(job)
+
+    def _run(self, job: Callable[[], None]) -> None:
+        try:
+            job()
+        except OutputError:
+            raise
+        except Exception as error:  # such as MemoryError; later blocks would leave a gap in the file
+            self._failure = OutputError(f"{self._path}: cannot be written: {one_line(error)}")
+            raise self._failure from error
 
     def _append(self, kind: Kind, stop: int, make: Callable[[], Sequence[Piece]]) -> None:
         if stop <= self.done[kind]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections
 import errno
+import itertools
 import json
 import os
 import re
@@ -143,6 +144,45 @@ def test_a_close_that_fails(tmp_path: Path) -> None:
     recorder._writer.out.file = Failing(recorder._writer.out.file)  # type: ignore[assignment]
     with pytest.raises(OutputError, match="Disk quota exceeded"):
         recorder.close(len(ROWS))
+
+
+@pytest.mark.parametrize("at", [0, 2])
+def test_a_block_that_cannot_be_made_leaves_no_gap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: int) -> None:
+    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+    recorder.rows[:-1] = ROWS
+    assert recorder._writer is not None
+    compressor = recorder._writer._format.compressor
+    assert compressor is not None
+    compress, calls = compressor.compress, itertools.count()
+
+    def failing(raw: memoryview) -> tuple[bytes, int]:
+        if next(calls) == at:
+            raise MemoryError
+        return compress(raw)
+
+    monkeypatch.setattr(compressor, "compress", failing)
+    for _ in range(2):
+        with pytest.raises(OutputError, match=r"log\.mcap: cannot be written: MemoryError"):
+            recorder.close(len(ROWS))
+    assert same_bits(np.asarray(scan(tmp_path / "log.mcap").rows), ROWS[: at * BLOCK])
+
+
+@pytest.mark.parametrize("blocks", [0, 2, 5])
+def test_without_a_thread_the_log_is_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, blocks: int) -> None:
+    """While the interpreter exits, as in a function of atexit, no thread can be started."""
+    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+    recorder.rows[:-1] = ROWS
+    assert recorder._writer is not None
+    recorder.flush(blocks * BLOCK)
+
+    def refuse(*_: Any) -> None:
+        raise RuntimeError("cannot schedule new futures after interpreter shutdown")
+
+    monkeypatch.setattr(recorder._writer.out._thread, "submit", refuse)
+    recorder.close(len(ROWS))
+    found = scan(tmp_path / "log.mcap")
+    assert found.problem is None
+    assert same_bits(np.asarray(found.rows), ROWS)
 
 
 def test_a_folder_that_is_gone_or_a_file(tmp_path: Path) -> None:

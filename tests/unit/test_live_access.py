@@ -125,6 +125,19 @@ def test_where_it_listens(host, local, named):
     assert said == ([foxglove.EXPOSED] if host in ("0.0.0.0", "::") else [])
 
 
+def test_parameters_that_are_not_finite_are_sent_as_text():
+    with closing(foxglove.Foxglove(port=0, parameters={"controller.limit": np.inf})) as link, client(link) as seen:
+        seen.say(op="subscribeParameterUpdates", parameterNames=["controller.limit"])
+        seen.say(op="getParameters", parameterNames=["controller.limit"])
+        seen.until(lambda: seen.parameters)
+        assert seen.parameters["controller.limit"] == "inf"
+        link.changed({"controller.limit": np.nan})
+        seen.until(lambda: seen.parameters["controller.limit"] == "nan")
+        link.changed({"controller.limit": 3.0})
+        seen.until(lambda: seen.parameters["controller.limit"] == 3.0)
+        assert seen.statuses == []
+
+
 def test_channels_are_freed():
     with closing(foxglove.Foxglove(port=0)) as link, client(link) as seen:
         channel = {"topic": WRENCH, "encoding": "json", "schemaName": "any"}

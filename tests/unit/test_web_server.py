@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import random
 import re
@@ -326,6 +327,26 @@ def test_connections_are_few_and_places_are_given_back():
             with pytest.raises(ConnectionClosed):
                 made.recv(timeout=PATIENCE)
         assert not server._threads
+
+
+class Faulty(socket.socket):
+    """A listening socket that reports faults of connections before it accepts one, as Linux does (accept(2))."""
+
+    faults = [errno.EPERM, errno.EPROTO, errno.EHOSTUNREACH, errno.EMFILE]
+
+    def accept(self):
+        if self.faults:
+            code = self.faults.pop()
+            raise OSError(code, os.strerror(code))
+        return super().accept()
+
+
+def test_faults_of_connections_do_not_stop_the_server(monkeypatch):
+    monkeypatch.setattr(Faulty, "faults", list(Faulty.faults))
+    listening = Faulty(fileno=listen("127.0.0.1", 0).detach())
+    with closing(WebServer(listening, Access("127.0.0.1", TOKEN), lambda opened: None, most=1, max_size=1)) as server:
+        assert answered(server.port, request()) == HTTPStatus.UPGRADE_REQUIRED
+    assert Faulty.faults == []
 
 
 def test_no_other_module_listens():
