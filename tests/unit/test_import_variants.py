@@ -6,6 +6,7 @@ import math
 import os
 
 import numpy as np
+import plugin_cases
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -80,6 +81,16 @@ def test_included_files_are_read_in_the_folder_alone(tmp_path):
     for other in ("../x.xml", "/etc/passwd", "in/l.xml"):
         with pytest.raises(FormatError, match="is outside the folder of the model"):
             imported(tmp_path, text.replace("in/g.xml", other))
+    (tmp_path / "in" / "c.xml").symlink_to("c.xml")
+    with pytest.raises(FormatError, match="Too many levels of symbolic links"):
+        imported(tmp_path, text.replace("in/g.xml", "in/c.xml"))
+
+
+def test_a_cable_id_that_is_no_number(tmp_path):
+    text = plugin_cases.wirex().replace("<chain ", '<chain cable_id="x" ')
+    text = text.replace("<cable ", '<cable id="7" name="other"/><cable id="8" ', 1)
+    with pytest.raises(FormatError, match=r"cable_id 'x': no <cable> of this file is that one"):
+        imported(tmp_path, text, "r.wcrfx")
 
 
 @pytest.mark.parametrize("seed", range(COUNT))

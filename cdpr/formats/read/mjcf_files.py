@@ -5,6 +5,7 @@ Only regular files in the folder of the model and folders below it are read, eac
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from cdpr.formats.read.xml import MAX_ELEMENTS, Element, parse
@@ -50,7 +51,7 @@ class _Included:
         name = include.attribute("file")
         if depth > MAX_INCLUDED:
             raise include.wrong(f"<include>: files include each other more than {MAX_INCLUDED} deep")
-        file = (self.folder / name).resolve()
+        file = Path(os.path.realpath(self.folder / name))  # `resolve` raises where links go round in circles
         if Path(name).is_absolute() or not file.is_relative_to(self.folder):
             raise include.wrong(
                 f"<include>: {shown(name)} is outside the folder of the model, and only files inside are read: copy it "

@@ -56,7 +56,7 @@ def _cable(found_: Imported, root: Element, robot: Element, chain: Element) -> E
         ids = {each.attributes.get("id", "").strip() for each in cables}
         if of - {""} <= ids:
             found = [each for each in cables if each.attributes.get("id", "").strip() == number_]
-        elif {str(int(each) - 1) for each in of if each.isdecimal()} <= ids:
+        elif number_.isdecimal() and {str(int(each) - 1) for each in of if each.isdecimal()} <= ids:
             found = [each for each in cables if each.attributes.get("id", "").strip() == str(int(number_) - 1)]
         else:
             found = []
