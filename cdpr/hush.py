@@ -12,8 +12,10 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from threading import Lock
 
 _foreign: ContextVar[bool] = ContextVar("foreign", default=False)
+_stdout = Lock()  # of the process: two threads that replace it at once would leave the replacement in its place
 
 
 @contextmanager
@@ -32,18 +34,19 @@ def native_to_stderr() -> Iterator[None]:
 
     For calls made once, such as constructors: the whole process has but one stdout.
     """
-    try:
-        sys.stdout.flush()
-        out = os.dup(1)
-    except (AttributeError, OSError, ValueError):  # closed
-        yield
-        return
-    try:
-        os.dup2(2, 1)
-        yield
-    finally:
-        os.dup2(out, 1)
-        os.close(out)
+    with _stdout:
+        try:
+            sys.stdout.flush()
+            out = os.dup(1)
+        except (AttributeError, OSError, ValueError):  # closed
+            yield
+            return
+        try:
+            os.dup2(2, 1)
+            yield
+        finally:
+            os.dup2(out, 1)
+            os.close(out)
 
 
 def is_hushed() -> bool:

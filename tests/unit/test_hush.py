@@ -27,3 +27,31 @@ def test_no_solver_prints_on_stdout_as_it_is_made():
     """HiGHS prints a banner before it can be silenced."""
     done = subprocess.run([sys.executable, "-c", SOLVE], capture_output=True, text=True, check=True)
     assert done.stdout == ""
+
+
+THREADS = """
+import threading
+from cdpr.hush import native_to_stderr
+inside, begun = threading.Event(), threading.Event()
+
+def first():
+    with native_to_stderr():
+        inside.set()
+        begun.wait(0.2)  # the second may not enter meanwhile
+
+def second():
+    inside.wait()
+    with native_to_stderr():
+        begun.set()
+        one.join(0.2)
+
+one, two = threading.Thread(target=first), threading.Thread(target=second)
+one.start(), two.start()
+one.join(), two.join()
+print("still there")
+"""
+
+
+def test_threads_that_replace_stdout_at_once_leave_it_in_place():
+    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=True)
+    assert done.stdout == "still there\n"

@@ -13,6 +13,7 @@ import sys
 import time
 from contextlib import ExitStack, closing, contextmanager, suppress
 from http import HTTPStatus
+from typing import ClassVar
 
 import pytest
 
@@ -332,7 +333,7 @@ def test_connections_are_few_and_places_are_given_back():
 class Faulty(socket.socket):
     """A listening socket that reports faults of connections before it accepts one, as Linux does (accept(2))."""
 
-    faults = [errno.EPERM, errno.EPROTO, errno.EHOSTUNREACH, errno.EMFILE]
+    faults: ClassVar = [errno.EPERM, errno.EPROTO, errno.EHOSTUNREACH, errno.EMFILE]
 
     def accept(self):
         if self.faults:
