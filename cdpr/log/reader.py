@@ -81,10 +81,20 @@ def load_run(path: str | Path) -> Run:
 
 
 def _amended(header: Header, known: dict[str, Any]) -> Header:
-    """The header with the cables that broke, as run.json has it: what is done live is not known when a log begins."""
-    said = known.get("header")
-    rows = said.get("broken") if isinstance(said, dict) else None
-    return header if rows is None else replace(header, broken=tuple((int(i), float(time)) for i, time in rows))
+    """Return the header with the broken cables and the limits of run.json: a log does not hold what is done live."""
+    found = known.get("header")
+    found = found if isinstance(found, dict) else {}
+    if (rows := found.get("broken")) is not None:
+        header = replace(header, broken=tuple((int(i), float(time)) for i, time in rows))
+    if (rows := found.get("limit_changes")) is not None:
+        changes = ((float(time), tuple(low), tuple(map(_high, high))) for time, low, high in rows)
+        header = replace(header, limit_changes=tuple(changes))
+    return header
+
+
+def _high(limit: float | None) -> float:
+    """Return a highest tension, N, of run.json, which holds no infinite numbers."""
+    return math.inf if limit is None else float(limit)
 
 
 def _counted(header: Header, known: dict[str, Any]) -> dict[str, Any] | None:

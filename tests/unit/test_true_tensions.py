@@ -152,6 +152,20 @@ def test_limits_that_events_change_hold_from_then_on(scenario):
     assert live.header.limit_changes[0][0] == pytest.approx(0.05)
 
 
+def test_limits_that_change_live_hold_in_the_log_too(scenario, tmp_path):
+    overrides = {"events": [], "simulation.duration": 0.15}
+    with Simulation(scenario, overrides=overrides, out=tmp_path / "run") as sim:
+        sim.until(0.03)
+        sim.limits(max=20)
+        sim.until(0.06)
+        sim.stop(0)
+        live = sim.run()
+    loaded = load_run(tmp_path / "run")
+    assert loaded.header.limit_changes == live.header.limit_changes
+    assert live.summary()["beyond_limits_steps"]["tension_above_max"] > 0
+    assert loaded.summary()["beyond_limits_steps"] == live.summary()["beyond_limits_steps"]
+
+
 def test_ideal_cables_are_judged_by_their_commands(scenario):
     ideal = {"robot.cable.model": "ideal", "simulation.duration": 0.3}
     figures = simulate(scenario, overrides=ideal).summary()
