@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli.names import OutPath
+from cdpr.cli.numbers import Real
 from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     callback=lambda context, option, text: _pair(text),
     help="Lowest and highest tension, N, of cables whose file limits none.",
 )
-@click.option("--seconds", type=float, default=10.0, help="CPU time that reading a file may take. [10]")
+@click.option("--seconds", type=Real(1.0), default=10.0, help="CPU time that reading a file may take. [10]")
 @click.option("--force", is_flag=True, help="Replace files that are there.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(

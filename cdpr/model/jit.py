@@ -11,7 +11,9 @@ import hashlib
 import os
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
@@ -24,6 +26,23 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 DISABLED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+
+# Whether kernels without code on disk run as Python.
+_UNCOMPILED: ContextVar[bool] = ContextVar("uncompiled", default=False)
+
+
+@contextmanager
+def without_compiling() -> Iterator[None]:
+    """Run kernels that have no code on disk as plain Python: for a few calls, which take less than to compile them.
+
+    Not for kernels that call others by their address, which only compiled code can.
+    """
+    token = _UNCOMPILED.set(True)
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    finally:
+        _UNCOMPILED.reset(token)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -199,12 +218,14 @@ class Kernel(_Compiled):
                 call = self._calls[kinds] = objects.call(*found, known, self._by_numba)
                 if first:
                     self.call = objects.call(*found, known, self._choose)
+            elif _UNCOMPILED.get():
+                return self.py_func(*args)
             elif first:
                 self.call = self.dispatcher.called()
         return self._by_numba(*args) if call is None else call(*args)
 
     def _by_numba(self, *args: Any) -> Any:
-        return self.dispatcher.called()(*args)
+        return self.py_func(*args) if _UNCOMPILED.get() else self.dispatcher.called()(*args)
 
     def _make(self, compiler: Any) -> Any:
         return compiler.dispatcher(self.py_func, self._sources, self._kind, self.apart, self.key_of)
