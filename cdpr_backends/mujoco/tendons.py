@@ -22,6 +22,9 @@ class MujocoTendons(InWorld):
         self.frame = frame = BodyFrame(robot)
         spec = specify(frame, self.gravity, physics_step, options.integrator)
         add_tendons(spec, frame.anchors)
+        self._staged = options.integrator == "rk4"
+        if self._staged:
+            add_wrench(spec, -frame.offset[:3])
         self._world = World(frame, spec)
         self._body = np.zeros(13)
         self._slack = np.zeros(robot.m)  # the tendons already pull
@@ -39,8 +42,11 @@ class MujocoTendons(InWorld):
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
         world = self._world
-        world.data.ctrl[:] = self.command
-        if self.external.any() or self._applied.any():
+        world.data.ctrl[: self.robot.m] = self.command
+        if self._staged:
+            world.data.ctrl[self.robot.m :] = self.external
+            mujoco.mj_step(world.model, world.data, n)
+        elif self.external.any() or self._applied.any():
             for _ in range(n):  # the external wrench moves with the platform
                 self._read()
                 applied_wrench(
@@ -84,3 +90,17 @@ def add_tendons(spec: mujoco.MjSpec, anchors: Array) -> None:
         tendon.wrap_site(f"platform_{i}")
         actuator = spec.add_actuator(name=f"cable_{i}", target=f"cable_{i}", trntype=mujoco.mjtTrn.mjTRN_TENDON)
         actuator.gear[0] = -1.0
+
+
+def add_wrench(spec: mujoco.MjSpec, origin: Array) -> None:
+    """Add six actuators, forces and moments along world axes at the platform's origin (3,), m, in the body frame.
+
+    MuJoCo evaluates them at every stage: an applied wrench would keep its moment about the centre of mass over a step.
+    """
+    spec.worldbody.add_site(name="world")
+    spec.body("platform").add_site(name="origin", pos=origin)
+    for axis in range(6):
+        actuator = spec.add_actuator(
+            name=f"wrench_{axis}", target="origin", refsite="world", trntype=mujoco.mjtTrn.mjTRN_SITE
+        )
+        actuator.gear[:] = np.eye(6)[axis]

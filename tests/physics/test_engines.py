@@ -179,6 +179,29 @@ def test_tendons_with_runge_kutta_reach_the_reference():
     assert max(differences(closed_loop(SKEWED), tendons)) < SAME_SCHEME
 
 
+def test_tendons_with_runge_kutta_are_of_order_four_under_a_wrench():
+    """The external wrench acts at the platform's origin, not at the centre of mass, at every stage."""
+    robot = cdpr.load_robot("caroca")
+    platform = dataclasses.replace(robot.platform, center_of_mass=np.array([0.1, -0.07, 0.05]))
+    robot = dataclasses.replace(robot, platform=platform)
+    start = np.concatenate([robot.home, [0.3, -0.2, 0.1, 1.5, -2.0, 1.0]])
+
+    def end(engine, step, **options):
+        backend = plant(engine, robot, step=step, **options)
+        backend.command[:] = np.linspace(300.0, 600.0, robot.m)
+        backend.external[:] = [500.0, -800.0, 300.0, 60.0, -50.0, 90.0]
+        backend.reset(start)
+        backend.step(round(0.5 / step))
+        return backend.state.copy()
+
+    exact = end("reference", 2.5e-4)
+    errors = [
+        np.abs(end("mujoco", step, cables="native", integrator="rk4") - exact).max() for step in (2e-2, 1e-2, 5e-3)
+    ]
+    ratios = np.divide(errors[:-1], errors[1:])
+    assert np.all((ratios > 14) & (ratios < 18)), ratios  # 16, and 2 of first order
+
+
 @spread("engine, case", ENGINES, ["caroca", "skewed", "planar", "point_mass", "spherical"])
 def test_engine_error_is_first_order(engine, case):
     """At a fixed control period the distance to the reference falls 8 to 12 times per decade of the physics step."""

@@ -60,8 +60,8 @@ def test_a_run_reports_cables_that_touch(scenario):
 @pytest.mark.parametrize("name", ["caroca", "caroca_winches", "cogiro", "planar"])
 def test_python_and_compiled_kernels_find_the_same_clearance(name, monkeypatch):
     robot = cdpr.load_robot(name)
-    home = np.array(robot.home)
-    poses = [home, home + [0.1, -0.05, 0.07, 0, 0, 0, 0]] if robot.n == 6 else [home]
+    home, moved = robot.home, np.array([0.1, -0.05, 0.07, 0, 0, 0, 0])
+    poses = [home, home + moved] if robot.n == 6 else [home]
     plain = [touching.least_clearance(robot, pose) for pose in poses]
     monkeypatch.setattr(touching, "without_compiling", nullcontext)
     assert [touching.least_clearance(robot, pose) for pose in poses] == plain
