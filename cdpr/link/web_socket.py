@@ -60,16 +60,16 @@ class WebSocket:
 
     def __iter__(self) -> Iterator[Message]:
         """Yield messages until the connection ends, whatever ends it."""
-        text, parts = False, list[bytes]()
+        text, message = False, bytearray()  # not a list of fragments: empty ones would fill any memory
         with suppress(OSError):
             for frame in self._frames():
                 if frame.opcode is not Opcode.CONT:
                     text = frame.opcode is Opcode.TEXT
-                parts.append(bytes(frame.data))
+                message += frame.data
                 if not frame.fin:
                     continue
-                data = b"".join(parts)
-                parts.clear()
+                data = bytes(message)
+                message.clear()
                 try:
                     yield data.decode() if text else data
                 except UnicodeDecodeError:

@@ -172,10 +172,12 @@ class Sender(ABC):
         return ""
 
     def _send(self) -> None:
-        """Send what is shown, if somebody listens."""
-        while not self._ended.is_set():
+        """Send what is shown, if somebody listens; after the end, all that was shown before."""
+        ended = False
+        while not ended:
             self._some.wait()
             self._some.clear()
+            ended = self._ended.is_set()  # before the samples, so that none comes in between
             while self._shown:
                 row, sample = self._shown.popleft()
                 wanted = self._wanted()

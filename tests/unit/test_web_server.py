@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import time
+import tracemalloc
 from contextlib import ExitStack, closing, contextmanager, suppress
 from http import HTTPStatus
 from typing import ClassVar
@@ -21,6 +22,8 @@ pytest.importorskip("websockets")
 
 from conftest import ROOT
 from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.frames import Frame, Opcode
+from websockets.server import ServerProtocol
 from websockets.sync.client import connect
 
 from cdpr.link import web_server, web_socket
@@ -355,3 +358,24 @@ def test_no_other_module_listens():
     words = re.compile(r"create_server|start_server|\.listen\(|sync\.server|asyncio\.server|http\.server|socketserver")
     files = [file for room in ROOT.glob("cdpr*") if room.is_dir() for file in room.rglob("*.py")]
     assert [file.name for file in files if words.search(file.read_text())] == ["web_server.py"]
+
+
+class Fragmented(web_socket.WebSocket):
+    """A WebSocket whose client sends one message in a great many empty fragments."""
+
+    def _frames(self):
+        yield Frame(Opcode.TEXT, b"a", fin=False)
+        for _ in range(100_000):
+            yield Frame(Opcode.CONT, b"", fin=False)
+        yield Frame(Opcode.CONT, b"b")
+
+
+def test_empty_fragments_fill_no_memory():
+    with socket.socket() as unconnected:
+        opened = Fragmented(unconnected, ServerProtocol(), b"")
+        tracemalloc.start()
+        try:
+            assert list(opened) == ["ab"]
+            assert tracemalloc.get_traced_memory()[1] < 100_000  # a list of them takes eight times as much
+        finally:
+            tracemalloc.stop()

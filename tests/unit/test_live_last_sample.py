@@ -1,0 +1,39 @@
+"""The last samples of a run reach live clients, however soon the run ends."""
+
+from __future__ import annotations
+
+import live_cases
+import numpy as np
+
+from cdpr.live.sender import Sender
+
+
+class EndsAtOnce(Sender):
+    """A link whose run has ended before its thread begins to send."""
+
+    def __init__(self, row):
+        super().__init__("127.0.0.1", 7, str)
+        self.row, self.sent = row, []
+
+    def _open(self, topics):
+        self.topics = topics
+        self.show(self.row, 0)
+        self.close()
+
+    def _wanted(self):
+        return [True] * len(self.topics)
+
+    def _put(self, time, messages):
+        self.sent.append((time, len(list(messages))))
+
+    def _shut(self):
+        pass
+
+
+def test_samples_shown_before_the_end_are_sent():
+    with live_cases.simulation() as simulation:
+        simulation.step(1)
+        link = EndsAtOnce(np.array(simulation.row))
+        link.begin(simulation.so_far().header)
+    link.close()
+    assert link.sent == [(0, len(link.topics))]
