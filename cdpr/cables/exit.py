@@ -46,3 +46,7 @@ class Exit(Kind):
     @abstractmethod
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
         """Return points (k, 3), m, of a line that shows the exit at `frame` while its cable leaves at `leaving`."""
+
+    def swivel(self) -> Sequence[float] | None:
+        """Return the unit vector of the line through the anchor across which the exit point jumps; None without one."""
+        return None

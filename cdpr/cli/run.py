@@ -273,6 +273,7 @@ def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) 
 
 def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     from cdpr.log.run import CLEARANCE
+    from cdpr.log.singular import PASSED
     from cdpr.report.text.aligned import unit_for
     from cdpr.report.text.least import least_of
     from cdpr.report.text.reservations import fallback, lost, overstrained, reservations
@@ -310,7 +311,7 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         if energy["external_work"]:
             work += f", of external wrenches {energy['external_work']:.4g} J"
         much = "TOO MUCH: smaller physics steps, or a backend that makes or loses energy"
-        much = "not judged: a cable passed through its anchor" if figures.get("through_anchor") else much
+        much = f"not judged: {passed}" if (passed := figures.get(PASSED)) else much
         but = "" if energy["balanced"] else f", {much}"
         yield (
             f"{'energy':<20}{work}; unexplained {energy['residual_max']:.3g} J "

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cdpr.log.beyond import beyond, tables
 from cdpr.log.run import Header, Run
+from cdpr.log.singular import Singular
 from cdpr.log.slack import Slack, slack
 from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
@@ -44,8 +45,8 @@ def summarise(run: Run) -> dict[str, Any]:
     `beyond_limits_steps`, where the robot has such limits, are samples with cables shorter or longer than allowed, or
     wound faster, and where the controller believes the robot to be another, told to pull less or more; where cables are
     not ideal, those whose true tension leaves the limits. `slack_samples` are those at which a cable has no tension,
-    `slack_intervals` when which cable has none. `through_anchor` is there where a cable passes its anchor: its force
-    turns round within a step, so that no energy balance can be trusted.
+    `slack_intervals` when which cable has none. `through_anchor_s`, `through_axis_s` and `passed`, a sentence, are
+    there where one passes its anchor or its swivel axis: its force turns round within a step, no energy is balanced.
     `clearance_min_m`, where all cables have diameters, is the least clearance, with its time and pair. All samples are
     counted. Of a thinned log that stands alone only the rows in it can be: then `samples` is `logged_samples`.
     """
@@ -105,7 +106,6 @@ class Tally:
     Attributes:
         count: how many samples were counted.
         beyond: where cables left their limits.
-        slack: when cables were slack.
         closest: how near they came to what they may touch, where somebody looks.
     """
 
@@ -115,7 +115,7 @@ class Tally:
         self._squares = np.empty((2, 0))  # of the norms of position and orientation error, in the present block
         self._sums: list[Array] = []  # of the blocks before, (2,) each
         self.beyond = beyond_of(header)
-        self.slack = Slack()
+        self._found = Slack(), Singular()
         self.closest = closest
         self.count = 0
         self._start: Array | None = None  # the first row
@@ -123,6 +123,16 @@ class Tally:
         self._final: dict[str, float] = {}
         self._low: dict[str, float] = {}
         self._high: dict[str, float] = {}
+
+    @property
+    def slack(self) -> Slack:
+        """When cables were slack."""
+        return self._found[0]
+
+    @property
+    def singular(self) -> Singular:
+        """Where a cable's direction turned over within a step."""
+        return self._found[1]
 
     @property
     def status(self) -> NDArray[np.int8]:
@@ -163,9 +173,7 @@ class Tally:
             closest = None if self.closest is None else self.closest.copy()
             if closest is not None:
                 closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
-            # What a cable is longer than it may shorten until the next sample: none where it passes its anchor.
-            reach = np.where(intact, part.length - np.abs(part.rate) * self._header.control_step, np.inf)
-            self._look("reach", reach)
+            singular = self.singular.added(part, intact)
             for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
                 self._look(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
@@ -174,8 +182,8 @@ class Tally:
         self._final["time"] = float(part.time[-1])
         before = part.tension[-1:].copy()
         # What would be counted twice, last and at one go: between plain assignments there is no interrupt.
-        told = sums, squares, beyond, loose, closest, before, now.stop
-        self._sums, self._squares, self.beyond, self.slack, self.closest, self._before, self.count = told
+        told = sums, squares, beyond, (loose, singular), closest, before, now.stop
+        self._sums, self._squares, self.beyond, self._found, self.closest, self._before, self.count = told
 
     def _added(self, squares: Array) -> tuple[list[Array], Array]:
         """Return the sums of whole blocks, and the squares of the last one, with those (2, n) that follow."""
@@ -211,8 +219,7 @@ class Tally:
         figures["residual_max_N"] = high["residual"]
         figures["margin_min_N"] = low["margin"]
         figures["energy_J"] = self._energy()
-        if low["reach"] <= 0.0:
-            figures["through_anchor"] = True
+        figures |= self.singular.figures(self._header.cables)
         if self.beyond.any:
             figures["beyond_limits_steps"] = self.beyond.counts()
         return figures
@@ -245,5 +252,5 @@ class Tally:
             "external_work": self._final["external_work"],
             "turned_over": turned_over,
             "residual_max": residual,
-            "balanced": residual <= max(BALANCED * turned_over, rest) and not self._low["reach"] <= 0.0,
+            "balanced": residual <= max(BALANCED * turned_over, rest) and not self.singular.found,
         }

@@ -58,6 +58,9 @@ class CableExit(Protocol):
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
         """Return points (k, 3), m, of a line that shows it."""
 
+    def swivel(self) -> Sequence[float] | None:
+        """Return the unit vector of the line through the anchor across which the exit point jumps, or None."""
+
 
 @dataclass(frozen=True)
 class Winch:

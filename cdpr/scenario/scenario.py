@@ -156,7 +156,7 @@ class Scenario:
         sections, document, twin = self.sections, self._document, self._thought
         shortened = not document.mark(("simulation", "duration")).line
         about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion, self.obstacles
-        setup = plausible.Setup(*about, shortened=shortened)
+        setup = plausible.Setup(*about, lambda: self.desired, shortened)
         found = plausible.warnings(setup, document)
         if sections.believed is None or self.believed is None or twin is None:
             return found

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 # What has a column of its own, what the axes say, what is no number, and what depends on the machine.
-BESIDES = ("status", "believed", "clearance_min_by", "slack_intervals", "real_time_factor")
+BESIDES = ("status", "believed", "clearance_min_by", "slack_intervals", "passed", "real_time_factor")
 
 # All that there may be, so that no axis takes the name of one.
 FIGURES = (
@@ -37,7 +37,8 @@ FIGURES = (
     "beyond_limits_above_max_steps",
     "beyond_limits_tension_below_min_steps",  # where the cables are not ideal
     "beyond_limits_tension_above_max_steps",
-    "through_anchor",  # where a cable passes its anchor
+    "through_anchor_s",  # where a cable passes its anchor, or its swivel axis
+    "through_axis_s",
     "energy_kinetic_max_J",
     "energy_cable_work_J",
     "energy_external_work_J",

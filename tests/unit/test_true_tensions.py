@@ -242,6 +242,6 @@ trajectory: {type: quintic, duration: 2, to: {position: [1, 0, 1.0]}}
 def test_a_cable_that_passes_its_anchor_leaves_no_energy_balance(tmp_path):
     (tmp_path / "s.yaml").write_text(ANCHOR)
     run = simulate(tmp_path / "s.yaml")
-    assert run.summary()["through_anchor"]
+    assert run.summary()["through_anchor_s"] == pytest.approx(1.0, abs=0.01)
     assert not run.summary()["energy_J"]["balanced"]
-    assert "passed through its anchor" in ending(run)
+    assert "cable 'cable_4' passes its anchor" in ending(run)

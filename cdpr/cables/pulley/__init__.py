@@ -69,6 +69,10 @@ class Pulley(Exit):
         side -= (side @ along) * along
         return [self.radius, *along, *side / np.linalg.norm(side)]
 
+    def swivel(self) -> Sequence[float] | None:
+        """Return the axis; None for a radius of 0, which is a point."""
+        return self.numbers()[1:4] if self.radius > 0.0 else None
+
     def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
         """Tell where the anchor on the platform lies within the pulley, or behind it where the cable arrives."""
         along, arm, r = np.array(self.numbers()[1:4]), np.array(tip) - frame, self.radius

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import CLEARANCE, Run
+from cdpr.log.singular import PASSED
 from cdpr.model.robot import Array
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
@@ -75,7 +76,7 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
             "Work of cables; of external wrenches (J)",
             "; ".join(number(energy[f"{by}_work"]) for by in ("cable", "external")),
         ),
-        ("Energy that no work explains; turned over (J)", _balance(energy)),
+        ("Energy that no work explains; turned over (J)", _balance(figures)),
         ("Samples; simulated time", f"{figures['samples']}; {figures['simulated_s']:.6g} s"),
         *([("Samples in the log, and in the figures", _logged(run))] if run.header.log_every > 1 else []),
     ]
@@ -117,9 +118,11 @@ def _logged(run: Run) -> str:
     return f"{len(run.rows)}, one each {run.header.log_step:g} s; these figures count all"
 
 
-def _balance(energy: dict[str, Any]) -> str:
+def _balance(figures: dict[str, Any]) -> str:
+    energy, passed = figures["energy_J"], figures.get(PASSED)
     text = f"{number(energy['residual_max'])}; {number(energy['turned_over'])}"
-    return text if energy["balanced"] else f"<strong>{text}: out of balance</strong>"
+    verdict = f"not judged, {escape(passed)}" if passed else "out of balance"
+    return text if energy["balanced"] else f"<strong>{text}: {verdict}</strong>"
 
 
 def provenance(run: Run) -> str:

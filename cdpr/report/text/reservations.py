@@ -8,6 +8,7 @@ import numpy as np
 
 from cdpr.log.beyond import KINDS, TENSIONS
 from cdpr.log.run import Run
+from cdpr.log.singular import PASSED
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
 
@@ -34,8 +35,8 @@ def reservations(run: Run) -> Iterator[str]:
             yield f"{bad} of {total} samples had {kind.words} than allowed"
     if (bad := figures.get("slack_samples")) and not run.header.ideal_cables:
         yield f"{bad} of {total} samples had slack cables"
-    if figures.get("through_anchor"):
-        yield "a cable passed through its anchor, where its force turns round within a step: results are not reliable"
+    if passed := figures.get(PASSED):
+        yield f"{passed}, where its force turns round within a step: results are not reliable"
     if figures.get("clearance_min_m", 0.0) < 0.0:
         yield f"{figures['clearance_min_by']} touched"
 

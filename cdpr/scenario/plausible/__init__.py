@@ -15,6 +15,7 @@ from cdpr.scenario.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
 from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, of_the_motion, taken_by_the_guide
 from cdpr.scenario.plausible.interference import touching
+from cdpr.scenario.plausible.passing import through_singular_places
 from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, too_weak
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
@@ -36,6 +37,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     gravity,
     after_the_end,
     of_the_motion,
+    through_singular_places,
     cut_short,
     taken_by_the_guide,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,6 +19,7 @@ from cdpr.scenario.motions import Motion
 from cdpr.scenario.motions.motion import Place
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import ScenarioSection, World
+from cdpr.trajectory import Trajectory
 
 Finding = tuple[Path, str]
 
@@ -35,6 +36,7 @@ class Setup:
         run: the scenario, with all filled in.
         motion: its motion as it was given, so that its paths are those of the file.
         obstacles: of the scenario.
+        desired: makes the whole desired motion.
         shortened: whether its duration was set for this call alone, by who knows what a shorter run leaves out.
     """
 
@@ -45,6 +47,7 @@ class Setup:
     run: ScenarioSection | None = None
     motion: Motion | None = None
     obstacles: tuple[Obstacle, ...] = ()
+    desired: Callable[[], Trajectory] | None = None
     shortened: bool = False
 
     @property
