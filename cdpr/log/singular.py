@@ -75,7 +75,7 @@ def _turned_over(part: Run, poses: Array, cables: list[tuple[int, Array]]) -> ND
     speed = float(np.linalg.norm(part.velocity, axis=1).max() + spin * arm)
     coarse = np.linalg.norm(_square(poses[::STRIDE], anchors, axes), axis=2)
     near = ~(coarse.min(axis=1) > 2.0 * STRIDE * part.header.control_step * speed)
-    for block in np.flatnonzero(near):
+    for block in np.flatnonzero(near).tolist():
         k = max(block - 1, 0) * STRIDE
         arms = _square(poses[k : (block + 1) * STRIDE + 1], anchors, axes)
         over[k : k + len(arms) - 1] = np.sum(arms[1:] * arms[:-1], axis=2) < 0.0
