@@ -22,7 +22,7 @@ from cdpr.errors import CdprError
 from cdpr.formats import import_file
 
 ALL = os.environ.get("CDPR_UNREAD") == "all"
-SAMPLE = 9  # of the places of each fixture, evenly spread, and the first and the last
+SAMPLE = 4  # of the places of each fixture, evenly spread, and the first and the last
 MOTIONS = """<trajectories>
 <joint_trajectories><quintic_spline_trajectory id="a" time_definition="relative" time_step="0.1"><points>
 <point><q>0 0 1 0 0 0</q><q_dot>0 0 0 0 0 0</q_dot><q_ddot>0 0 0 0 0 0</q_ddot></point>
