@@ -78,13 +78,13 @@ class KeptInFolder:
             raise unwritable(self._path, error) from error
         try:
             self._allocate()
+            self.ended = self._intact(folder.rows)
         except BaseException:
             self.close()
             if new:
                 with contextlib.suppress(OSError):
                     self._path.unlink()
             raise
-        self.ended = self._intact(folder.rows)
 
     def keep(self, outcome: Outcome, row: Array) -> None:
         """Write a case with its rows (K, W), and then its line of the ledger. Raises OutputError."""
