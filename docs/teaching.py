@@ -33,7 +33,7 @@ SOLVERS = {
     "pseudo_inverse": "minds no limits: the answers, clipped, lose the platform",
     "qp": "as little as can be, so at the lower limit",
     "analytic_centre": "away from all limits, smoothly",
-    "maximin": "as far from the limits as can be, and it jumps",
+    "maximin": "as far from the limits as can be; it may jump",
 }
 CROSSED = {
     "robot": "robots/crossed.yaml",
