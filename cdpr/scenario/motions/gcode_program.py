@@ -9,9 +9,11 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+import time
 from functools import lru_cache
 
 from cdpr.fields import MAX_DISTANCE
+from cdpr.scenario.files import SECONDS
 from cdpr.scenario.motions.gcode_steps import Program, Step, Triple
 from cdpr.scenario.motions.gcode_tables import (
     AXES,
@@ -38,6 +40,7 @@ from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 
 MAX_MOVES = 100_000
 MAX_TURNS = 1000
+EACH = 1000  # lines between two checks of the CPU time
 MAX_PAUSE = 1e6  # s
 SLOWEST = 1e-9  # m/s; a metre takes thirty years
 
@@ -47,7 +50,11 @@ def parse_program(content: bytes, dialect: str, unit: str, ignore: tuple[str, ..
     """Read a file's content; TableError lists what is wrong."""
     reader = _Reader(dialect, unit, set(ignore))
     faults: list[tuple[int, int, str]] = []
+    start = time.thread_time()
     for number, words in read_lines(content, dialect):
+        if number % EACH == 0 and time.thread_time() - start > SECONDS:
+            faults.append((number, 0, f"reading it takes more than {SECONDS:g} s of CPU time: divide the file"))
+            break
         try:
             if isinstance(words, LineError):
                 raise words
