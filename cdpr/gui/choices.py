@@ -8,6 +8,8 @@ import re
 FIELDS = (
     (r"\(--cable-set\)", "(the field Cable set)"),
     (r"\(--trajectory\)", "(the field Trajectory)"),
+    (r"\(--tension\b[^()]*\)", "(the fields Tension limits)"),
+    (r"\(--seconds\b[^()]*\)", "(the field CPU time)"),
     (r"\(--crossed\)", "(the field Cables at the platform)"),
     (r"\(--straight\)", "(the field Cables at the platform)"),
     (r"\(--suspended\)", "(the field Suspended)"),

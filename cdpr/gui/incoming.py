@@ -6,6 +6,7 @@ They lie where `cdpr gui` runs, or come from a browser, into a folder that is go
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from cdpr import processes
 from cdpr.errors import CdprError
 from cdpr.formats.read.bring import ENDINGS, Taken, write
 from cdpr.formats.read.gazebo import is_motion
+from cdpr.formats.read.limits import WALL
 from cdpr.gui.board import Reader
 from cdpr.gui.choices import in_window
 from cdpr.gui.desk.files import named
@@ -32,7 +34,8 @@ MOST_FILES = 100  # that come at once
 MOST_NAME = 255  # bytes of a name, as most file systems have it
 MOST_SHOWN = 2**20  # letters of what is made that a window is shown
 MOST_LINES = 200  # of what was left out, likewise, of each source
-SECONDS = 60.0  # that reading may take
+SECONDS = 60.0  # that reading may take, unless more CPU time is asked for
+MOST_SECONDS = 3600.0  # of CPU time that may be asked for
 
 
 class Incoming:
@@ -54,6 +57,8 @@ class Incoming:
         body: bytes = b"",
         cable_set: str = "",
         trajectory: str = "",
+        tension: Any = None,
+        seconds: Any = None,
     ) -> list[Words]:
         """Read robots of another program, and return the message that shows them.
 
@@ -64,14 +69,18 @@ class Incoming:
             body: their contents, one behind the other.
             cable_set: of a model of CASPR; its default unless given.
             trajectory: of a robot of the Gazebo plug-in: a file that comes along, too, or lies here.
+            tension: lowest and highest tension, N, of cables whose file limits none.
+            seconds: CPU time that reading a file may take; the importer's default unless given.
 
         Raises CdprError where nothing can be read.
         """
         self._read.pop(reader, None)
-        given = {key: value for key, value in (("cable_set", cable_set), ("trajectory", trajectory)) if value}
+        given: dict[str, Any] = {"cable_set": cable_set, "trajectory": trajectory}
+        given = {key: value for key, value in given.items() if value}
         for key, value in given.items():
             if not isinstance(value, str):
                 raise CdprError(f"{key}: a name is expected, got {shown(value)}")
+        given |= _numbers(tension, seconds)
         if files:
             every = self._uploaded(reader, _received(files, body), given)
         elif path:
@@ -119,7 +128,7 @@ class Incoming:
             if self._process is not None:
                 self._process.kill()
 
-    def _uploaded(self, reader: Reader, files: Mapping[str, bytes], given: dict[str, str]) -> list[Taken]:
+    def _uploaded(self, reader: Reader, files: Mapping[str, bytes], given: dict[str, Any]) -> list[Taken]:
         """Read what came along, and nothing else."""
         if len(files) == 2 and len(motions := [name for name in files if is_motion(files[name])]) == 1:
             given = {"trajectory": motions[0], **given}  # it is of the other
@@ -141,15 +150,16 @@ class Incoming:
                     raise unwritable(Path(name), error) from error
             return self._apart(reader, {"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
 
-    def _apart(self, reader: Reader, asked: dict[str, str], folder: Path | None = None) -> list[Taken]:
+    def _apart(self, reader: Reader, asked: dict[str, Any], folder: Path | None = None) -> list[Taken]:
         """Read in a process of its own that works in a folder, ours unless said."""
         process = self._begin(reader, folder)
+        longest = max(SECONDS, WALL * asked.get("seconds", 0.0))
         with process:
             try:
-                out, _ = process.communicate(json.dumps(asked).encode(), SECONDS)
+                out, _ = process.communicate(json.dumps(asked).encode(), longest)
             except subprocess.TimeoutExpired:
                 process.kill()
-                text = f"reading it takes more than {SECONDS:g} s, and was given up"
+                text = f"reading it takes more than {longest:g} s, and was given up"
                 raise CdprError(f"{asked['path']}: {text}") from None
             finally:
                 with self._lock:
@@ -186,6 +196,24 @@ class Incoming:
                 )
             )
             return self._process
+
+
+def _numbers(tension: Any, seconds: Any) -> dict[str, Any]:
+    """Return those arguments of the importer that are numbers and were given."""
+    given: dict[str, Any] = {}
+    if tension is not None:
+        if not (isinstance(tension, list) and len(tension) == 2 and all(map(_is_finite, tension))):
+            raise CdprError("tension: two numbers are expected, the lowest and the highest tension in N")
+        given["tension"] = tension
+    if seconds is not None:
+        if not (_is_finite(seconds) and 0.0 < seconds <= MOST_SECONDS):
+            raise CdprError(f"seconds: a number above 0 and up to {MOST_SECONDS:g} is expected, got {shown(seconds)}")
+        given["seconds"] = seconds
+    return given
+
+
+def _is_finite(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)
 
 
 def _received(files: Any, body: bytes) -> dict[str, bytes]:

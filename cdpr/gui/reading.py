@@ -31,6 +31,8 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     try:
         from cdpr.formats.read.bring import import_any
 
+        if "tension" in asked:
+            asked["tension"] = tuple(asked["tension"])
         every = import_any(**asked)
         if sum(len(text) for each in every for text in each.files.values()) > MOST_MADE:
             return {"error": f"{asked['path']}: more than {MOST_MADE // 2**20} MiB would be written"}

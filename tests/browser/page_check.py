@@ -7,6 +7,8 @@ from pathlib import Path
 WIDTHS = (390, 1200, 1280, 1366, 1440, 1920)  # px: a phone, laptops and screens
 HEIGHTS = {390: 844, 1200: 900, 1280: 800, 1366: 768, 1440: 900, 1920: 1080}
 
+PATIENCE = 180_000  # ms, on a machine that does other things besides
+
 SCRIPT = Path(__file__).with_name("page_check.js").read_text(encoding="utf-8")
 WATCH = f"(() => {{ {SCRIPT}; watchTexts(); }})()"
 CHECK = f"async (width) => {{ {SCRIPT}; return checkPage(width); }}"
@@ -27,6 +29,7 @@ def faults_of(browser, address, width, ready="() => window.cdpr === undefined ||
     """Open a page at a width and check it."""
     context = browser.new_context(**screen(width), **options)
     try:
+        context.set_default_timeout(PATIENCE)
         page = context.new_page()
         page.add_init_script(WATCH)
         page.goto(address)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
+from html import unescape
 
 import pytest
 from command_line import cdpr_here
@@ -27,16 +29,37 @@ ONE_AXIS = "keep: all\naxes:\n  - {key: controller.kp, values: [50, 100, 200]}\n
 TWO_AXES = (
     "keep: all\naxes:\n  - {key: solver.type, values: [qp, lp]}\n  - {key: controller.kp, values: [50, 100, 200]}\n"
 )
-FOUR_AXES = (
-    TWO_AXES
-    + "  - {key: controller.kd, values: [10, 20]}\n  - {key: simulation.control_step, values: [0.001, 0.002]}\n"
-)
+THREE_AXES = TWO_AXES + "  - {key: controller.kd, values: [10, 20]}\n"
+FOUR_AXES = THREE_AXES + "  - {key: simulation.control_step, values: [0.001, 0.002]}\n"
+SLACK = """
+robot:
+  dof: [x, y, z]
+  platform: {mass: 10}
+  tension: {min: 5, max: 4000}
+  home: {position: [0, 0, 1.0]}
+  cable: {model: elastic, axial_stiffness: 50000, damping: 50}
+  winch: {drum_radius: 0.05, inertia: 0.002}
+  cables:
+  - {frame: [-2, -2, 3], platform: [0, 0, 0]}
+  - {frame: [2, -2, 3], platform: [0, 0, 0]}
+  - {frame: [2, 2, 3], platform: [0, 0, 0]}
+  - {frame: [-2, 2, 3], platform: [0, 0, 0]}
+simulation: {duration: 0.5}
+trajectory: {type: hold}
+events: [{type: wrench, time: 0.1, duration: 0.05, force: [0, 0, 1500]}]
+"""
+VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
 
 
 def run_of(name, folder, **overrides):
     path = folder / "report.html"
     write_report(cdpr.simulate(name, overrides={"simulation.duration": 0.5, **overrides}), path)
     return path
+
+
+def slack_run(folder):
+    (folder / "slack.yaml").write_text(SLACK)
+    return run_of(folder / "slack.yaml", folder)
 
 
 def odd_run(case, folder):
@@ -91,6 +114,25 @@ def space(kind, robot, folder, **options):
     return folder / "w.html"
 
 
+def asked_space(kind, robot, options, folder):
+    cdpr_here("workspace", kind, ROBOTS / f"{robot}.yaml", "--cells", "8", *options, "--out", folder / "w.npz")
+    cdpr_here("workspace", "plot", folder / "w.npz", "--out", folder / "w.html")
+    return folder / "w.html"
+
+
+def cell_of_notebook(what, folder):
+    """The page within the frame that a notebook shows."""
+    (document,) = re.findall(r'srcdoc="([^"]*)"', what()._repr_html_())
+    (folder / "cell.html").write_text(f"{unescape(document)}{VIEWPORT}")
+    return folder / "cell.html"
+
+
+def tensions(folder):
+    cdpr_here("tension", "caroca", "--solver", "all", "--out", folder)
+    (folder / "page.html").write_text(f"<!DOCTYPE html>{VIEWPORT}<img src='tension.svg' style='max-width: 100%'>")
+    return folder / "page.html"
+
+
 KINDS = {
     "run": partial(run_of, "caroca"),
     "run planar": partial(run_of, "planar"),
@@ -99,6 +141,7 @@ KINDS = {
     "run winches": partial(run_of, "winch"),
     "run pulleys": partial(run_of, "cogiro_pulleys"),
     "run with an event": partial(run_of, "cable_break", **{"simulation.duration": 1.2}),
+    "run slack": slack_run,
     "run with wrenches": partial(run_of, "external_wrench"),
     **{f"run {case}": partial(odd_run, case) for case in CASES},
     "compare 2 engines": partial(comparison, ("--backends", "reference,mujoco")),
@@ -113,6 +156,7 @@ KINDS = {
     "motion": partial(look, "caroca"),
     "study 1 axis": partial(study, ONE_AXIS),
     "study 2 axes": partial(study, TWO_AXES),
+    "study 3 axes": partial(study, THREE_AXES),
     "study 4 axes": partial(study, FOUR_AXES),
     "design 1 goal": partial(design, ONE),
     "design 2 goals": partial(design, TWO),
@@ -124,6 +168,18 @@ KINDS = {
     "workspace closure": partial(space, "closure", "crossed"),
     "workspace dexterity": partial(space, "dexterity", "planar"),
     "workspace stable": partial(space, "stable", "caroca"),
+    "workspace stiffness": partial(asked_space, "stiffness", "caroca_winches", ()),
+    "workspace frequency": partial(asked_space, "frequency", "caroca_winches", ()),
+    "workspace ifcow": partial(asked_space, "ifcow", "crossed", ("--set", "cable.diameter=0.01")),
+    "workspace dynamic": partial(asked_space, "dynamic", "cogiro", ("--acceleration-box", "1,1,1,0,0,0")),
+    "workspace wrench-feasible": partial(asked_space, "wrench-feasible", "caroca", ("--wrench-box", "50,50,50,5,5,5")),
+    "workspace certify": partial(asked_space, "static", "planar", ("--method", "certify")),
+    "workspace hull": partial(asked_space, "static", "cogiro", ("--method", "hull", "--rays", "100")),
+    "workspace turns": partial(asked_space, "static", "caroca", ("--method", "turns")),
+    "notebook run": partial(cell_of_notebook, lambda: cdpr.simulate("caroca", overrides={"simulation.duration": 0.5})),
+    "notebook robot": partial(cell_of_notebook, lambda: cdpr.load_robot(ROBOTS / "cogiro.yaml")),
+    "notebook scenario": partial(cell_of_notebook, lambda: cdpr.load_scenario("caroca")),
+    "tension": tensions,
 }
 
 # One of each kind; the others are slow.

@@ -62,7 +62,7 @@ def test_a_robot_is_imported_by_hand_and_keyboard(page, theirs):
     assert page.evaluate("document.activeElement.className") == "brought"  # so that arrows scroll it
     said = dialog.inner_text()
     assert "sim_cables: whether Gazebo simulates cables as legs" in said
-    assert "which of its nodes plays a trajectory" in said
+    assert "way.yaml:2: imported as the straight line of the plug-in" in said
     dialog.get_by_text("crane.yaml, ").click()
     assert "mass: 15.0  # kg, platform.mass, line 7" in dialog.locator("pre").first.inner_text()
     assert dialog.get_by_label("Then open").input_value() == "crane_way.yaml"

@@ -74,6 +74,46 @@ def test_open_asks_what_becomes_of_changes(page, files, answer):
     assert (files.robot.read_text() == before) is (answer != "Save")
 
 
+def ask_new(page, files):
+    page.get_by_role("button", name="New…").click()
+    dialog = page.locator("dialog[open]")
+    dialog.get_by_label("File").fill(str(files.folder / "fresh.yaml"))
+    dialog.get_by_role("button", name="Make").click()
+
+
+def ask_import(page, files):
+    page.get_by_role("button", name="Import…").click()
+
+
+WAYS = {
+    "New": (ask_new, "() => document.getElementById('file').textContent.includes('fresh')"),
+    "Import": (ask_import, "() => document.querySelector('dialog[open] h2').textContent.startsWith('Import')"),
+}
+
+
+@pytest.mark.parametrize("answer", ["Save", "Discard", "Cancel"])
+@pytest.mark.parametrize("way", WAYS)
+def test_new_and_import_ask_what_becomes_of_changes(page, files, way, answer):
+    before, (begin, done) = files.robot.read_text(), WAYS[way]
+    write(page, "robot.platform.mass", 21.5)
+    begin(page, files)
+    page.get_by_role("dialog", name="Unsaved changes").get_by_role("button", name=answer, exact=True).click()
+    if answer == "Cancel":
+        page.wait_for_timeout(300)
+        assert page.evaluate(f"({VALUE})('robot.platform.mass')") == 21.5
+        assert not page.evaluate("document.querySelector('dialog[open]') !== null")
+    else:
+        page.wait_for_function(done)
+    assert (files.robot.read_text() == before) is (answer != "Save")
+
+
+def test_speeds_of_drums_stay_in_radians(page):
+    shown = """([path, key, unit]) => unitShown({ path, key, unit })"""
+    assert page.evaluate(shown, ["robot.winch.coulomb_speed", None, "rad/s"]) == "rad/s"
+    assert page.evaluate(shown, [None, "winch.coulomb_speed", "rad/s"]) == "rad/s"
+    assert page.evaluate(shown, ["initial.angular_velocity", None, "rad/s"]) == "deg/s"
+
+
 def test_without_changes_open_does_not_ask(page):
     page.get_by_role("button", name="Open…").click()
     dialog = page.locator("dialog[open]")

@@ -25,7 +25,7 @@ def test_a_cable_set_is_a_field(tmp_path):
 def test_fields_are_on_the_page():
     page = document()
     for _, field in FIELDS:
-        if found := re.search(r"the field ([^)]*)", field):
+        if found := re.search(r"the fields? ([^)]*)", field):
             assert f'"{found[1]}' in page
 
 
@@ -34,6 +34,8 @@ def test_fields_are_on_the_page():
     [
         ("leave it out (--set), or not", "leave it out (in the form), or not"),
         ("ideal (--set robot.cable.model=ideal, of a robot file cable.model=ideal)", "ideal (in the form)"),
+        ("to the import (--tension MIN,MAX)", "to the import (the fields Tension limits)"),
+        ("allow more (--seconds N; in Python seconds=N)", "allow more (the field CPU time)"),
         ("choose another --out or remove it", "choose another place or remove it"),
         ("a file (--settings)", "a file (--settings)"),
     ],

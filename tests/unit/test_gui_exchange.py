@@ -33,6 +33,12 @@ from cdpr.gui.window import Window
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 ROBOT = SUCCESSOR.encode()
+UNLIMITED = """<mujoco><worldbody><site name="a" pos="0 0 2"/>
+<body name="load"><joint type="slide" axis="0 0 1"/><geom size="0.1" mass="1"/>
+<site name="b" pos="0 0 0.1"/></body></worldbody>
+<tendon><spatial name="right"><site site="a"/><site site="b"/></spatial></tendon>
+<actuator><motor tendon="right" gear="-1"/></actuator></mujoco>
+"""
 FILES = {"crane.yaml": ROBOT, "way.yaml": TRAJECTORY.encode()}
 
 
@@ -154,6 +160,11 @@ def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
         ({"path": "nowhere.sdf"}, "there is no file 'nowhere.sdf'"),
         ({"path": "nowhere.sdf", "force": True}, "import: 'force' is not known"),
         ({"path": "nowhere.sdf", "cable_set": [1]}, "cable_set: a name is expected, got"),
+        ({"path": "nowhere.sdf", "tension": 5}, "tension: two numbers are expected"),
+        ({"path": "nowhere.sdf", "tension": ["", 5]}, "tension: two numbers are expected"),
+        ({"path": "nowhere.sdf", "tension": [5, 1]}, "tension: expected 0 <= MIN < MAX"),
+        ({"path": "nowhere.sdf", "seconds": 0}, "seconds: a number above 0"),
+        ({"path": "nowhere.sdf", "seconds": "x"}, "seconds: a number above 0"),
         ({"files": {"a": 1}}, "100 files at most are taken"),
         ({"files": [{}] * 101}, "100 files at most are taken"),
         ({"files": [1]}, "a name without folders, of 255 bytes at most, is expected of a file, got null"),
@@ -167,6 +178,16 @@ def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
 def test_what_makes_no_sense_is_told(looker, words, said):
     looker.send(do="import", **words)
     assert said in failed(looker, "import")
+
+
+def test_limits_that_a_file_has_not_are_given(looker):
+    unlimited = UNLIMITED.encode()
+    upload(looker, {"a.xml": unlimited})
+    assert "(the fields Tension limits)" in failed(looker, "import")
+    upload(looker, {"a.xml": unlimited}, tension=[5, 500], seconds=20)
+    (source,) = answer(looker, "import")["sources"]
+    cables = yaml.safe_load(source["files"][0]["text"])
+    assert cables["tension"] == {"min": 5.0, "max": 500.0}
 
 
 @pytest.mark.parametrize(

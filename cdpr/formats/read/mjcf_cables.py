@@ -163,7 +163,7 @@ class Cables:
             if self._given is not None:
                 self._unlimited.append(tendon)
                 return self._given
-            also = "; or give both limits to the import: --tension MIN,MAX"
+            also = "; or give both limits to the import (--tension MIN,MAX)"
             if servo:
                 remedy = 'add forcerange="-MAX -MIN" to it, N, where its gear is 1'
                 raise self._wrong(tendon, f"its servo has no limited force, so no limited tension: {remedy}{also}")

@@ -1,10 +1,13 @@
-// Angles: the window shows and takes degrees, files and the program have radians.
+// Angles: the window shows and takes degrees, files and the program have radians. Speeds of drums stay in rad/s, as
+// their data sheets and models have them.
 
 const DEGREE = Math.PI / 180;
 const ANGULAR = /^rad(?=$|\/s)/; // units that are converted: rad, rad/s, rad/s^2, rad/s^3
 
-function isAngular(field) { return ANGULAR.test(field.unit || ""); }
-function unitShown(unit) { return (unit || "").replace(ANGULAR, "deg"); }
+const MACHINE = /(^|\.)winch(\.|$)/;
+
+function isAngular({ unit, path, key }) { return ANGULAR.test(unit || "") && !MACHINE.test(path || key || ""); }
+function unitShown(field) { return isAngular(field) ? field.unit.replace(ANGULAR, "deg") : field.unit || ""; }
 
 // Digits beyond those that converting leaves right are dropped.
 function toDegrees(value) { return Number((value / DEGREE).toPrecision(10)); }

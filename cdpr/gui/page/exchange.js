@@ -60,6 +60,10 @@ class Exchange {
     const path = files.text({ placeholder: "file or folder, from where cdpr gui was started" });
     const set = files.text({ placeholder: "its default" }), listed = make("datalist", { id: fresh("chosen") });
     const trajectory = files.text({ placeholder: "none", list: listed.id });
+    const tension = ["min", "max"].map((end) => numberBox(`Tension limits, ${end}, N`, { placeholder: end }));
+    const limits = make("p", { className: "row", role: "group", "aria-label": "Tension limits (N)" },
+      span("", "Tension limits (N)"), make("span", { className: "vector of2" }, ...tension));
+    const seconds = numberBox(null, { placeholder: "10" });
     this.formats = make("p", { className: "none" });
     // What was said last is meant.
     const list = () => listed.replaceChildren(...[...chosen.files].map(({ name }) => option(name)));
@@ -70,11 +74,13 @@ class Exchange {
       const told = `${(size / MEBI).toFixed(1)} MiB, and ${most / MEBI} MiB at most are taken`;
       if (size > most) throw new Error(`These files have ${told}: say their path instead.`);
       const source = all.length ? { files: all } : { path: path.value.trim() };
-      return { ...source, cable_set: set.value.trim(), trajectory: trajectory.value.trim() };
+      const ends = tension.map((input) => reading(input.value)), given = ends.some((end) => end !== "");
+      return { ...source, cable_set: set.value.trim(), trajectory: trajectory.value.trim(), tension: given ? ends : "",
+        seconds: reading(seconds.value) };
     };
     this.asking("import", "Import from another program", "Read", ask, this.formats, files.row("Choose files", chosen),
       files.row("Or their path", path), files.row("Cable set (CASPR)", set), files.row("Trajectory (Gazebo)", trajectory),
-      listed);
+      limits, files.row("CPU time (s)", seconds), listed);
   }
 
   // What was read, before anything is written.

@@ -27,7 +27,7 @@ class Line {
   show(field) {
     this.field = field;
     say(this.label, field.label);
-    const unit = unitShown(field.unit);
+    const unit = unitShown(field);
     say(this.unit, unit !== "1" ? unit : "");
     say(this.help, [unit, field.help].filter(Boolean).join(": "));
     this.root.classList.toggle("default", !field.given);

@@ -48,7 +48,7 @@ class Table {
 
   build(field) {
     const heads = this.columns.map((column) => make("th", { scope: "col", title: column.help || "" },
-      make("span", { text: column.label }), make("span", { className: "unit", text: unitShown(column.unit) })));
+      make("span", { text: column.label }), make("span", { className: "unit", text: unitShown(column) })));
     const body = make("tbody");
     this.rows = field.rows.map((row, i) => this.row(field, row, i, body));
     this.table.replaceChildren(make("thead", {}, make("tr", {}, make("th", { scope: "col", text: "#" }), ...heads, make("td"))), body);

@@ -30,7 +30,7 @@ ACROSS = 4  # panels in a row
 # a mark of its own, smaller than the one below. Widths in pt; the widest is at most three times the narrowest, so that
 # none seems to matter more.
 BROAD, MORE, THIN, ONLY = 2.2, 0.25, 1.4, 1.4  # the first one, what it is wider for each line, the last one, one alone
-LARGE, SMALL = 8.5, 3.8
+LARGE, GROWTH, SMALL = 8.5, 0.3, 3.8  # the first one's mark, what it is larger for each line, the last one's
 FULL = 2.6  # in: in narrower panels lines and marks are smaller
 MARKS = "osD^vPX*"
 DASHES: tuple[Any, ...] = ((0, (2.2, 1.6)), (0, (4.0, 2.4)), (0, (1.2, 2.2)))
@@ -148,13 +148,13 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
 
 def _look(i: int, count: int, scale: float) -> dict[str, Any]:
     """How line i of so many looks, and its marks."""
-    share, broad = i / (count - 1) if count > 1 else 1.0, BROAD + MORE * count
+    share, broad, large = i / (count - 1) if count > 1 else 1.0, BROAD + MORE * count, LARGE + GROWTH * count
     return {
         "color": CABLES[i % len(CABLES)],
         "linewidth": scale * broad + share * (THIN - scale * broad) if count > 1 else ONLY,
         "linestyle": DASHES[(i - 1) % len(DASHES)] if i else "-",
         "marker": MARKS[i % len(MARKS)] if count > 1 else "o",
-        "markersize": scale * LARGE + share * (SMALL - LARGE) * scale,
+        "markersize": scale * (large + share * (SMALL - large)),
     }
 
 

@@ -132,6 +132,7 @@ def _table(results: Results) -> str:
     titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), *messages)
     more = len(results.study.cases) - len(rows)
     rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
-    inside = f"{table(rows, tuple(map(escape, titles)))}{rest}"
+    shown = tuple(escape(title).replace(".", ".<wbr>") for title in titles)  # the names of keys may take several lines
+    inside = f"{table(rows, shown)}{rest}"
     fold = " open" if len(rows) <= FEW_ROWS else ""
     return f"<h2>All cases</h2>\n<details{fold}><summary>{len(rows)} rows</summary>\n{inside}</details>"
