@@ -118,7 +118,7 @@ class Files {
     fit();
     return this.dialog("New from a template", "Make", act, this.row("Kind", kind), this.row("File", file), three("Frame (m)", frame),
       three("Platform (m)", platform), this.row("Mass (kg)", mass), this.row("Cables", cables),
-      this.row("Cables at the platform", crossed), this.row("Suspended (all from above)", suspended),
+      this.row("Cables at the platform", crossed), this.row("Suspended (from above)", suspended),
       this.row("Planar (x and z)", planar), this.row("Robot of a scenario", robot));
   }
 
