@@ -56,6 +56,8 @@ BODY = Pair("#ccd6e3", "#6b788a")
 GRID = Pair("#e3e5e8", "#2c3138")
 ADMISSIBLE = Pair("#dcefe3", "#12301f")
 BEHIND = (GRID, ADMISSIBLE)
+# Printed surfaces of a workspace, steep to facing the eye: tints of DESIRED on white paper.
+SURFACE = ("#cfe7db", "#c0dfd0", "#b1d7c4", "#a2cfb9", "#93c7ad")
 # ... and times at which a solver had no valid answer.
 SHADES = {
     Status.INFEASIBLE: Pair("#f8d3cb", "#57231a"),

@@ -59,8 +59,8 @@ def test_the_resolved_scenario_runs_to_the_same_bits(tmp_path):
 
 
 def test_keys_that_the_run_does_not_use_are_told(tmp_path):
-    done = cdpr_here("run", CAROCA, *SHORT, "--set", "robot.cables[0].diameter=0.004", cwd=tmp_path)
-    assert "not used by this run: robot.cables[*].diameter" in done.stdout
+    done = cdpr_here("run", CAROCA, *SHORT, "--set", "robot.cables[0].linear_density=0.05", cwd=tmp_path)
+    assert "not used by this run: robot.cables[*].linear_density" in done.stdout
 
 
 def test_a_taken_folder_is_refused(tmp_path):

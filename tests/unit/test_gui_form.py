@@ -189,10 +189,10 @@ def test_an_unknown_key_has_a_field_and_can_be_removed() -> None:
 def test_what_is_seldom_meant_is_a_warning() -> None:
     desk = Desk("caroca")
     desk.edit("world.gravity[2]", 9.81)
-    desk.edit("robot.cable.diameter", 0.002)
+    desk.edit("robot.cable.linear_density", 0.05)
     form = desk.form()
     assert not form["problems"]
-    assert {"world.gravity", "robot.cable.diameter"} <= {each["path"] for each in form["warnings"]}
+    assert {"world.gravity", "robot.cable.linear_density"} <= {each["path"] for each in form["warnings"]}
 
 
 def test_believed_cables_are_those_of_the_robot() -> None:

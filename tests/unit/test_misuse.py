@@ -38,7 +38,7 @@ def test_overrides_may_come_from_a_generator():
 
 
 def test_masked_numbers_are_no_numbers(robot):
-    with pytest.raises(cdpr.CdprError, match=r"^poses: some numbers are masked"):
+    with pytest.raises(cdpr.CdprError, match=r"^poses: some values are masked"):
         cdpr.distribute(robot, np.ma.array(POSE, mask=[0, 0, 1, 0, 0, 0, 0]))
     whole = cdpr.distribute(robot, np.ma.array(POSE))  # nothing is masked
     np.testing.assert_array_equal(whole.tension, cdpr.distribute(robot, POSE).tension)

@@ -167,8 +167,9 @@ CASES = [
 def test_what_is_seldom_meant_is_told_and_what_is_nearly_so_is_not(seldom, what, nearly):
     found = told(warned(seldom))
     assert any(re.match(what, text) for text in found), found
-    # What is nearly out of the frame may be more than limits hold, which is another thing.
-    assert [text for text in told(warned(nearly)) if WEAK in what or WEAK not in text] == []
+    # A pose nearly out of the frame may exceed the limits, and thick cables touch: other warnings.
+    others = [each for each in (WEAK, "touch here") if each not in what]
+    assert [text for text in told(warned(nearly)) if not any(each in text for each in others)] == []
 
 
 def test_every_check_has_a_case():

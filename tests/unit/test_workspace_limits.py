@@ -133,7 +133,7 @@ def test_a_changed_file_is_told(tmp_path, name):
     else:
         parts[name] = parts[name].astype(float) + 0.5
     np.savez(tmp_path / "changed.npz", **parts)
-    with pytest.raises(LogError, match=r"is no workspace that can be read \(changed since it was written\)"):
+    with pytest.raises(LogError, match=r"is no workspace that can be read \(it was changed since it was written"):
         load_workspace(tmp_path / "changed.npz")
 
 

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
 from cdpr.report.figures.surface import Frame
+from cdpr.view import colours
 
 Surface = tuple[Array, NDArray[np.int64]]  # corners (k, 3), m, and triangles (t, 3), anticlockwise from outside
 
 MOST = 4000  # triangles; of finer surfaces corners are merged
 MERGED = 40  # cells along the longest side, whose corners become one
-TONES = ("#cfe7db", "#c0dfd0", "#b1d7c4", "#a2cfb9", "#93c7ad")  # steep to facing the eye: tints of the desired pose
 SLABS = 12  # of depth, from the farthest to the nearest
 
 
@@ -27,8 +27,8 @@ def draw_surface(frame: Frame, view: Array, surface: Surface) -> None:
     seen = np.flatnonzero(facing > 0.0)
     seen = seen[np.argsort((a + b + c)[seen, 2])]
     for slab in np.array_split(seen, SLABS):
-        tone = np.minimum((facing[slab] * len(TONES)).astype(int), len(TONES) - 1)
-        for k, colour in enumerate(TONES):
+        tone = np.minimum((facing[slab] * len(colours.SURFACE)).astype(int), len(colours.SURFACE) - 1)
+        for k, colour in enumerate(colours.SURFACE):
             rings = [places[triangles[i], :2] for i in slab[tone == k]]
             if rings:  # an edge of its own colour closes the gaps between triangles
                 frame.area(rings, {"facecolor": colour, "edgecolor": colour, "linewidth": 0.4, "zorder": 0.8})
