@@ -50,6 +50,9 @@ def command(
         options = "--backends, --solvers, --set, --strict and --refine"
         raise CdprError(f"finished runs are compared as they are: leave out {options}")
     if finished:
+        for name in what:
+            if name.endswith((".yaml", ".yml")):
+                raise CdprError(f"{name}: is not a run: give either one SCENARIO, or only folders of finished runs")
         from cdpr.compare.finished import compare_finished
         from cdpr.compare.job import RESERVED
         from cdpr.log.run_folder import claim

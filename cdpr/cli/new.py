@@ -129,6 +129,8 @@ def _write(file: str, text: str, then: str, warning: str | None) -> None:
         create(Path(file), text)
     except FileExistsError:
         raise OutputError(f"'{file}' is there already: it is not written over; choose another name") from None
+    except FileNotFoundError:
+        raise OutputError(f"cannot write '{file}': there is no folder '{Path(file).parent}'; make it first") from None
     except OSError as error:
         raise OutputError(f"cannot write '{file}': {error.strerror}") from None
     from cdpr.cli.load import load_told

@@ -10,6 +10,7 @@ from cdpr.errors import CdprError
 from cdpr.live.requests import Request
 from cdpr.log.ros2 import decode
 from cdpr.log.topics import WORLD
+from cdpr.nearest import did_you_mean
 from cdpr.problems import shown
 
 TARGET, WRENCH, TENSION = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension"
@@ -33,7 +34,7 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
 
 def unheard(topic: str) -> str:
     """Say that nobody listens on a topic."""
-    return f"{topic or shown(topic)}: nobody listens there; {', '.join(KNOWN)} are heard"
+    return f"{topic or shown(topic)}: nobody listens there; {did_you_mean(topic, KNOWN)}{', '.join(KNOWN)} are heard"
 
 
 def _json(data: bytes) -> object:
@@ -97,7 +98,10 @@ def _in_world(message: dict[str, Any]) -> None:
 
 
 def _part(message: dict[str, Any], name: str) -> dict[str, Any]:
-    part = message.get(name)
+    if name not in message:
+        such = ', such as {"x": 0, "y": 0, "z": 0, "w": 1} for upright' if name == "orientation" else ""
+        raise ValueError(f"{name}: required but not given: an object{such}")
+    part = message[name]
     if not isinstance(part, dict):
         raise ValueError(f"{name}: an object is expected, got {shown(part)}")
     return part

@@ -218,7 +218,8 @@ def _bare(name: str) -> str:
 def unknown(role: Role, name: str, names: list[str]) -> str:
     """Error text for a name that no plugin has."""
     known = f"installed are {', '.join(names)} (see 'cdpr plugins'; --plugin FILE adds your own)"
-    return f"no {role} is named '{name}': {did_you_mean(name, names)}{known}"
+    several = "'cdpr compare' runs all; " if role == "backend" and name == "all" else ""
+    return f"no {role} is named '{name}': {several or did_you_mean(name, names)}{known}"
 
 
 _files: tuple[PluginFile, ...] = ()

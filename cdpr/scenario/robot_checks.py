@@ -32,6 +32,8 @@ from cdpr.scenario.robot_schema import (
     of_a_body,
 )
 
+EXAMPLES = {"winch": "{drum_radius: 0.05, inertia: 0.01}"}  # m, kg m^2; of what is more than a number
+
 
 def _needs(*models: str) -> dict[str, str]:
     """Return what a robot file must say of cables of these models, of all unless named, each in words."""
@@ -115,8 +117,10 @@ class RobotChecks(Checks):
             for model, places in lacking.items():
                 names = [str(given[i].get("name") or f"cable_{i + 1}") for i in places]
                 listed = ", ".join([*names[:5], *(["..."] if len(names) > 5 else [])])
+                such = f", such as {need}: {EXAMPLES[need]}" if need in EXAMPLES else ""
                 text = (
-                    f"cable.model {model} needs {words} of each cable: give {need} for all, or {name} of cable {listed}"
+                    f"cable.model {model} needs {words} of each cable: "
+                    f"give {need} for all{such}, or {name} of cable {listed}"
                 )
                 self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)
 

@@ -33,6 +33,8 @@ HINTS = {
 NAMED = {
     ("study", "scenario"): "a study names it with 'scenario: FILE'",
     ("design", "robot"): "a design names it with 'robot: FILE'",
+    ("study", "design"): "cdpr design runs it; a study says what it varies under 'axes', not 'vary'",
+    ("design", "study"): "cdpr study runs it; a design says what it varies under 'vary', not 'axes'",
 }
 
 

@@ -154,6 +154,7 @@ def test_a_trap_ends_with_seven(tmp_path):
         ((CAROCA, "--set", "simulation.duration=-1"), 2, "simulation.duration"),
         ((str(SCENARIOS), "--refine"), 2, "finished runs are compared as they are"),
         ((str(SCENARIOS),), 2, "one run alone"),
+        ((CAROCA, str(SCENARIOS)), 2, "is not a run: give either one SCENARIO"),
     ],
 )
 def test_what_cannot_be_compared(arguments, code, said):

@@ -159,7 +159,7 @@ def test_what_is_there_stays(here):
     before = (here / "robot.yaml").read_text()
     assert "is there already: it is not written over" in run("new", "robot", "--planar", code=ExitCode.NOT_WRITABLE)
     assert (here / "robot.yaml").read_text() == before
-    assert "cannot write" in run("new", "robot", "no/such/folder.yaml", code=ExitCode.NOT_WRITABLE)
+    assert "there is no folder 'no/such'" in run("new", "robot", "no/such/folder.yaml", code=ExitCode.NOT_WRITABLE)
     assert load_robot("-", text=run("new", "robot", "-")).m == 8
     assert [path.name for path in here.iterdir()] == ["robot.yaml"]
 
@@ -172,7 +172,10 @@ def test_what_is_there_stays(here):
         ("--mass -1", "mass: from 1e-09 to 1e+06 kg is expected, got -1 kg"),
         ("--mass nan", "got nan kg"),
         ("--mass 1e300", "got 1e+300 kg"),
-        ("--frame 1e9,1e9,1e9", "frame and platform: from 0.0001 to 2000 m is expected, got 1e+09 m"),
+        (
+            "--frame 1e9,1e9,1e9",
+            "from 0.0001 to 2000 m is expected, got 1e+09 m; lengths are in metres",
+        ),
         ("--frame 1e-6,1e-6,1e-6 --platform 1e-7,1e-7,1e-7", "got 1e-06 m"),
         ("--frame inf,1,1", "got inf m"),
         ("--cables 0", "got 0"),

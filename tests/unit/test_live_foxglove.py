@@ -106,7 +106,7 @@ def test_what_is_asked_for_is_an_event():
 BAD = {
     "no JSON": (WRENCH, b"{", "/cdpr/wrench: "),
     "a list": (WRENCH, [], "/cdpr/wrench: an object is expected"),
-    "no wrench": (WRENCH, {}, "/cdpr/wrench: wrench: an object is expected, got null"),
+    "no wrench": (WRENCH, {}, "/cdpr/wrench: wrench: required but not given: an object"),
     "NaN": (WRENCH, b'{"wrench": {"force": {"x": NaN}, "torque": {}}}', "force.x: a finite number is expected"),
     "a text": (
         WRENCH,
@@ -120,6 +120,8 @@ BAD = {
     "too few": (TENSION, {"effort": [1.0]}, "tension: "),
     "long": (WRENCH, b"[" * 70000, "it is longer than 65536 bytes"),
     "deep": (WRENCH, b"[" * 60000, "/cdpr/wrench: "),
+    "misspelt": ("/cdpr/wrenhc", {}, "/cdpr/wrenhc: nobody listens there; did you mean '/cdpr/wrench'"),
+    "no attitude": (TARGET, {"pose": {"position": {}}}, "orientation: required but not given: an object, such as"),
     "elsewhere": ("/cmd_vel", {}, "/cmd_vel: nobody listens there"),
 }
 

@@ -69,7 +69,10 @@ def test_a_cable_may_have_its_own_winch(tmp_path):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"winch": None}, r"cable.model elastic needs the winch of each cable: give winch for all, or winch of cable"),
+        (
+            {"winch": None},
+            r"cable.model elastic needs the winch of each cable: give winch for all, such as winch: {",
+        ),
         (
             {"cable": {"model": "elastic"}},
             r"elastic needs the axial stiffness \(N\) of each cable: give cable.axial_stiff",
