@@ -11,7 +11,7 @@ from typing import Literal
 
 from cdpr.errors import OutputError, one_line
 from cdpr.log.chunk import CHUNK_HEAD
-from cdpr.log.files import unwritable
+from cdpr.log.files import require_process, unwritable
 from cdpr.log.mcap_file import LogFormat, Piece, Written
 
 QUEUE = 2  # jobs that wait for the thread, or are at work in it; the caller waits before it adds another
@@ -53,9 +53,11 @@ class ChunkFile:
             raise
         self.end = self._size = len(form.description)
         self._thread = ThreadPoolExecutor(1, "log")
+        self._process = os.getpid()
 
     def wait(self, left: int = 0) -> None:
         """Wait until at most `left` calls are still to be done. Raises OutputError where one of the others failed."""
+        require_process(self._process, self._path)
         error: BaseException | None = None
         while len(self._pending) > left:
             found = self._pending[0].exception()
@@ -93,7 +95,8 @@ class ChunkFile:
 
     def close(self) -> None:
         """End the thread and close the file. Raises OSError."""
-        self._thread.shutdown()
+        if os.getpid() == self._process:  # a fork has no such thread
+            self._thread.shutdown()
         self.file.close()
 
     def _begin(self, job: Callable[[], None]) -> None:

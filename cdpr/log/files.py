@@ -71,6 +71,14 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
             temporary.unlink()
 
 
+def require_process(process: int, path: Path) -> None:
+    """Raise OutputError in any process but the one with this number, which opened `path`: a fork must not write it."""
+    if os.getpid() != process:
+        raise OutputError(
+            f"{path}: only the process that began this run may write it; begin another run after the fork"
+        )
+
+
 class Reserved:
     """Room on the disk for a file that must be written in any case, kept until it is: beside it, as NAME.new.
 

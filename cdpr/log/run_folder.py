@@ -14,7 +14,7 @@ import numpy as np
 
 from cdpr.errors import OutputError
 from cdpr.log import run_json
-from cdpr.log.files import Reserved, beside, is_name, replace, unwritable
+from cdpr.log.files import Reserved, beside, is_name, replace, require_process, unwritable
 from cdpr.log.run import Header, Run
 
 RUNS = Path("runs")
@@ -49,6 +49,7 @@ class RunFolder:
         first: Path | None = None,
         scenario: Callable[[str], str] | None = None,
     ) -> None:
+        self._process = os.getpid()
         started = run_json.now()
         self._started: dict[str, Any] = {
             "argv": list(argv),
@@ -73,7 +74,8 @@ class RunFolder:
             raise
 
     def finish(self, run: Run) -> None:
-        """Say in run.json how the run ended. Raises OutputError; as much as there was room for is said then, too."""
+        """Write to run.json how the run ended. Raises OutputError, after writing as much as there is room for."""
+        require_process(self._process, self.path)
         finished = {"finished": run_json.now().isoformat(timespec="seconds")}
         content = run_json.describe(run) | self._started | finished
         try:
@@ -87,6 +89,8 @@ class RunFolder:
 
     def withdraw(self, *others: str) -> None:
         """Leave nothing of a run without a sample, nor its other files; a folder that was given stays, empty."""
+        if os.getpid() != self._process:
+            return
         for name in (run_json.NAME, SCENARIO_NAME, beside(self.path / run_json.NAME).name, *others):
             with contextlib.suppress(OSError):
                 (self.path / name).unlink()
