@@ -25,8 +25,8 @@ WINCHES = "".join(
     for k in range(4)
 )
 PULLEY = (
-    '<body name="pulley" pos="0 0 3"><joint name="turn" axis="0 1 0"/><geom size="0.1"/><site name="rim" pos="0.1 0 0"/>'
-    "</body>"
+    '<body name="pulley" pos="0 0 3"><joint name="turn" axis="0 1 0"/><geom size="0.1"/>'
+    '<site name="rim" pos="0.1 0 0"/></body>'
 )
 SEPARATE = '<body name="hand" pos="0 0 0.8"><freejoint/><geom size="0.05"/></body>'
 NO_LIMIT = 'forcerange="-80 0"', ""
@@ -80,7 +80,7 @@ IMPORTED = {
 REFUSED = {
     "gripper as a body of its own, on a connect": (
         model(world=SEPARATE, equality='<connect name="c" body1="box" body2="hand" anchor="0 0 0"/>'),
-        r"model\.xml:4: <connect> 'c' \(body1 'box', body2 'hand'\).*remove it, or join the bodies by writing one inside",
+        r"model\.xml:4: <connect> 'c' \(body1 'box', body2 'hand'\).*remove it, or join the bodies",
     ),
     "winches on slides, tendons of three sites (Yang51st, cdpr_8_6)": (
         model(world=WINCHES, through='<site site="w{k}"/>'),
