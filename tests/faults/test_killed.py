@@ -17,13 +17,15 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.errors import Interrupted
+from cdpr.log.chunk_file import QUEUE
 from cdpr.log.files import Reserved
+from cdpr.log.mcap_file import BLOCK
 from cdpr.log.run_folder import RunFolder
 from cdpr.log.writer import LogWriter
 from cdpr_controllers.computed_torque import ComputedTorque
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
-ROWS_LOST = 256  # a block that was not full yet, while the run is fast ...
+ROWS_LOST = BLOCK * (1 + QUEUE)  # a block that was not full yet and those that wait for the thread, in a fast run ...
 SECONDS_LOST = 0.5  # ... and wall time while it is slow
 SLACK = 0.1  # s, of the scheduler
 

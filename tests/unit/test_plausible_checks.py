@@ -181,9 +181,15 @@ def test_every_check_has_a_case():
     }
     subjects.append(subject(load_scenario(SCENARIOS / "planar.yaml", overrides=planar)))
     subjects.append(subject(load_scenario(SCENARIOS / "gcode.yaml", overrides={"trajectory.limits.velocity": 0.1})))
+    anchor = [round(a - b, 9) for a, b in zip(ROBOT["cables"][0]["frame"], ROBOT["cables"][0]["platform"], strict=True)]
+    passing = {
+        "initial.position": [anchor[0], anchor[1], anchor[2] - 0.5],
+        "trajectory.to": {"position": [anchor[0], anchor[1], anchor[2] + 0.5], "orientation": {"rpy": [0, 0, 0]}},
+    }
+    subjects.append(subject(load_scenario(CAROCA, overrides=passing)))
     assert [check.__name__ for check in CHECKS if not any(list(check(one)) for one in subjects)] == []
 
 
 def subject(scenario):
     given = (scenario.sections.robot, scenario.robot, ("robot",), scenario._document.data)
-    return Setup(*given, scenario.sections, scenario._motion, scenario.obstacles)
+    return Setup(*given, scenario.sections, scenario._motion, scenario.obstacles, lambda: scenario.desired)
