@@ -35,18 +35,28 @@ def native_to_stderr() -> Iterator[None]:
     For calls made once, such as constructors: the whole process has but one stdout.
     """
     with _stdout:
+        out = _redirected()
         try:
-            sys.stdout.flush()
-            out = os.dup(1)
-        except (AttributeError, OSError, ValueError):  # closed
-            yield
-            return
-        try:
-            os.dup2(2, 1)
             yield
         finally:
-            os.dup2(out, 1)
-            os.close(out)
+            if out is not None:
+                os.dup2(out, 1)
+                os.close(out)
+
+
+def _redirected() -> int | None:
+    """Send stdout to stderr; return a copy of stdout, None where either is closed and nothing is changed."""
+    try:
+        sys.stdout.flush()
+        out = os.dup(1)
+    except (AttributeError, OSError, ValueError):
+        return None
+    try:
+        os.dup2(2, 1)
+    except OSError:
+        os.close(out)
+        return None
+    return out
 
 
 def is_hushed() -> bool:

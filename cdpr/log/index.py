@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 from mcap.opcode import Opcode
 
-from cdpr.log.mcap_file import MAGIC, LogFormat, Written
+from cdpr.log.mcap_file import DATA_END, MAGIC, LogFormat, Written
 
 _FOOTER = struct.Struct(f"<BQQQI{len(MAGIC)}s")
 _RECORD = struct.Struct("<BQ")  # opcode, length
@@ -41,6 +41,9 @@ def read_index(file: BinaryIO, form: LogFormat) -> Index | None:
     file.seek(size - _FOOTER.size)
     opcode, _, summary, _, _, magic = _FOOTER.unpack(file.read())
     if opcode != Opcode.FOOTER or magic != MAGIC or not len(form.description) < summary < size:
+        return None
+    file.seek(summary - len(DATA_END))
+    if file.read(len(form.ending_start)) != form.ending_start:  # a wrong place, from which on the whole log may follow
         return None
     file.seek(summary)
     try:

@@ -96,6 +96,8 @@ class LogFormat:
             METADATA, {"format": version, "header": text, "header_crc32": f"{crc32(text.encode()):08x}"}
         )
         self._attachment = records.Attachment(0, 0, ATTACHMENT, "application/yaml", header.scenario_yaml.encode())
+        # Of every ending: the first bytes, which do not depend on the chunks.
+        self.ending_start = b"".join([DATA_END, *self._schemas, *self._channels.values()])
         metadata = _bytes(self._metadata)
         attachment = _bytes(self._attachment)
         # The metadata first, so that a reader finds it without looking for it.
@@ -218,9 +220,8 @@ class LogFormat:
             Opcode.ATTACHMENT_INDEX: [_bytes(self._attachment_index)],
             Opcode.METADATA_INDEX: [_bytes(self._metadata_index)],
         }
-        data_end = _bytes(records.DataEnd(0))
         summary, offsets = b"", b""
-        summary_start = start + len(data_end)
+        summary_start = start + len(DATA_END)
         for opcode, group in parts.items():
             part = b"".join(group)
             if part:
@@ -230,7 +231,7 @@ class LogFormat:
         # The footer's checksum covers the summary and the footer up to itself.
         footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, summary_start, offsets_start)
         footer += struct.pack("<I", crc32(summary + offsets + footer))
-        return data_end + summary + offsets + footer + MAGIC
+        return DATA_END + summary + offsets + footer + MAGIC
 
     def _channels_of(self, group: int) -> range:
         first = self.templates[group].group.channel
@@ -262,4 +263,5 @@ def _bytes(record: records.McapRecord) -> bytes:
     return bytes(builder.end())  # type: ignore[no-untyped-call]
 
 
+DATA_END = _bytes(records.DataEnd(0))
 OPENING = MAGIC + _bytes(records.Header("ros2", "cdpr"))

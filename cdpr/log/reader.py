@@ -61,7 +61,7 @@ def load_run(path: str | Path) -> Run:
         run_json.check_log(known, folder, found.header, found.rows if found.problem is None else None)
     try:
         return Run(
-            header=_amended(found.header, known),
+            header=amended(found.header, known),
             rows=found.rows,
             status=known["status"],
             message=known.get("message", ""),
@@ -80,8 +80,8 @@ def load_run(path: str | Path) -> Run:
         ) from error
 
 
-def _amended(header: Header, known: dict[str, Any]) -> Header:
-    """Return the header with the broken cables and the limits of run.json: a log does not hold what is done live."""
+def amended(header: Header, known: dict[str, Any]) -> Header:
+    """Return the header with the broken cables and the limits of run.json: a log does not hold live changes."""
     found = known.get("header")
     found = found if isinstance(found, dict) else {}
     if (rows := found.get("broken")) is not None:

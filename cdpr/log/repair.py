@@ -17,7 +17,7 @@ from cdpr.locks import Lock, lock, open_to_lock
 from cdpr.log import run_json
 from cdpr.log.files import GOES_ON, Reserved, replacing, unwritable
 from cdpr.log.mcap_file import BLOCK, FORMATS, PICTURE_ROWS, LogFormat, Piece
-from cdpr.log.reader import Scan, locate, scan
+from cdpr.log.reader import Scan, amended, locate, scan
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import SCENARIO_NAME
@@ -206,7 +206,9 @@ def _interrupt(folder: Path, found: Scan, room: Reserved | None) -> bool:
             bound = {"log": asdict(run_json.log_of(found.header, found.rows))}
             _write(folder, room, known | bound)
         return False
-    run = Run(found.header, found.rows, "interrupted", f"killed while it ran; {len(found.rows)} rows kept")
+    run = Run(
+        amended(found.header, known), found.rows, "interrupted", f"killed while it ran; {len(found.rows)} rows kept"
+    )
     told = ("argv", "started", "finished", "events", "timings", "unused")
     _write(folder, room, run_json.describe(run) | {key: known[key] for key in told if key in known})
     return True

@@ -57,8 +57,7 @@ class RunFolder:
             "finished": None,
             **({} if branch is None else {"branch": dict(branch)}),
         }
-        no_rows = Run(header, np.empty((0, header.layout.width)), status="running")
-        text = run_json.encode(run_json.describe(no_rows) | self._started)
+        text = self._begun(header)
         self._made = out is None
         self.path = new_folder(header.scenario, header.backend) if out is None else out
         file = self.path / run_json.NAME
@@ -72,6 +71,20 @@ class RunFolder:
         except BaseException:
             self.withdraw()
             raise
+
+    def _begun(self, header: Header) -> bytes:
+        """Return run.json of a run that has not ended."""
+        no_rows = Run(header, np.empty((0, header.layout.width)), status="running")
+        return run_json.encode(run_json.describe(no_rows) | self._started)
+
+    def revise(self, header: Header) -> None:
+        """Write a header that a live change has changed, which is not in the log, for the case of a kill.
+
+        Raises OutputError; run.json is as before then.
+        """
+        if header != self.header:
+            replace(self.path / run_json.NAME, self._begun(header))
+            self.header = header
 
     def finish(self, run: Run) -> None:
         """Write to run.json how the run ended. Raises OutputError, after writing as much as there is room for."""

@@ -133,7 +133,11 @@ class KeptInFolder:
             if row.status not in RESULTS:
                 continue
             summary = dict(row.summary)
-            if summary.pop(SUM, None) == checksum(os.pread(self._file, self._size, self._place(key))):
+            try:
+                content = os.pread(self._file, self._size, self._place(key))
+            except OSError as error:
+                raise OutputError(f"{self._path}: cannot be read: {error.strerror or error}") from error
+            if summary.pop(SUM, None) == checksum(content):
                 intact[key] = replace(row, summary=summary)
             else:
                 damaged.append(key)

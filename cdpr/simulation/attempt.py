@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -109,6 +110,9 @@ class Attempt:
         limits = limit_changes(events, self.scenario.robot, step)
         self.header = replace(self.header, broken=broken(events, self.header.cables, step), limit_changes=limits)
         self.recorder.amend(self.header, marks(events, step))
+        if self.folder is not None:
+            with suppress(OutputError):  # the end of the run reports a full disk
+                self.folder.revise(self.header)
 
     def branch(self, folder: RunFolder) -> Attempt:
         """Complete log and record of this run where it stands; return the one that goes on in another folder."""

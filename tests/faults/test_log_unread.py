@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import warnings
 from pathlib import Path
@@ -12,6 +13,7 @@ from log_cases import make_header, make_rows, same_bits, write_log
 
 from cdpr.errors import LogError
 from cdpr.log import reader
+from cdpr.log.index import read_index
 from cdpr.log.mcap_file import BLOCK, LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.repair import repair
@@ -107,3 +109,29 @@ def test_a_block_of_other_samples_is_not_accepted() -> None:
         form.read_rows(records, BLOCK, rows)
     with pytest.raises(ValueError, match="damaged"):
         form.read_rows(records, 0, rows[:-1])
+
+
+def test_a_footer_that_points_to_another_place_does_not_read_the_whole_log(log: Path) -> None:
+    class Counted(io.FileIO):
+        read_bytes = 0
+
+        def read(self, size: int | None = -1, /) -> bytes:
+            data = super().read(size)
+            self.read_bytes += len(data)
+            return data
+
+    form = scan(log).form
+    content = log.read_bytes()
+    start = len(content) - 37 + 9  # of the summary's place, in the footer
+    for place in (
+        len(form.description) + 1,
+        len(content) // 2,
+        int.from_bytes(content[start : start + 8], "little") - 1,
+    ):
+        log.write_bytes(content[:start] + place.to_bytes(8, "little") + content[start + 8 :])
+        with Counted(log) as file:
+            assert read_index(file, form) is None
+            assert file.read_bytes < 1024 + len(form.ending_start)
+    log.write_bytes(content)
+    with Counted(log) as file:
+        assert read_index(file, form) is not None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import grp
 import os
+import pwd
 import stat
 
 import pytest
@@ -117,3 +119,66 @@ def test_kernels_are_kept_elsewhere_where_others_may_write(tmp_path, monkeypatch
     given_away(tmp_path / "kernels")
     with pytest.warns(UserWarning, match="belongs to another user: compiled kernels are kept in .*mine"):
         assert kernel_cache.folder().startswith(str(tmp_path / "mine"))
+
+
+@pytest.fixture
+def without_root(tmp_path, monkeypatch):
+    """A user namespace that maps one user, no root: files of the system's root appear to belong to STRANGER."""
+    for name, text in (("UID_MAP", "      1000       1000          1\n"), ("OVERFLOW", f"{STRANGER}\n")):
+        monkeypatch.setattr(ownership, name, tmp_path / name)
+        (tmp_path / name).write_text(text)
+
+
+@ROOT_ONLY
+def test_folders_of_a_root_that_is_not_mapped_may_lie_above_the_own_folder(tmp_path, without_root):
+    file = tmp_path / "system" / "own" / "file"
+    file.parent.mkdir(parents=True)
+    file.touch()
+    given_away(tmp_path / "system")
+    assert ownership.fault(file) == ownership.fault(file.parent) == ""
+    (tmp_path / "system").chmod(0o777)
+    assert "others may write to" in ownership.fault(file)
+    (tmp_path / "system").chmod(0o755)
+    given_away(file.parent)
+    assert "own belongs to another user" in ownership.fault(file)
+    assert "own belongs to another user" in ownership.fault(file.parent)
+
+
+@ROOT_ONLY
+@pytest.mark.parametrize("rows", ["0 0 4294967295", "1000 1000 1\n0 100000 1000", "", "what is this"])
+def test_the_overflow_user_is_a_stranger_where_root_is_mapped(tmp_path, without_root, rows):
+    ownership.UID_MAP.write_text(rows)
+    (tmp_path / "system" / "own").mkdir(parents=True)
+    given_away(tmp_path / "system")
+    assert "belongs to another user" in ownership.fault(tmp_path / "system" / "own")
+
+
+@pytest.mark.parametrize(
+    ("group", "members", "primary", "private"),
+    [
+        ("ann", [], [("ann", 1000)], True),
+        ("ann", ["ann"], [("ann", 1000)], True),
+        ("users", [], [("ann", 1000)], False),
+        ("ann", ["ben"], [("ann", 1000)], False),
+        ("ann", [], [("ann", 1000), ("ben", 1000)], False),
+        ("ann", [], [("ann", 100)], False),
+    ],
+)
+def test_a_group_of_one_user_is_that_user(tmp_path, monkeypatch, group, members, primary, private):
+    gid, uid = tmp_path.stat().st_gid, os.geteuid()
+    users = [
+        pwd.struct_passwd((name, "x", uid + i, gid if number == 1000 else gid + 1, "", "/", "/bin/sh"))
+        for i, (name, number) in enumerate(primary)
+    ]
+    monkeypatch.setattr(pwd, "getpwuid", lambda number: users[number - uid])
+    monkeypatch.setattr(pwd, "getpwall", lambda: users)
+    monkeypatch.setattr(grp, "getgrgid", lambda number: grp.struct_group((group, "x", number, members)))
+    ownership._is_private_group.cache_clear()
+    (tmp_path / "cache").mkdir()
+    tmp_path.chmod(0o775)  # as ~/.cache with umask 002
+    found = ownership.fault(tmp_path / "cache")
+    tmp_path.chmod(0o777)
+    everyone = ownership.fault(tmp_path / "cache")
+    ownership._is_private_group.cache_clear()
+    assert (found == "") == private
+    assert "others may write to" in everyone

@@ -55,3 +55,20 @@ print("still there")
 def test_threads_that_replace_stdout_at_once_leave_it_in_place():
     done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=True)
     assert done.stdout == "still there\n"
+
+
+CLOSED = """
+import os
+from cdpr.hush import native_to_stderr
+os.close({closed})
+with native_to_stderr():
+    os.write({other}, b"written")
+os.write({other}, b" and not closed")
+"""
+
+
+@pytest.mark.parametrize(("closed", "other"), [(1, 2), (2, 1)])
+def test_a_stream_that_is_closed_is_left_alone(closed, other):
+    program = CLOSED.format(closed=closed, other=other)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert (done.stdout + done.stderr).startswith("written and not closed")

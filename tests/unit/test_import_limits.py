@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import resource
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 from plugin_cases import SUCCESSOR
 
-from cdpr.errors import CdprError, FormatError, PluginError
+from cdpr.errors import CdprError, FormatError, PluginError, one_line
 from cdpr.formats import import_file
 from cdpr.formats.read import limits
 from cdpr.formats.read.bring import import_folder
@@ -40,9 +40,22 @@ def test_results_and_errors_come_through():
     assert bounded(lambda: {"a": [1.5, None]}, "a.xml") == {"a": [1.5, None]}
     with pytest.raises(PluginError, match="no such thing"):
         bounded(raises(PluginError("no such thing")), "a.xml")
-    with pytest.raises(RuntimeError, match="KeyError: 'x'") as caught:
-        bounded(raises(KeyError("x")), "a.xml")
+    with pytest.raises(RuntimeError) as caught:
+        bounded(raises(ValueError("no number")), "a.xml")
+    assert one_line(caught.value) == "ValueError: no number"
     assert "Traceback" in caught.value.__notes__[0]
+
+
+@pytest.mark.parametrize("call", ["fork", "pipe"])
+def test_no_process_to_read_in_is_an_error(monkeypatch, call):
+    def fails():
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    before = os.listdir("/proc/self/fd")
+    monkeypatch.setattr(os, call, fails)
+    with pytest.raises(CdprError, match=r"a\.xml: no process can be started to read it: Resource temporarily"):
+        bounded(forever, "a.xml")
+    assert os.listdir("/proc/self/fd") == before
 
 
 def test_its_memory_is_limited(monkeypatch):
@@ -92,7 +105,5 @@ def test_ctrl_c_ends_it(tmp_path):
         [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
     ) as process:
         assert process.stdout.readline() == b"begun\n"
-        before = time.monotonic()
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: also the process that reads
-        assert process.wait(30) == 130
-        assert time.monotonic() - before < 5.0  # not the 10 s of CPU time
+        assert process.wait(60) == 130  # not the error of the CPU time limit, which is another code

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import errno
 import json
+import os
 import pickle
 
 import numpy as np
@@ -340,3 +342,15 @@ def test_a_scenario_whose_other_keys_change_is_checked_as_a_file_is():
         base.with_changes(
             {"initial.position": base.robot.anchors[0, :3].tolist(), "robot.cables[0].platform": [0, 0, 0]}
         )
+
+
+def test_rows_that_cannot_be_read_are_an_error_of_the_folder(tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    rollout(out=out)
+
+    def fails(*_):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, "pread", fails)
+    with pytest.raises(OutputError, match=r"rows\.npy: cannot be read: Input/output error"):
+        rollout(out=out)

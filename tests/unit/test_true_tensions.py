@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from itertools import pairwise
 
 import numpy as np
@@ -13,8 +14,10 @@ from cdpr import BeyondLimits, Simulation, load_run, simulate
 from cdpr.cli import run as run_command
 from cdpr.columns import WINCHED
 from cdpr.errors import ExitCode
+from cdpr.log import run_json
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
+from cdpr.log.repair import repair
 from cdpr.log.slack import MOST_EVENTS, Slack
 from cdpr.report.pages.tables import ending, summary
 
@@ -164,6 +167,22 @@ def test_limits_that_change_live_hold_in_the_log_too(scenario, tmp_path):
     assert loaded.header.limit_changes == live.header.limit_changes
     assert live.summary()["beyond_limits_steps"]["tension_above_max"] > 0
     assert loaded.summary()["beyond_limits_steps"] == live.summary()["beyond_limits_steps"]
+
+
+def test_a_killed_run_is_repaired_with_what_changed_live(scenario, tmp_path):
+    overrides = {"events": [], "simulation.duration": 0.15}
+    with Simulation(scenario, overrides=overrides, out=tmp_path / "run") as sim:
+        sim.until(0.03)
+        sim.limits(max=20)
+        sim.until(0.06)
+        sim.stop(0)
+        shutil.copytree(tmp_path / "run", tmp_path / "killed")
+        live = sim.run()
+    assert run_json.read(tmp_path / "killed")["status"] == "running"
+    repair(tmp_path / "killed")
+    killed = load_run(tmp_path / "killed")
+    assert killed.status == "interrupted"
+    assert killed.header.limit_changes == live.header.limit_changes != ()
 
 
 def test_ideal_cables_are_judged_by_their_commands(scenario):

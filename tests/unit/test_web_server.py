@@ -218,7 +218,7 @@ def test_a_request_takes_a_few_seconds_at_most(monkeypatch):
             while time.monotonic() - begun < PATIENCE:  # one byte after the other
                 slow.sendall(b"x")
                 time.sleep(0.02)
-        assert time.monotonic() - begun < 5.0
+        assert time.monotonic() - begun < PATIENCE
 
 
 @pytest.mark.slow
@@ -307,7 +307,7 @@ def test_fragments_are_joined():
 
 
 def test_a_silent_client_is_pinged_and_given_up(monkeypatch):
-    monkeypatch.setattr(web_socket, "QUIET", 0.1)
+    monkeypatch.setattr(web_socket, "QUIET", 1.0)  # a busy machine answers three pings of the first client meanwhile
     with served() as server, connect(link(server.port), ping_interval=None) as alive:
         with socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE) as silent:
             silent.sendall(request(more=UPGRADE))

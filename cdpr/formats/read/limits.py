@@ -1,6 +1,9 @@
 """Bounds on reading a file of others: a forked process of its own with limited CPU time, wall time and memory.
 
-A parser in C cannot be interrupted within our process: neither by a limit nor by Ctrl-C. Its own process can.
+A parser in C cannot be interrupted within our process: neither by a limit nor by Ctrl-C. Its own process can. The fork
+needs no second import of cdpr. It copies only the thread that calls, so that a lock that another thread holds stays
+locked in the copy, which then ends after `WALL`. Programs with threads should import in a process of their own, as the
+window does (`cdpr.gui.reading`).
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from contextlib import suppress
 from typing import Any, NoReturn, TypeVar
 
 from cdpr import processes
-from cdpr.errors import CdprError, FormatError, one_line
+from cdpr.errors import CdprError, FormatError
 
 SECONDS = 10.0  # of CPU time, unless said otherwise
 WALL = 12.0  # times the CPU time, and a minute at least: what a busy machine or a deadlock may add
@@ -48,9 +51,8 @@ def bounded(call: Callable[[], Result], path: str, seconds: float = SECONDS) -> 
     for stream in (sys.stdout, sys.stderr):
         with suppress(AttributeError, ValueError, OSError):
             stream.flush()
-    ours, theirs = os.pipe()
     parent = os.getpid()
-    pid = os.fork()
+    pid, ours, theirs = _forked(path)
     if pid == 0:
         os.close(ours)
         _answer(call, path, theirs, parent, seconds)
@@ -70,6 +72,22 @@ def bounded(call: Callable[[], Result], path: str, seconds: float = SECONDS) -> 
     return result
 
 
+def _forked(path: str) -> tuple[int, int, int]:
+    """Fork; return the child's process id, 0 in the child, and both ends of a pipe."""
+    ends: tuple[int, ...] = ()
+    try:
+        ends = os.pipe()
+        return os.fork(), *ends
+    except OSError as error:
+        for end in ends:
+            os.close(end)
+        reason = error.strerror or error
+        raise CdprError(
+            f"{path}: no process can be started to read it: {reason}; close other programs, or raise "
+            "`ulimit -u` and `ulimit -n`"
+        ) from error
+
+
 def _result(content: bytes, path: str, code: int, seconds: float) -> Any:
     if not content:
         if code == -signal.SIGXCPU:
@@ -82,8 +100,9 @@ def _result(content: bytes, path: str, code: int, seconds: float) -> Any:
     if kind == "error":
         raise value
     if kind == "fault":
-        fault = RuntimeError(value[0])
-        fault.add_note(value[1])
+        name, text, trace = value
+        fault: RuntimeError = type(name, (RuntimeError,), {})(text)  # printed once, as `NAME: text`
+        fault.add_note(trace)
         raise fault
     return value
 
@@ -117,7 +136,7 @@ def _answer(call: Callable[[], object], path: str, out: int, parent: int, second
         except MemoryError:
             answer = ("error", FormatError(f"{path}: reading it takes more than {MEMORY // 2**30} GiB of memory"))
         except Exception as error:
-            answer = ("fault", (one_line(error), traceback.format_exc()))
+            answer = ("fault", (type(error).__name__, str(error), traceback.format_exc()))
         with os.fdopen(out, "wb") as file:
             file.write(pickle.dumps(answer))
     finally:
