@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from time import process_time
 
 import numpy as np
 
 from cdpr import defaults
-from cdpr.errors import SimulationStopped
+from cdpr.errors import Interrupted, SimulationStopped
 from cdpr.log.run import Run
 from cdpr.model import Robot
 from cdpr.plugins.registry import registry
@@ -19,6 +20,7 @@ from cdpr.simulation.simulate import simulate
 
 HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
 STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005, 0.00002)  # s, physics steps that are tried
+BUDGET = 10.0  # s of CPU time for all trials: the window waits for them
 LONGER = 2.0  # times the duration that is written, in which slow growth shows
 LARGEST = 0.05  # of the frame's extent: errors beyond are no control
 GROWTH = 1.02  # of errors and swings of tensions from one part of the rest to the next; a loop that settles is below 1
@@ -49,9 +51,14 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
     if step is None:
         note = f"warning: these cables need physics steps below {STEPS[-1]:g} s: {_reasons(scenario)}"
         return Tried(plain, note, False)
+    end = process_time() + BUDGET
     for changes in _candidates(scenario, step):
         text = scenario_text(file, source, sizes, changes)
-        error, stable = _try(load_scenario(file, text=text))
+        try:
+            error, stable = _try(load_scenario(file, text=text), end)
+        except Interrupted:
+            note = f"warning: not tried to the end: the trials of gains reached their limit of {BUDGET:g} s of CPU time"
+            return Tried(best[1] if best else text, f"{note}; check the errors of the first run", False)
         if stable:
             said = ", ".join(f"{key.rpartition('.')[2]} {value:g}" for key, value in changes.items())
             note = f"tried: stable with {said}, errors up to {1e3 * error:.3g} mm" if changes else ""
@@ -83,11 +90,21 @@ def _reasons(scenario: Scenario) -> str:
     return "; ".join(str(fault.error) for fault in found)
 
 
-def _try(scenario: Scenario) -> tuple[float, bool]:
-    """Return the largest error, m, in a longer run than is asked for, and whether its loop is stable."""
+def _try(scenario: Scenario, end: float) -> tuple[float, bool]:
+    """Return the largest error, m, in a longer run than the scenario's, and whether its loop is stable.
+
+    Raises Interrupted when the CPU time, s, reaches `end`; a run looks at it every half second.
+    """
+
+    def check(done: int, total: int) -> None:
+        if process_time() > end:
+            raise Interrupted
+
     longer = {"simulation.duration": LONGER * scenario.simulation.duration}
     try:
-        run = simulate(scenario, overrides=longer)
+        run = simulate(scenario, overrides=longer, progress=check)
+    except Interrupted:
+        raise
     except SimulationStopped:
         return np.inf, False
     return float(run.summary()["position_error_m"]["max"]), _settles(run, scenario.robot)

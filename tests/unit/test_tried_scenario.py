@@ -102,3 +102,10 @@ def test_random_elastic_robots_are_stable_or_said_not_to_be(tmp_path):
 def test_cables_without_damping_are_told(tmp_path, damping):
     tried = written(tmp_path, damping=damping)
     assert tried.stable or "give robot.cable.damping" in tried.note
+
+
+def test_trials_end_with_their_cpu_time(tmp_path, monkeypatch):
+    monkeypatch.setattr("cdpr.simulation.tried.BUDGET", 0.0)
+    found = written(tmp_path)
+    assert not found.stable
+    assert found.note.startswith("warning: not tried to the end: the trials of gains reached their limit of 0 s")
