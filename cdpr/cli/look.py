@@ -15,6 +15,7 @@ from cdpr.model.robot import DOF_NAMES, Array
 from cdpr.model.rotations import from_rpy, held_upright
 from cdpr.scenario import Scenario, World
 from cdpr.scenario.plausible.angles import in_degrees
+from cdpr.scenario.plausible.places import far_text
 
 DEGREES = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)) ?deg\b")
 
@@ -47,7 +48,10 @@ def parse_pose(text: str, robot: Robot) -> Array:
     if not held_upright(robot.dof, q):
         hint = f"the robot moves along {', '.join(robot.dof)} only, so it stays upright about the other axes"
         raise click.BadParameter(hint, param_hint="--pose")
-    return np.concatenate([numbers[:3], q])
+    position = np.array(numbers[:3])
+    if text := far_text(robot, position):
+        click.echo(f"warning: --pose: {text}", err=True)
+    return np.concatenate([position, q])
 
 
 def parse_attitude(text: str, robot: Robot) -> Array:

@@ -274,6 +274,7 @@ def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) 
 def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     from cdpr.log.run import CLEARANCE
     from cdpr.log.singular import PASSED
+    from cdpr.mechanics.contacts import passing
     from cdpr.report.text.aligned import unit_for
     from cdpr.report.text.least import least_of
     from cdpr.report.text.reservations import fallback, lost, overstrained, reservations
@@ -319,7 +320,9 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         )
     if "clearance_min_m" in figures:
         gap, at, by = (figures[key] for key in CLEARANCE)
-        yield f"{'least clearance':<20}{gap:.4g} m at {at:.6g} s, {by}"
+        through = passing(by, gap)
+        where = f"none: {through} at {at:.6g} s" if through else f"{gap:.4g} m at {at:.6g} s, {by}"
+        yield f"{'least clearance':<20}{where}"
     for title, text in least_of(least):
         yield f"{title:<20}{text}"
     for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):

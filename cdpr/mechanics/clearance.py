@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from cdpr.cables.lines import ANCHORS, lines
 from cdpr.errors import CdprError
 from cdpr.mechanics import geometry, solids
+from cdpr.mechanics.contacts import PLATFORM
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.jit import DISABLED, kernel, threaded_kernel
@@ -242,7 +243,7 @@ class Clearance:
         if which < m * m:
             return f"{names[which // m]} and {names[which % m]}"
         k, i = divmod(which - m * m, m)
-        return f"{names[i]} and the platform" if k == 0 else f"{names[i]} and {self.obstacles[k - 1].name}"
+        return f"{names[i]} and {PLATFORM}" if k == 0 else f"{names[i]} and {self.obstacles[k - 1].name}"
 
 
 def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float | None = None) -> Clearance:

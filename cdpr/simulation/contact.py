@@ -10,6 +10,7 @@ import numpy as np
 
 from cdpr.errors import Touched
 from cdpr.mechanics.clearance import Clearance, Watch, clearance, too_near
+from cdpr.mechanics.contacts import passing
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.scenario.events.event import Guard
@@ -41,7 +42,8 @@ def _keeping(among: Clearance, guard: Guard, gone: Array, pose: Array) -> Act:
         here = among.without(np.flatnonzero(np.isinf(bodies.radius)))
         least, which = here.at(pose[None], plain=True)
         allowed = f"at {guard.clearance:g} m" if guard.clearance else "where they touch"
-        text = f"the least clearance is {least[0]:.4g} m, of {among.name(int(which[0]))}"
+        names, gap = among.name(int(which[0])), float(least[0])
+        text = passing(names, gap) or f"the least clearance is {gap:.4g} m, of {names}"
         raise Touched(f"{text}; the scenario says to stop {allowed}")
 
     return Act("cables", partial(too_near, bodies, watch, pose), stop, timed=True)

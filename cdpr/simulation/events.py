@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cdpr.log.event import Event
 from cdpr.log.run import Header
+from cdpr.mechanics.contacts import passing
 from cdpr.mechanics.reach import Exceeded
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
@@ -72,7 +73,11 @@ def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, Gua
             near = f"come within {guard.clearance:g} m" if guard.clearance else "touch"
             of = f" of {least}" if least != first else ""
             count = f"{span.samples} sample{'s' * (span.samples > 1)}"
-            text = f"{first} {near}: clearance down to {span.least.clearance:.4g} m{of} at {span.least.time:.6g} s"
+            lowest = span.least.clearance
+            through = passing(least, lowest)
+            how = through or f"clearance down to {lowest:.4g} m{of}"
+            begin = "" if through and first == least and not guard.clearance else f"{first} {near}: "
+            text = f"{begin}{how} at {span.least.time:.6g} s"
             until = span.until if span.until > span.first.time else None
             told.append(Event(span.first.time, event.kind(), f"{text} ({count})", until=until))
         if len(spans) > MOST:

@@ -12,6 +12,7 @@ import numpy as np
 from cdpr.log.run import Run
 from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.closest import Closest
+from cdpr.mechanics.contacts import passing
 from cdpr.mechanics.touching import assumption, with_diameters
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -58,8 +59,9 @@ def touched(robot: Robot, run: Run, obstacles: Sequence[Obstacle] = ()) -> str |
     least = closest.least
     if least is None or least.clearance >= 0.0:
         return None
-    gap = f"their clearance falls to {1e3 * least.clearance:.4g} mm at {least.time:.4g} s"
-    return f"{closest.name(least)} touch: {gap}{assumption(robot)}"
+    names, gap = closest.name(least), 1e3 * least.clearance
+    text = passing(names, least.clearance) or f"{names} touch: their clearance falls to {gap:.4g} mm"
+    return f"{text} at {least.time:.4g} s{assumption(robot)}"
 
 
 def _forces(robot: Robot, time: Array, poses: Array, gravity: Array) -> dict[str, dict[str, Any]]:

@@ -116,6 +116,11 @@ CASES = [
         {"initial.position": [0, 0, -390]},
     ),
     (
+        {"initial.position": [0, 0, 1250]},  # also outside of the frame, and all cables pull downwards there
+        r"initial.position: lies beyond reach: 1246 m .*: \[0, 0, 1250\] in millimetres is \[0, 0, 1.25\] m",
+        {"initial.position": [0, 0, 1.25]},
+    ),
+    (
         {"robot.cables[0].length": {"max": 6.4}},
         r".*position: lies beyond reach: cable 'cable_1' would be 6.49478 m long, longer than its length.max, 6.4 m",
         {"robot.cables[0].length": {"max": 6.5}},

@@ -30,6 +30,13 @@ def test_commands_tell_and_refuse(command, tmp_path):
         cdpr_here(command, *(path for path in FILES if path not in UNHELD), "--strict", cwd=tmp_path)
 
 
+def test_a_pose_in_millimetres_is_reported(tmp_path):
+    pose = ("--pose", "0,0,1250")
+    done = cdpr_here("tension", CAROCA, *pose, "--json", cwd=tmp_path)
+    assert done.stderr.startswith("warning: --pose: lies beyond reach: 1246 m from the middle of the frame's anchors")
+    assert "[0, 0, 1250] in millimetres is [0, 0, 1.25] m" in done.stderr
+
+
 def test_warnings_in_json(tmp_path):
     (row,) = json.loads(cdpr_here("validate", CAROCA, *WRONG, "--json", cwd=tmp_path).stdout)
     (warning,) = row["warnings"]

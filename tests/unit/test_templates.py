@@ -24,7 +24,7 @@ from cdpr.workspace import measure
 CASES = int(os.environ.get("CDPR_TEMPLATE_CASES", "1"))
 DIAMETER = 0.01  # m
 FREE = 0.8
-CELLS = 7
+CELLS = 7 if CASES > 1 else 5
 ROUNDED = 1e-5  # m: anchors in files are rounded to 1e-6
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 
@@ -109,7 +109,9 @@ def made(sizes):
     return data, RobotSection.model_validate_json(json.dumps(data)).to_robot()
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if "straight" in name else ()) for name in LAYOUTS]
+)
 def test_templates_of_random_proportions(name):
     planar, failures = "planar" in name, []
     for frame, platform in proportions(CASES, seed=len(name)):

@@ -65,3 +65,25 @@ def test_python_and_compiled_kernels_find_the_same_clearance(name, monkeypatch):
     plain = [touching.least_clearance(robot, pose) for pose in poses]
     monkeypatch.setattr(touching, "without_compiling", nullcontext)
     assert [touching.least_clearance(robot, pose) for pose in poses] == plain
+
+
+def test_cable_through_the_platform_has_no_depth(scenario):
+    """A cable leaves the top face 1 mm from its edge and goes down: its other end is 1.35 m below that face."""
+    robot = json.loads(scenario.with_name("robot.yaml").read_text())
+    robot["cables"][4] = {"frame": [-2, -1.5, 0], "platform": [-0.199, 0.149, 0.1]}
+    scenario.with_name("robot.yaml").write_text(json.dumps(robot))
+    through = "cable_5 passes through the platform"
+    assert f"home.position: {through}, {ASSUMED}" in cdpr_here("validate", scenario).stderr
+    assert f"none: {through}, {ASSUMED}" in cdpr_here("info", scenario).stdout
+    run = cdpr_here("run", scenario, "--out", scenario.with_name("run"), "--no-report").stdout
+    assert f"WARNING             {through} at 0" in run
+    changes = "--set", "robot.cable.diameter=0.01", "--set"
+    watched = "events=[{type: contact}]"
+    figured = cdpr_here("run", scenario, *changes, watched, "--out", scenario.with_name("watched")).stdout
+    assert f"least clearance     none: {through} at 0" in figured
+    assert f": {through} at 0" in figured
+    assert f"none: {through} at 0" in (scenario.with_name("watched") / "report.html").read_text()
+    watched = "events=[{type: contact, then: stop}]"
+    done = cdpr_here("run", scenario, *changes, watched, "--out", scenario.with_name("stop"), "--no-report", code=4)
+    assert f"{through}; the scenario says to stop where they touch" in done.stdout + done.stderr
+    assert "-1." not in run + figured + done.stdout

@@ -10,6 +10,7 @@ import numpy as np
 
 from cdpr.log.run import CLEARANCE, Run
 from cdpr.log.singular import PASSED
+from cdpr.mechanics.contacts import passing
 from cdpr.model.robot import Array
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
@@ -102,6 +103,8 @@ def _true(figures: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _clearance(figures: dict[str, Any]) -> str:
     gap, at, by = (figures[key] for key in CLEARANCE)
+    if through := passing(by, gap):
+        return f"none: {escape(through)} at {at:.6g} s"
     return f"{number(gap)} at {at:.6g} s, {escape(by)}"
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from cdpr.mechanics.contacts import passing
+
 # What each is called, and its unit.
 NAMES = {
     "margin": ("capacity margin", "N, at rest,"),
@@ -19,4 +21,7 @@ def least_of(found: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, str]
         if key in found:
             least = found[key]
             by = f", {least['by']}" if least["by"] else ""
+            if key == "clearance" and (through := passing(least["by"], least["value"])):
+                yield title, f"none at {least['at_s']:.4g} s: {through}"
+                continue
             yield title, f"{least['value']:.4g} {unit} at {least['at_s']:.4g} s{by}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from cdpr.mechanics.contacts import passing
 from cdpr.report.text.aligned import condition_number, row, table, turned, unrounded, vector
 from cdpr.report.text.least import least_of
 
@@ -67,7 +68,9 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         yield row("static tensions", f"{span} (qp), smallest margin {pose['static_margin_N']:.4g} N")
     if pose.get("clearance_m") is not None:
         gap = pose["clearance_m"]
-        yield row("least clearance", f"{gap:.4g} m{': TOUCHING' if gap < 0.0 else ''}, {pose['clearance_by']}")
+        through = passing(names := pose["clearance_by"], gap)
+        distance = f"{gap:.4g} m{': TOUCHING' if gap < 0.0 else ''}, {names}"
+        yield row("least clearance", f"none: {through}" if through else distance)
     yield from _cables(robot["cables"], pose)
     if "motion" in figures:
         yield from _motion(figures["motion"], robot["dof"])

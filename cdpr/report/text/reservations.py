@@ -9,6 +9,7 @@ import numpy as np
 from cdpr.log.beyond import KINDS, TENSIONS
 from cdpr.log.run import Run
 from cdpr.log.singular import PASSED
+from cdpr.mechanics.contacts import passing
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
 
@@ -37,8 +38,8 @@ def reservations(run: Run) -> Iterator[str]:
         yield f"{bad} of {total} samples had slack cables"
     if passed := figures.get(PASSED):
         yield f"{passed}, where its force turns round within a step: results are not reliable"
-    if figures.get("clearance_min_m", 0.0) < 0.0:
-        yield f"{figures['clearance_min_by']} touched"
+    if (gap := figures.get("clearance_min_m", 0.0)) < 0.0:
+        yield passing(names := figures["clearance_min_by"], gap) or f"{names} touched"
 
 
 def overstrained(run: Run) -> Iterator[str]:

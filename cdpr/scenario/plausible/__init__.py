@@ -16,7 +16,7 @@ from cdpr.scenario.plausible.angles import whole_turns
 from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, of_the_motion, taken_by_the_guide
 from cdpr.scenario.plausible.interference import touching
 from cdpr.scenario.plausible.passing import through_singular_places
-from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, too_weak
+from cdpr.scenario.plausible.places import beyond_reach, far, no_length, one_sided, outside, too_weak
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
 
@@ -28,6 +28,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     bodies,
     dents,
     cable_sizes,
+    far,  # before those that also hold of it and do not name the unit
     no_length,
     one_sided,
     outside,
@@ -45,6 +46,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
 
 def of_places(setup: Setup) -> Iterator[Finding]:
     """Yield what is found of the places where it wants to go alone."""
+    yield from far(setup)
     yield from outside(setup)
     yield from beyond_reach(setup)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cdpr import tolerances
+from cdpr.mechanics.contacts import passing
 from cdpr.mechanics.touching import assumption, least_clearance
 from cdpr.model.rotations import matrix
 from cdpr.scenario.plausible.setup import Finding, Setup
@@ -28,4 +29,5 @@ def touching(setup: Setup) -> Iterator[Finding]:
         least = least_clearance(robot, np.concatenate([position, attitude]), setup.obstacles)
         if least is not None and least[0] < 0.0:
             gap, names = least
-            yield path, f"{names} touch here: their clearance is {1e3 * gap:.4g} mm{assumption(robot)}"
+            text = passing(names, gap) or f"{names} touch here: their clearance is {1e3 * gap:.4g} mm"
+            yield path, f"{text}{assumption(robot)}"

@@ -113,18 +113,32 @@ def outside(setup: Setup) -> Iterator[Finding]:
         yield paths[k], f"lies outside the frame: {span}, and here {axis} = {positions[k, i]:.6g} m"
 
 
+def far_text(robot: Robot, position: Array) -> str:
+    """Return the warning about a position (3,), m, that is far from the frame; empty for any other."""
+    anchors = robot.anchors[:, :3]
+    away, extent = np.linalg.norm(position - anchors.mean(axis=0)), np.linalg.norm(np.ptp(anchors, axis=0))
+    if {"x", "y", "z"}.isdisjoint(robot.dof) or not away > FAR * extent > 0.0:
+        return ""
+    given, metres = (", ".join(f"{part:.6g}" for part in position * unit) for unit in (1.0, 1e-3))
+    text = f"lies beyond reach: {away:.4g} m from the middle of the frame's anchors, which are {extent:.4g} m apart"
+    return f"{text}; lengths are in metres: [{given}] in millimetres is [{metres}] m"
+
+
+def far(setup: Setup) -> Iterator[Finding]:
+    """Places far from the frame, as if in millimetres."""
+    paths, positions, _ = setup.places
+    for path, position in zip(paths, positions, strict=True):
+        if text := far_text(setup.robot, position):
+            yield path, text
+
+
 def beyond_reach(setup: Setup) -> Iterator[Finding]:
-    """Places far from the frame, or where a cable is longer or shorter than it can be.
+    """Places where a cable is longer or shorter than it can be.
 
     What lies on a pulley counts as cable, too: of those with an exit of their own, runs alone tell.
     """
-    robot, extent = setup.robot, setup.extent
+    robot = setup.robot
     paths, positions, turned = setup.places
-    away = np.linalg.norm(positions - setup.middle, axis=1)
-    if not {"x", "y", "z"}.isdisjoint(robot.dof) and extent > 0.0:
-        for k in np.flatnonzero(away > FAR * extent):
-            text = f"{away[k]:.4g} m from the middle of the frame's anchors, which are {extent:.4g} m apart"
-            yield paths[k], f"lies beyond reach: {text}; lengths are in metres"
     limits = [(cable.length_min, cable.length_max) if cable.exit is None else (None, None) for cable in robot.cables]
     shortest = np.array([0.0 if low is None else low for low, _ in limits])
     longest = np.array([np.inf if high is None else high for _, high in limits])
