@@ -57,9 +57,9 @@ def command(
             _tell(each, written)
     if as_json:
         click.echo(json.dumps(rows, indent=1))
-    elif len(every) > 1:
-        failed = sum(bool(each.error) for each in every)
-        click.echo(f"{len(every) - failed} of {len(every)} could be read")
+    elif len(foreign := [each for each in every if not each.own]) > 1:
+        failed = sum(bool(each.error) for each in foreign)
+        click.echo(f"{len(foreign) - failed} of {len(foreign)} could be read")
     if all(each.error for each in every):
         raise click.exceptions.Exit(ExitCode.BAD_INPUT)
 
@@ -77,7 +77,7 @@ def _pair(text: str | None) -> tuple[float, float] | None:
 
 def _tell(each: Taken, written: list[Path]) -> None:
     if each.error:
-        click.echo(f"not read: {each.error}")
+        click.echo(each.error if each.own else f"not read: {each.error}")
         return
     click.echo(f"{each.source}: {', '.join(map(str, written))}")
     for text in each.warnings:

@@ -184,6 +184,24 @@ def test_a_collection_in_one_folder(tmp_path):
     assert "name: robot_2\n" in taken[2].files["robot_2.yaml"]
 
 
+def test_own_files_in_a_folder_are_skipped_in_one_line(tmp_path):
+    """Nothing is left where nothing could be read; YAML that is in no known format keeps a line of its own."""
+    out = tmp_path / "out"
+    done = cdpr_here("import", ROOT / "scenarios", "--out", out, code=2)
+    (line,) = done.stdout.splitlines()
+    count = len(list((ROOT / "scenarios").rglob("*.yaml")))
+    assert line.endswith(f"scenarios: skipped {count} YAML files of cdpr's own format: no import needed")
+    assert not out.exists()
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "robot.yaml").write_bytes((ROOT / "scenarios" / "robots" / "caroca.yaml").read_bytes())
+    (tmp_path / "in" / "other.yaml").write_text("greeting: hello\n")
+    (tmp_path / "in" / "plug.yaml").write_text(SUCCESSOR)
+    unknown, read, own = import_folder(tmp_path / "in")
+    assert "is in no format that is known" in unknown.error
+    assert read.files
+    assert own.own == 1
+
+
 HOSTILE = {
     "robot_bodies.xml": "",
     "robot_cables.xml": "",

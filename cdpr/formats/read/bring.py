@@ -37,6 +37,14 @@ SMALLEST = (
     "{dof: [x], platform: {mass: 1}, tension: {min: 0, max: 1}, cables: [{frame: [1, 0, 0], platform: [0, 0, 0]}]}"
 )
 HEAD = 2**12  # bytes, enough to see what a file is
+# Keys at the left edge of our own files: robots, scenarios, and studies or designs.
+OWN = (
+    (b"platform", b"cables", b"tension"),
+    (b"robot", b"simulation"),
+    (b"robot", b"trajectory"),
+    (b"scenario", b"axes"),
+    (b"robot", b"region"),
+)
 ENDINGS = tuple(ending for each in FORMATS for ending in each.endings)
 
 
@@ -49,6 +57,7 @@ class Taken:
         files: name and content of what is written of it; empty where it could not be read.
         left_out, warnings: as `Imported` has them.
         error: why it could not be read; "" where it was.
+        own: number of files of cdpr in a folder, which need no import; `error` says so.
     """
 
     source: str
@@ -56,6 +65,7 @@ class Taken:
     left_out: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     error: str = ""
+    own: int = 0
 
 
 def import_any(
@@ -122,6 +132,7 @@ def import_folder(
     """Yield what became of each robot in a folder and those within; errors are told, not raised.
 
     Of robots that would be files of the same names the later ones get a number. Each file may take so many `seconds`.
+    Our own YAML files are skipped; the last item has their number.
     """
     names: set[str] = set()
     choice = _choice(cable_set, None, tension)
@@ -133,8 +144,12 @@ def import_folder(
             return None
         return _apart(file, _read(reader, file, content, choice), names)
 
+    own = 0
     for file in _files(Path(path)):
         try:
+            if _is_own(file):
+                own += 1
+                continue
             _load(file)
             taken = bounded(partial(read, file), str(file), seconds)
         except CdprError as error:
@@ -142,6 +157,20 @@ def import_folder(
         if taken is not None:
             names |= taken.files.keys()
             yield taken
+    if own:
+        count = f"{own} YAML file{'s' * (own > 1)}"
+        yield Taken(str(path), error=f"{path}: skipped {count} of cdpr's own format: no import needed", own=own)
+
+
+def _is_own(file: Path) -> bool:
+    """Whether a file is a robot, scenario, study or design of our own, by its keys."""
+    if file.suffix.lower() not in (".yaml", ".yml"):
+        return False
+    content = content_of(file)
+    if any(import_module(each.module).recognise(content) for each in FORMATS):
+        return False
+    keys = set(re.findall(rb"^([a-z_]+):", content, re.MULTILINE))
+    return any(keys.issuperset(these) for these in OWN)
 
 
 def _load(file: Path) -> None:
@@ -182,6 +211,8 @@ def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose a
         if name in there and not force:
             raise OutputError(f"'{folder / name}' is there already: it is not written over; {otherwise}")
     written: list[Path] = []
+    if not taken.files:
+        return written
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in taken.files.items():

@@ -23,7 +23,7 @@ from cdpr.formats.read.mjcf_body import Body, tidy
 from cdpr.formats.read.mjcf_cables import Cables
 from cdpr.formats.read.mjcf_files import include
 from cdpr.formats.read.mjcf_text import Lines, checked, compiled, text_of
-from cdpr.formats.read.mjcf_used import mark
+from cdpr.formats.read.mjcf_used import idle, mark
 from cdpr.formats.read.xml import parse, root_of
 from cdpr.model import rotations
 from cdpr.scenario.schema import World
@@ -84,6 +84,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     found.warnings = lines.warnings + cables.warnings
     for each in (root, *included):
         mark(each)
+        lines.left_out += idle(each)
     _options(model, mujoco, lines)
     return found
 

@@ -44,6 +44,20 @@ USED = {
 }
 TABLE = {name: tuple(words.split()) for name, words in USED.items()}
 
+# Parts that our own export writes to draw, measure or start a simulation: no robot depends on them. Those with a value
+# are such only with it.
+IDLE: dict[str, dict[str, str | None]] = {
+    "option": {"timestep": None},
+    "flag": {"contact": "disable"},
+    "site": {"size": None},
+    "geom": {"contype": "0", "conaffinity": "0"},
+    "actuatorfrc": {"actuator": None},
+    "tendonpos": {"tendon": None},
+    "framepos": {"objtype": None, "objname": None},
+    "framequat": {"objtype": None, "objname": None},
+    "key": {"ctrl": None},
+}
+
 
 def mark(root: Element) -> None:
     """Record as read what has an effect."""
@@ -54,3 +68,21 @@ def mark(root: Element) -> None:
         if group.children:
             group.children[0].touch("name", "qpos")
             return
+
+
+def idle(root: Element) -> list[str]:
+    """Return one line that lists the parts of `IDLE` in a file, which count as reported from then on; or none."""
+    found: dict[str, None] = {}
+    for element in root.everywhere():
+        if element.name not in IDLE:
+            continue
+        for key, value in element.attributes.items():
+            expected = IDLE[element.name].get(key, "")
+            at_rest = element.name == "key" and key == "qvel" and not value.replace("0", "").strip(" .-")
+            if key not in element.attributes.read and (at_rest or expected in (None, value)):
+                element.touch(key)
+                found[f"{key} of <{element.name}>"] = None
+    if not found:
+        return []
+    parts = f"{len(found)} part{'s' * (len(found) > 1)}"
+    return [f"{root.file}: {parts} that only draw, measure or start a simulation: {', '.join(found)}"]
