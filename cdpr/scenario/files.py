@@ -18,15 +18,33 @@ class UnreadableError(Exception):
 
 
 class CpuBudget:
-    """CPU time of this thread that reading one file may take."""
+    """CPU time of this thread that loading one file may take, from reading it to using it."""
 
-    def __init__(self, path: str) -> None:
-        self._path, self._start = path, time.thread_time()
+    def __init__(
+        self, path: str = "", remedy: str = "simplify it", spent: float = 0.0, seconds: float = SECONDS
+    ) -> None:
+        """Start the clock.
+
+        Args:
+            path: of the file; empty where the caller names it.
+            remedy: advice for the user where the time is used up.
+            spent: CPU time of earlier parts, s.
+            seconds: CPU time of all parts together, s.
+        """
+        self._seconds = seconds
+        self._name, self._remedy = f"'{path}': " if path else "", remedy
+        self._start = time.thread_time() - spent
+
+    @property
+    def spent(self) -> float:
+        """CPU time so far, s."""
+        return time.thread_time() - self._start
 
     def check(self) -> None:
         """Raise UnreadableError where it is used up."""
-        if time.thread_time() - self._start > SECONDS:
-            raise UnreadableError(f"'{self._path}': reading it takes more than {SECONDS:g} s of CPU time: simplify it")
+        if self.spent > self._seconds:
+            text = f"reading it takes more than {self._seconds:g} s of CPU time: {self._remedy}"
+            raise UnreadableError(f"{self._name}{text}")
 
 
 def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml", ".yml")) -> bytes:

@@ -55,7 +55,7 @@ def _stamp(path: str) -> tuple[int, int]:
 
 @lru_cache(maxsize=64)  # each case of a study asks for it
 def _box(path: str, stamp: tuple[int, int]) -> Corners:
-    corners = _corners(path)
+    corners = _corners(path, CpuBudget(path))
     x, y, z = corners.min(axis=0).tolist()
     X, Y, Z = corners.max(axis=0).tolist()
     return (x, y, z), (X, Y, Z)
@@ -64,7 +64,7 @@ def _box(path: str, stamp: tuple[int, int]) -> Corners:
 @lru_cache(maxsize=64)
 def _hull(path: str, stamp: tuple[int, int]) -> tuple[tuple[Point, ...], float]:
     budget = CpuBudget(path)
-    points = _corners(path)
+    points = _corners(path, budget)
     try:
         corners, triangles = convex_hull(points, budget.check)
     except ValueError as error:
@@ -72,13 +72,12 @@ def _hull(path: str, stamp: tuple[int, int]) -> tuple[tuple[Point, ...], float]:
     return tuple((x, y, z) for x, y, z in corners.tolist()), deepest(points, corners, triangles)
 
 
-def _corners(path: str) -> Array:
+def _corners(path: str, budget: CpuBudget) -> Array:
     """All corners (k, 3) in a file, m."""
     content = read(path, MAX_BYTES, ENDINGS)
     if len(content) > MAX_BYTES:
         raise UnreadableError(f"'{path}' is larger than {MAX_BYTES // 2**20} MiB: draw a coarser mesh")
     try:
-        budget = CpuBudget(path)
         corners = _obj(content, budget) if path.lower().endswith(".obj") else _stl(content, budget)
     except ValueError as error:
         raise UnreadableError(f"'{path}' is no mesh: {error}") from None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +25,9 @@ MAGNITUDES, HALVINGS = 200.0, 60
 LEAST = 1e-9
 
 
-def corners(pieces: Curves, tolerance: Array, speed: Array, limits: Limits) -> tuple[Array, Curves]:
+def corners(
+    pieces: Curves, tolerance: Array, speed: Array, limits: Limits, check: Callable[[], None] = lambda: None
+) -> tuple[Array, Curves]:
     """Return how much of both pieces each corner between N pieces takes, (N - 1,), m, and the rounded ones.
 
     Args:
@@ -31,6 +35,7 @@ def corners(pieces: Curves, tolerance: Array, speed: Array, limits: Limits) -> t
         tolerance: how far the path may miss each corner, m, (N - 1,); 0 for not at all.
         speed: wanted on each piece, m/s, (N,).
         limits: of the motion.
+        check: called now and then; it may raise to give up.
 
     A rounded corner is a quintic that meets place, direction and curvature of both pieces at the same distance from
     the corner; for straight ones the fastest corner of all polynomials of its degree with continuous acceleration.
@@ -40,6 +45,7 @@ def corners(pieces: Curves, tolerance: Array, speed: Array, limits: Limits) -> t
     wanted = np.flatnonzero(tolerance > 0.0)
     parts: list[Curves] = []
     for begin in range(0, len(wanted), CHUNK):
+        check()
         part = wanted[begin : begin + CHUNK]
         cut[part], curve = _rounded(pieces, part, tolerance[part], speed, limits)
         parts.append(curve.take(cut[part] > 0.0))

@@ -9,6 +9,7 @@ The motion becomes quintics of time, as all others: of straight pieces exactly, 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,29 +48,31 @@ CHUNK = 65536  # polynomials that are made at once: memory
 HALVINGS = 60  # of a phase's duration, in which the time at a place is looked for
 
 
-def follow(start: float, course: Course, limits: Limits, orientation: Array) -> Trajectory:
+def follow(
+    start: float, course: Course, limits: Limits, orientation: Array, check: Callable[[], None] = lambda: None
+) -> Trajectory:
     """Follow a course from `start` (s) on, from rest to rest, with one attitude (4,), within limits.
 
     At a corner that is neither smooth nor rounded the motion stops. Corners are rounded within their tolerance, and as
     fast as limits allow, where that takes no more time than stopping at them. CdprError where that takes more than
-    MAX_SEGMENTS quintics.
+    MAX_SEGMENTS quintics. Calls `check` now and then, which may raise to give up.
     """
     if not len(course.pieces):
         raise ValueError("a course has one piece or more")
-    plan = _planned(course, limits)
+    plan = _planned(course, limits, check)
     if plan.rounded:
         exact = replace(course, tolerance=np.zeros(len(course.pieces)))
-        slower = _slower(plan, _planned(exact, limits))
+        slower = _slower(plan, _planned(exact, limits, check))
         if slower.any():
             tolerance = np.where(slower, 0.0, course.tolerance)
             tolerance[plan.ends] = 0.0  # what stopped there stops again: the other chains stay what they are
-            plan = _planned(replace(course, tolerance=tolerance), limits)
+            plan = _planned(replace(course, tolerance=tolerance), limits, check)
     phases, rows = plan.phases, plan.rows
     times = start + np.concatenate([[0.0], np.cumsum(phases[:, 0])[:-1]])
     pauses = np.concatenate([[0.0], np.cumsum(course.pause[plan.ends])[:-1]])
     times += np.repeat(pauses, np.diff(rows))
     chain = np.repeat(np.arange(len(rows) - 1), np.diff(rows))
-    return _table(plan.path, phases, chain, times, limits.jerk, orientation)
+    return _table(plan.path, phases, chain, times, limits.jerk, orientation, check)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,16 +117,18 @@ class _Plan:
     rounded: bool
 
 
-def _planned(course: Course, limits: Limits) -> _Plan:
+def _planned(course: Course, limits: Limits, check: Callable[[], None]) -> _Plan:
     """Round what may be rounded, and find how fast it can be passed."""
     fastest = min(limits.velocity, float(course.speed.max()))
     kept = Limits(fastest, (1.0 - JERK_EXACT) * limits.acceleration, (1.0 - JERK_EXACT) * limits.jerk)
     made, joined, source = smoothed(course, kept)
-    cut, rounded = corners(made.pieces, np.where(joined, 0.0, made.tolerance[:-1]), made.speed, kept)
+    check()
+    cut, rounded = corners(made.pieces, np.where(joined, 0.0, made.tolerance[:-1]), made.speed, kept, check)
     path = _sections(made, joined, cut, rounded)
     used = path.curves.take(path.curve)
     share = _shares(path, used, len(made.pieces), kept)
     speeds = caps(used, path.speed, kept, np.where(share < 1.0, share, 0.0))
+    check()
     return _Plan(
         path,
         *_paced(path, speeds, _along(share, limits)),
@@ -219,7 +224,15 @@ def _state(phases: Array, time: Array) -> tuple[Array, Array, Array]:
     )
 
 
-def _table(path: _Path, phases: Array, chain: Indices, times: Array, jerk: float, orientation: Array) -> Trajectory:
+def _table(
+    path: _Path,
+    phases: Array,
+    chain: Indices,
+    times: Array,
+    jerk: float,
+    orientation: Array,
+    check: Callable[[], None],
+) -> Trajectory:
     """Make the trajectory of phases (P, 5) of chains (P,) that begin at times (P,), s."""
     phase, begin = _parts(path.starts, phases)
     following = np.concatenate([phase[1:] == phase[:-1], [False]])
@@ -242,6 +255,7 @@ def _table(path: _Path, phases: Array, chain: Indices, times: Array, jerk: float
     rows = np.empty((int(last[-1]), COLUMNS))
     rows[:, 38:] = orientation
     for row in range(0, len(rows), CHUNK):
+        check()
         number = np.arange(row, min(row + CHUNK, len(rows)))
         which = np.searchsorted(last, number, side="right")
         step, whole = number - last[which] + many[which], (end - begin)[which] / many[which]

@@ -9,14 +9,16 @@ import numpy as np
 from pydantic import Field, PrivateAttr
 
 from cdpr import tolerances, trajectory
+from cdpr.errors import CdprError
 from cdpr.fields import INITIAL, ZERO, NonNegative, Position, Positive, Vector3, unit
 from cdpr.problems import Path
+from cdpr.scenario.files import CpuBudget, UnreadableError
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import gcode_path
 from cdpr.scenario.motions.gcode_program import parse_program
 from cdpr.scenario.motions.gcode_steps import Program
 from cdpr.scenario.motions.gcode_tables import IGNORABLE
-from cdpr.scenario.motions.gcode_words import MAX_BYTES
+from cdpr.scenario.motions.gcode_words import DIVIDE, MAX_BYTES
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.jerk_limited import Limits, bounds
 from cdpr.scenario.motions.motion import Motion, Place, Report, begins
@@ -24,6 +26,7 @@ from cdpr.scenario.motions.table import TableError
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 FILE: Path = ("file",)
+PLANNED = 60.0  # s of CPU time for reading and planning a program: 100 000 arcs may take 20 s on a busy machine
 
 WordName = Annotated[str, Field(pattern=f"^({IGNORABLE})$")]
 
@@ -152,13 +155,16 @@ class Gcode(Motion):
             yield ("limits", "velocity"), f"feeds of up to {feeds[fastest]:.6g} m/s, {where}, are kept at this"
 
     def make(self) -> trajectory.Trajectory:
-        """Return the trajectory."""
-        course = self._path(self._initial.position).course
+        """Return the trajectory. Raises CdprError where planning it takes too much CPU time or too many segments."""
+        path = self._path(self._initial.position)
         attitude = self._initial.orientation.quaternion()
-        if course is None:
+        if path.course is None:
             return trajectory.hold(np.array(self._initial.position), attitude)
-        delay = self._path(self._initial.position).delay
-        return trajectory.follow(self.start + delay, course, bounds(self.limits), attitude)
+        budget = CpuBudget(self.file, DIVIDE, path.spent, PLANNED)
+        try:
+            return trajectory.follow(self.start + path.delay, path.course, bounds(self.limits), attitude, budget.check)
+        except UnreadableError as error:
+            raise CdprError(f"trajectory.file: {error}") from None
 
     def _path(self, begin: Vector3) -> gcode_path.Path:
         placing = gcode_path.Placing(self.origin, tuple(self.axes.quaternion().tolist()), self.scale)

@@ -14,7 +14,9 @@ from cdpr import trajectory
 from cdpr.fields import MAX_DISTANCE
 from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.scenario.files import CpuBudget
 from cdpr.scenario.motions.gcode_steps import Program, Step
+from cdpr.scenario.motions.gcode_words import DIVIDE, EACH, checked
 from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 
 # A centre may be farther from one end of an arc than from the other by the larger of these, m and a share of the
@@ -68,11 +70,13 @@ class Path:
         course: the pieces; None where nothing moves.
         lines: of the file, where each piece stands, (N,).
         delay: pause before the first, s.
+        spent: CPU time that reading the program and following it took, s.
     """
 
     course: trajectory.Course | None
     lines: NDArray[np.int64]
     delay: float
+    spent: float = 0.0
 
 
 @dataclass
@@ -104,7 +108,10 @@ def lay(program: Program, placing: Placing, begin: tuple[float, float, float], t
     faults: list[tuple[int, int, str]] = []
     first = here = placing.file(np.array(begin)).tolist()
     offset, kept = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-    for step in program.steps:
+    budget = CpuBudget(remedy=DIVIDE, spent=program.spent)
+    for count, step in enumerate(program.steps, 1):
+        if count % EACH == 0:
+            checked(budget.check, step.line)
         if step.kind == "stop":
             _stop(laid, step.pause)
         elif step.kind == "offset":
@@ -145,7 +152,8 @@ def lay(program: Program, placing: Placing, begin: tuple[float, float, float], t
     faults += _far(laid, ends, arcs)
     if faults:
         raise TableError(sorted(faults)[:MAX_FAULTS])
-    return Path(_course(laid, ends, arcs), np.array(laid.lines, dtype=np.int64), laid.delay)
+    course = _course(laid, ends, arcs)
+    return Path(course, np.array(laid.lines, dtype=np.int64), laid.delay, budget.spent)
 
 
 def _stop(laid: _Laid, pause: float) -> None:

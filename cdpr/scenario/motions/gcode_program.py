@@ -9,11 +9,10 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-import time
 from functools import lru_cache
 
 from cdpr.fields import MAX_DISTANCE
-from cdpr.scenario.files import SECONDS
+from cdpr.scenario.files import CpuBudget
 from cdpr.scenario.motions.gcode_steps import Program, Step, Triple
 from cdpr.scenario.motions.gcode_tables import (
     AXES,
@@ -35,12 +34,11 @@ from cdpr.scenario.motions.gcode_tables import (
     WAITS,
     conflict,
 )
-from cdpr.scenario.motions.gcode_words import LINUXCNC, REPRAPFIRMWARE, LineError, Word, read_lines
+from cdpr.scenario.motions.gcode_words import DIVIDE, LINUXCNC, REPRAPFIRMWARE, LineError, Word, read_lines
 from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 
 MAX_MOVES = 100_000
 MAX_TURNS = 1000
-EACH = 1000  # lines between two checks of the CPU time
 MAX_PAUSE = 1e6  # s
 SLOWEST = 1e-9  # m/s; a metre takes thirty years
 
@@ -50,28 +48,29 @@ def parse_program(content: bytes, dialect: str, unit: str, ignore: tuple[str, ..
     """Read a file's content; TableError lists what is wrong."""
     reader = _Reader(dialect, unit, set(ignore))
     faults: list[tuple[int, int, str]] = []
-    start = time.thread_time()
-    for number, words in read_lines(content, dialect):
-        if number % EACH == 0 and time.thread_time() - start > SECONDS:
-            faults.append((number, 0, f"reading it takes more than {SECONDS:g} s of CPU time: divide the file"))
-            break
-        try:
-            if isinstance(words, LineError):
-                raise words
-            reader.line(number, words)
-        except LineError as fault:
-            faults.append((number, 0, str(fault)))
-        if len(faults) == MAX_FAULTS or reader.ended:
-            break
-        if reader.moves > MAX_MOVES:
-            faults.append((number, 0, f"{MAX_MOVES} moves at most are allowed: divide the file"))
-            break
+    budget = CpuBudget(remedy=DIVIDE)
+    try:
+        for number, words in read_lines(content, dialect, budget.check):
+            try:
+                if isinstance(words, LineError):
+                    raise words
+                reader.line(number, words)
+            except LineError as fault:
+                faults.append((number, 0, str(fault)))
+            if len(faults) == MAX_FAULTS or reader.ended:
+                break
+            if reader.moves > MAX_MOVES:
+                faults.append((number, 0, f"{MAX_MOVES} moves at most are allowed: divide the file"))
+                break
+    except TableError as unreadable:
+        faults += unreadable.faults
     if not faults and not reader.moves:
         faults.append((1, 0, "no move is in it: G0, G1, G2 or G3 with coordinates"))
     if faults:
         raise TableError(faults)
     passed_over = sorted(reader.passed_over, key=_order)
-    return Program(tuple(reader.steps), tuple(passed_over), hashlib.sha256(content).hexdigest())
+    checksum = hashlib.sha256(content).hexdigest()
+    return Program(tuple(reader.steps), tuple(passed_over), checksum, budget.spent)
 
 
 def _order(name: str) -> tuple[str, float]:

@@ -58,8 +58,10 @@ class Program(Frozen):
         steps: in their order.
         passed_over: words that move nothing, or that are to be ignored.
         sha256: checksum of the file.
+        spent: CPU time that reading took, s.
     """
 
     steps: tuple[Step, ...] = field(repr=False)
     passed_over: tuple[str, ...]
     sha256: str
+    spent: float = field(default=0.0, repr=False)

@@ -7,16 +7,19 @@ follows an M word in a line for RepRapFirmware belongs to it, and may be any tex
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from cdpr.problems import shown
+from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 
 LINUXCNC, REPRAPFIRMWARE = "linuxcnc", "reprapfirmware"
 
 MAX_BYTES = 32 * 1024 * 1024
 MAX_LINE = 1000  # characters; controllers take 256
+EACH = 1000  # lines, or steps, between two checks of the CPU time
+DIVIDE = "divide the file"  # remedy for a program that takes too long
 
 WORD = re.compile(r"([A-Z])\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)|)\s*")
 WORDS = re.compile(rf"(?:{WORD.pattern})*")
@@ -51,8 +54,13 @@ class LineError(Exception):
     """What is wrong with a line."""
 
 
-def read_lines(content: bytes, dialect: str) -> Iterator[tuple[int, list[Word] | LineError]]:
-    """Yield number and words of each line that has some, or what is wrong with it; TableError where it is no text."""
+def read_lines(
+    content: bytes, dialect: str, check: Callable[[], None] = lambda: None
+) -> Iterator[tuple[int, list[Word] | LineError]]:
+    """Yield number and words of each line that has some, or what is wrong with it.
+
+    Calls `check` every EACH lines. Raises TableError where it is no text, and where `check` raises UnreadableError.
+    """
     if len(content) > MAX_BYTES:
         raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
     try:
@@ -66,6 +74,8 @@ def read_lines(content: bytes, dialect: str) -> Iterator[tuple[int, list[Word] |
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     for number, row in enumerate(text.split("\n"), 1):
+        if number % EACH == 0:
+            checked(check, number)
         if row.strip() == "%":
             percent += 1
             if percent == 2:
@@ -81,6 +91,14 @@ def read_lines(content: bytes, dialect: str) -> Iterator[tuple[int, list[Word] |
             continue
         if words:
             yield number, words
+
+
+def checked(check: Callable[[], None], line: int) -> None:
+    """Call `check`; its UnreadableError becomes a TableError at a line."""
+    try:
+        check()
+    except UnreadableError as error:
+        raise TableError([(line, 0, str(error))]) from None
 
 
 def _words(text: str, dialect: str) -> list[Word]:
