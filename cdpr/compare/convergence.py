@@ -59,16 +59,16 @@ class Convergence:
 
     @property
     def agrees(self) -> bool:
-        """Whether the limit is the judge's solution."""
+        """Return whether the limit is the judge's solution."""
         return self.limit <= self.allowed
 
     @property
     def blind(self) -> bool:
-        """Whether the judge's error is too large to tell the engine's from it."""
+        """Return whether the judge's error is too large to tell the engine's from it."""
         return JUDGE_ERRORS * self.judge_error >= self.errors[0]
 
     def lacks(self, order: int) -> bool:
-        """Whether the runs converge more slowly than a scheme of `order`, beyond doubt."""
+        """Return whether the runs converge more slowly than a scheme of `order`, beyond doubt."""
         clear = self.errors[-1] > CLEAR_OF_JUDGE * self.judge_error
         return clear and max(self.orders) < order - MISSING_ORDER
 

@@ -69,7 +69,7 @@ class Measured:
 
     @property
     def failed(self) -> bool:
-        """Whether a run did not come to its end, which no step explains."""
+        """Return whether a run did not come to its end, which no step explains."""
         return self.outcome == "failed"
 
 
@@ -192,7 +192,7 @@ def _explain(declared: int, order: float, errors: Sequence[float], truth: Made) 
 
 
 def _kink(run: Run) -> str:
-    """What makes the forces of a run change abruptly, "" where nothing is seen to."""
+    """Return the cause of abrupt changes of force in a run, "" where none is found."""
     slack = np.asarray(run.cable_tension <= 0.0)
     if (slack.any(axis=0) & ~slack.all(axis=0)).any():
         first = int(np.argmax((slack != slack[0]).any(axis=1)))

@@ -24,7 +24,7 @@ from cdpr.model import kernel_cache
 
 @dataclass(frozen=True)
 class Computed:
-    """What is read of design.json before a design goes on."""
+    """Schema of the parts of design.json that a resumed design needs."""
 
     versions: Mapping[str, str]
 

@@ -42,7 +42,7 @@ def _fast(rows: Array) -> bytes:
 
 @cache
 def _is_repr() -> bool:
-    """Whether this version of pydantic sets all other numbers as `repr` does: tried with one of each kind and size."""
+    """Return whether pydantic formats all other numbers as `repr` does, tried with one of each kind and size."""
     sizes = np.array([1.0, 1.2345678901234567, 9.5]) * 10.0 ** np.arange(-320, 308)[:, None]
     kinds = [np.nan, np.inf, -np.inf, 0.0, -0.0, 5e-324, 10.00001, 1.7976931348623157e308]
     probes = np.concatenate([sizes.ravel(), -sizes.ravel(), kinds])[:, None]

@@ -18,7 +18,7 @@ MOST_EVENTS = 20  # lines that are read
 
 
 class Interval(NamedTuple):
-    """From the first slack sample of a cable, counted from 0, to the next taut one or the end of the run, s."""
+    """Interval, s, from the first slack sample of a cable, counted from 0, to the next taut one or the run's end."""
 
     start: float
     stop: float

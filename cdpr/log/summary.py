@@ -131,7 +131,7 @@ class Tally:
 
     @property
     def singular(self) -> Singular:
-        """Where a cable's direction turned over within a step."""
+        """Cables whose direction turned over within a step."""
         return self._found[1]
 
     @property

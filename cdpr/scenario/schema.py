@@ -116,9 +116,9 @@ class ScenarioSection(Section):
     solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")
     limits: Literal["warn", "stop"] = Field(
         "warn",
-        description="what to do where a cable leaves its length, its speed_max or, unless it is ideal, with its true "
-        "tension its limits of tension, or is told to pull less or more than it may while the controller believes in "
-        "other limits: count the samples and say so, or stop the run",
+        description="reaction to limit violations: warn counts the samples and reports them, stop ends the run. "
+        "Checked are each cable's length, speed_max and, unless it is ideal, true tension. Commands are checked, too, "
+        "where the controller's nominal robot has other tension limits",
     )
     actuators: Actuators | None = Field(
         None, description="winches as an FMU between the commands and the cables, in place of robot.cable.model"

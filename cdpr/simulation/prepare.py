@@ -48,7 +48,7 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Fault:
-    """What keeps a scenario from being built, and the path of the section that it concerns."""
+    """Reason why a scenario cannot be built, and the path of the section that it concerns."""
 
     path: Path
     error: CdprError

@@ -19,7 +19,7 @@ RUNS_NAME = "runs"
 
 @dataclass(frozen=True)
 class Described:
-    """What is read of study.json before the study itself is."""
+    """Schema of the parts of study.json that are read before the study itself."""
 
     digest: str
     checked: Mapping[str, Checked]

@@ -119,7 +119,7 @@ class _Tips:
         return at, d
 
     def crossed(self, i: int, low: float, high: float) -> bool:
-        """Whether the end of cable i is on opposite sides of its axis at two places, neither an end of the motion."""
+        """Return whether cable i ends on opposite sides of its axis at two places, neither an end of the motion."""
         count = len(self.segments)
         if low <= 0.0 or high >= count:
             return False

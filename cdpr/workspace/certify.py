@@ -211,7 +211,7 @@ def certify(
 def _lacks(
     robot: Robot, kind: WorkspaceKind, question: Question, region: Region, low: Array, sides: Array
 ) -> NDArray[np.bool_]:
-    """Whether W lacks rank at all points looked at of boxes with lowest corners (k, 3), in all attitudes."""
+    """Return whether W lacks rank at all points looked at of boxes with lowest corners (k, 3), in all attitudes."""
     lost = np.ones(len(low), dtype=bool)
     for share in [(0.5, 0.5, 0.5), *product(WITHIN, repeat=3)]:
         for q in region.orientations:

@@ -87,7 +87,7 @@ class ReadAbout(Read):
 
 
 class ReadRobot(Read):
-    """What is read of the robot that workspace.json describes."""
+    """Schema of the robot in workspace.json."""
 
     name: str
 
@@ -136,7 +136,7 @@ class ReadManifest(Read):
 
 
 class ReadSummary(Read):
-    """What is read of summary.json."""
+    """Schema of summary.json."""
 
     limited_by: dict[str, str]
 

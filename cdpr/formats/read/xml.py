@@ -131,7 +131,7 @@ class Element:
         yield from self._parts("")[1]
 
     def _parts(self, above: str) -> tuple[bool, list[Unread]]:
-        """Whether anything here was read, and what was not."""
+        """Return whether anything here was read, and the parts that were not."""
         if self._done:
             return True, []
         name = f"<{self.name}>{above}"

@@ -72,7 +72,7 @@ def outcome(row: Figures) -> str:
 
 
 def notes(row: Figures) -> Iterator[str]:
-    """What no table tells: how little a limit proves, other statuses, other vertices."""
+    """Return remarks beside the tables: how little a limit proves, other statuses, other vertices."""
     if row["standard"] == "order" and row["differences"]:
         yield LIMIT_ALONE
     for key, what in (("statuses", "another solver status"), ("vertices", "tensions at another vertex")):
