@@ -128,6 +128,7 @@ def _answer(call: Callable[[], object], path: str, out: int, parent: int, second
         signal.signal(signal.SIGXCPU, signal.SIG_DFL)
         gc.disable()  # it would write to, and so copy, all memory that is shared with the parent
         _limit(resource.RLIMIT_CPU, math.ceil(seconds))
+        addresses = resource.getrlimit(resource.RLIMIT_AS)
         _limit(resource.RLIMIT_AS, MEMORY + _addresses())
         try:
             answer: tuple[str, object] = ("result", call())
@@ -137,8 +138,10 @@ def _answer(call: Callable[[], object], path: str, out: int, parent: int, second
             answer = ("error", FormatError(f"{path}: reading it takes more than {MEMORY // 2**30} GiB of memory"))
         except Exception as error:
             answer = ("fault", (type(error).__name__, str(error), traceback.format_exc()))
+        resource.setrlimit(resource.RLIMIT_AS, addresses)  # the answer must find memory where the reader found none
+        content = pickle.dumps(answer)
         with os.fdopen(out, "wb") as file:
-            file.write(pickle.dumps(answer))
+            file.write(content)
     finally:
         os._exit(0)  # nothing of the parent's is flushed or closed here
 
