@@ -1,4 +1,4 @@
-"""New scenarios that were tried: gains and steps with which the robot's cables do not swing up."""
+"""New scenarios that are tried in memory before they are offered: gains and steps with which their loops are stable."""
 
 from __future__ import annotations
 
@@ -9,27 +9,32 @@ from time import process_time
 import numpy as np
 
 from cdpr import defaults
-from cdpr.errors import Interrupted, SimulationStopped
+from cdpr.errors import CdprError, Interrupted, SimulationStopped
 from cdpr.log.run import Run
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.template import Sizes, scenario_text
+from cdpr.simulation.linearised import decay_rate
 from cdpr.simulation.prepare import faults
 from cdpr.simulation.simulate import simulate
 
 HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
 STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005, 0.00002)  # s, physics steps that are tried
-BUDGET = 10.0  # s of CPU time for all trials: the window waits for them
-LONGER = 2.0  # times the duration that is written, in which slow growth shows
+DECAY = 1e-3  # 1/s, required of the slowest mode: a thousand times the error of the linearisation
+NEUTRAL = -1e-3  # 1/s, required where cables are fewer than degrees of freedom: such a platform swings freely
+LONGER = 2.0  # times the duration that is written: a run that confirms the linearisation
 LARGEST = 0.05  # of the frame's extent: errors beyond are no control
 GROWTH = 1.02  # of errors and swings of tensions from one part of the rest to the next; a loop that settles is below 1
 RESOLVED = 1e-6  # of the frame's extent and of the highest tension: growth of less is not judged
+WARNING = "warning: "  # before notes on what is wrong
+BUDGET = 10.0  # s of CPU time for all trials: the window waits for them
 
 
 @dataclass(frozen=True)
 class Tried:
-    """The text of a scenario, and what is to be said of it; `stable` tells whether its loop is."""
+    """Text of a scenario and a note on its trial; `stable` reports whether its loop is."""
 
     text: str
     note: str
@@ -40,33 +45,79 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
     """Return a new scenario, as `scenario_text` writes it, with gains that were tried in memory.
 
     The default gains are kept where they are stable. Otherwise the bandwidth is halved: with elastic cables the
-    platform is moved through drums and springs, and fast feedback feeds their vibration.
+    platform is moved through drums and springs, and fast feedback feeds their vibration. A loop is stable if all modes
+    of its linearisation decay, at start and goal, and a longer run confirms it.
     """
     plain = scenario_text(file, source, sizes)
     scenario = load_scenario(file, text=plain)
     if scenario.ideal_cables:
-        return Tried(plain, "", True)
-    best: tuple[float, str] | None = None
+        problem = _problem(scenario)
+        return Tried(plain, f"{WARNING}this scenario was tried: {problem}" if problem else "", not problem)
     step = next((step for step in STEPS if _fits(scenario, step)), None)
     if step is None:
-        note = f"warning: these cables need physics steps below {STEPS[-1]:g} s: {_reasons(scenario)}"
+        note = f"{WARNING}these cables need physics steps below {STEPS[-1]:g} s: {_reasons(scenario)}"
         return Tried(plain, note, False)
+    required = DECAY if scenario.robot.m >= scenario.robot.n else NEUTRAL
     end = process_time() + BUDGET
+    best, best_text, best_said = -np.inf, plain, ""
     for changes in _candidates(scenario, step):
         text = scenario_text(file, source, sizes, changes)
-        try:
-            error, stable = _try(load_scenario(file, text=text), end)
-        except Interrupted:
-            note = f"warning: not tried to the end: the trials of gains reached their limit of {BUDGET:g} s of CPU time"
-            return Tried(best[1] if best else text, f"{note}; check the errors of the first run", False)
-        if stable:
-            said = ", ".join(f"{key.rpartition('.')[2]} {value:g}" for key, value in changes.items())
-            note = f"tried: stable with {said}, errors up to {1e3 * error:.3g} mm" if changes else ""
-            return Tried(text, note, True)
-        if best is None or error < best[0]:
-            best = error, text
-    assert best is not None
-    return Tried(best[1], f"warning: no stable gains were found for these elastic cables: {_remedy(scenario)}", False)
+        candidate = load_scenario(file, text=text)
+        rate = _slowest(candidate)
+        if rate >= required:
+            try:
+                error, stable = _try(candidate, end)
+            except Interrupted:
+                return Tried(text, _unfinished(), False)
+            if stable:
+                said = ", ".join(f"{key.rpartition('.')[2]} {value:g}" for key, value in changes.items())
+                note = f"tried: stable with {said}, errors up to {1e3 * error:.3g} mm" if changes else ""
+                return Tried(text, note, True)
+        if rate > best:
+            best, best_text, best_said = rate, text, _grown(rate)
+        if process_time() > end:
+            return Tried(best_text, _unfinished(), False)
+    note = f"{WARNING}no stable gains were found for these elastic cables{best_said}: {_remedy(scenario)}"
+    return Tried(best_text, note, False)
+
+
+def _slowest(scenario: Scenario) -> float:
+    """Return the decay rate (1/s) of the slowest mode at start and goal; minus infinity where the loop stops there."""
+    desired = np.zeros(19)
+    scenario.desired.sampler(desired)(scenario.simulation.duration)
+    poses: list[Array] = [scenario.initial.state()[:7]]
+    if not np.array_equal(poses[0], desired[:7]):
+        poses.append(desired[:7])
+    try:
+        return min(decay_rate(scenario, pose) for pose in poses)
+    except SimulationStopped:
+        return -np.inf
+
+
+def _unfinished() -> str:
+    """Return the note on trials that took too long."""
+    said = f"not tried to the end: the trials of gains reached their limit of {BUDGET:g} s of CPU time"
+    return f"{WARNING}{said}; check the errors of the first run"
+
+
+def _grown(rate: float) -> str:
+    """Return what the best gains do."""
+    if not np.isfinite(rate) or rate >= DECAY:
+        return ""
+    return f" (with those written a vibration {'grows' if rate < 0.0 else 'decays'} by {abs(rate):.2g} 1/s)"
+
+
+def _problem(scenario: Scenario) -> str:
+    """Return what is wrong with a run of a scenario with ideal cables; "" for nothing."""
+    try:
+        run = simulate(scenario)
+    except CdprError as error:
+        return str(error)
+    figures = run.summary()
+    largest = float(figures["position_error_m"]["max"])
+    if largest > LARGEST * _extent(scenario.robot):
+        return f"position errors reach {largest:.3g} m; change controller.kp, controller.kd or the trajectory"
+    return ""
 
 
 def _candidates(scenario: Scenario, step: float) -> Iterator[dict[str, float]]:
@@ -91,18 +142,18 @@ def _reasons(scenario: Scenario) -> str:
 
 
 def _try(scenario: Scenario, end: float) -> tuple[float, bool]:
-    """Return the largest error, m, in a longer run than the scenario's, and whether its loop is stable.
+    """Return the largest error (m) in a longer run than is written, and whether its loop is stable.
 
-    Raises Interrupted when the CPU time, s, reaches `end`; a run looks at it every half second.
+    Raises Interrupted where the CPU time `end` (s) is reached before.
     """
 
-    def check(done: int, total: int) -> None:
+    def stop(_done: int, _total: int) -> None:
         if process_time() > end:
-            raise Interrupted
+            raise Interrupted("out of time")
 
     longer = {"simulation.duration": LONGER * scenario.simulation.duration}
     try:
-        run = simulate(scenario, overrides=longer, progress=check)
+        run = simulate(scenario, overrides=longer, progress=stop)
     except Interrupted:
         raise
     except SimulationStopped:
@@ -115,7 +166,7 @@ def _settles(run: Run, robot: Robot) -> bool:
     figures = run.summary()
     if figures["slack_samples"] or figures["beyond_limits_steps"]["tension_above_max"]:
         return False
-    extent = float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
+    extent = _extent(robot)
     error = np.hypot(
         np.linalg.norm(run.position_error, axis=1),
         robot.characteristic_length * np.linalg.norm(run.orientation_error, axis=1),
@@ -126,6 +177,11 @@ def _settles(run: Run, robot: Robot) -> bool:
     if swings[1] > max(GROWTH * swings[0], RESOLVED * float(robot.tension_max.max())):
         return False
     return bool(error.max() <= LARGEST * extent and after <= max(GROWTH * before, RESOLVED * extent))
+
+
+def _extent(robot: Robot) -> float:
+    """Return the diagonal of the frame, m."""
+    return float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
 
 
 def _remedy(scenario: Scenario) -> str:

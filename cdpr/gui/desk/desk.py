@@ -45,6 +45,7 @@ class Desk:
         self._undo: list[Step] = []
         self._redo: list[Step] = []
         self._applied: dict[str, str] | None = None
+        self._notes: list[Problem] = []  # on the last edit
         self._files = self._opened(FIRST if name is None else name)
         self._look()
         problems = Problems()
@@ -60,9 +61,11 @@ class Desk:
 
     def new(self, kind: str, /, **arguments: Any) -> None:
         """Begin a new robot or scenario, which can be undone; `arguments` are those of `cdpr new`."""
-        file = new_file(kind, arguments, self._plugins)
+        file, note = new_file(kind, arguments, self._plugins)
         self._turn(f"new {kind}", self._with(file, robot=kind == "robot"))
         self._applied = None
+        if note:
+            self._notes = [Problem(Mark(self._files.scenario.name), ("controller", "type"), note)]
 
     def _opened(self, name: object) -> Files:
         given = named(name)
@@ -98,7 +101,7 @@ class Desk:
             document = self._robot and parse(self._robot.text, name, Problems())
             if document:
                 self._data["robot"] = document.data
-        self._notes: list[Problem] = []  # on the last edit
+        self._notes = []
         self._form: list[dict[str, Any]] | None = None
         self._loaded: Scenario | CdprError | None = None
 
@@ -131,7 +134,9 @@ class Desk:
 
     def apply(self) -> Scenario:
         """Return the scenario, which runs from now on: the form says so until it is changed."""
+        notes = self._notes
         self._look()  # files that it names may have changed
+        self._notes = notes
         scenario = self.scenario()
         self._applied = self._shown_texts()
         return scenario

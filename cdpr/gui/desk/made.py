@@ -14,7 +14,7 @@ from cdpr.scenario import load_robot
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.scenario.source import stem
 from cdpr.scenario.template import Sizes, commented, robot_text
-from cdpr.simulation.tried import tried_scenario
+from cdpr.simulation.tried import WARNING, tried_scenario
 
 KINDS = ("robot", "scenario")
 DURATION = 10.0  # s: to look at a robot, and to push it
@@ -22,8 +22,10 @@ HEAD = "The robot stays at its home. Made by cdpr gui; lengths in m, times in s,
 NO_FILE = "this scenario was made to show the robot and has no file: save it as one"
 
 
-def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> File:
-    """Return a new file, named `file` in the arguments, robot.yaml or scenario.yaml unless said.
+def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> tuple[File, str]:
+    """Return a new file and the note on its trial, "" for none.
+
+    The file is named `file` in the arguments; the default is robot.yaml or scenario.yaml.
 
     The others are those of `cdpr new`: frame and platform (three lengths, m), mass (kg), cables, crossed, planar,
     suspended, and of a scenario `robot`, the file of its robot. Raises CdprError where nothing can be made of them.
@@ -41,10 +43,11 @@ def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> File
         raise CdprError(f"{', '.join(given)}: sizes are those of the robot file; leave them out, or robot")
     sizes = _sizes(given)
     if kind == "robot":
-        text = robot_text(name, sizes, stem(name))
+        text, note = robot_text(name, sizes, stem(name)), ""
     else:
-        text = tried_scenario(name, source and named(source), sizes).text
-    return File(name, text, first=text)
+        tried = tried_scenario(name, source and named(source), sizes)
+        text, note = tried.text, tried.note.removeprefix(WARNING)
+    return File(name, text, first=text), note
 
 
 def _sizes(given: Mapping[str, Any]) -> Sizes:

@@ -1,0 +1,111 @@
+"""Slowest mode of a sampled closed loop, linearised numerically at a pose where the platform rests."""
+
+from __future__ import annotations
+
+import math
+from contextlib import ExitStack
+
+import numpy as np
+
+from cdpr.cables.pack import REST, WINCH
+from cdpr.log.recorder import BLOCK
+from cdpr.mechanics.body_frame import to_platform
+from cdpr.mechanics.winches import Winches
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend
+from cdpr.scenario import Scenario
+from cdpr.simulation.build import build
+from cdpr.simulation.loop import Loop
+
+# Steps of the central differences. The error of an eigenvalue is then below 1e-8 in one control step: the loop is
+# smooth over such steps, and round-off is smaller by seven orders.
+LENGTH = 1e-7  # of the frame's extent
+ANGLE = 1e-7  # rad
+TENSION = 1e-4  # of the highest tension limit
+
+
+def decay_rate(scenario: Scenario, pose: Array) -> float:
+    """Return the decay rate (1/s) of the slowest mode at a pose; negative for a mode that grows.
+
+    The map of one control step is differentiated by central differences of the simulation itself: platform, drums and
+    commands after a step, as functions of the same before it. Its eigenvalues z belong to modes that grow with |z|.
+
+    Args:
+        scenario: with cables on winches, on a backend that keeps them in `winches`.
+        pose: (7,) position and attitude, which must be held: m; w, x, y, z.
+
+    Raises SimulationStopped where the loop stops at this pose.
+    """
+    rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
+    held = scenario.with_changes({"trajectory": {"type": "hold"}, "initial": rest})
+    with ExitStack() as made:
+        parts = build(held)
+        made.callback(parts.controller.close)
+        made.callback(parts.backend.close)
+        loop = Loop(parts)
+        made.callback(loop.close)
+        loop.warm_up(held.initial.state())
+        largest = float(np.abs(np.linalg.eigvals(_Step(loop, held).matrix())).max())
+    return -math.log(max(largest, np.finfo(float).tiny)) / held.simulation.control_step
+
+
+class _Step:
+    """One control step as a function of platform, drums and commands."""
+
+    def __init__(self, loop: Loop, scenario: Scenario) -> None:
+        backend = loop.parts.backend
+        winches = getattr(backend, "winches", None)
+        assert isinstance(backend, Backend)
+        assert isinstance(winches, Winches)
+        self._loop, self._backend, self._winches = loop, backend, winches
+        loop.begin(np.zeros((BLOCK, len(loop.row))), BLOCK)
+        loop.decide()
+        loop.advance()
+        self._start = loop.snapshot()
+        loop.decide()
+        self._attitude = winches.live.body[3:7].copy()
+        cables, free = winches.fixed.cables, np.flatnonzero(winches.fixed.free)
+        stretching = np.flatnonzero(cables[:, REST])
+        m, robot, step = len(cables), scenario.robot, scenario.simulation.control_step
+        length = LENGTH * float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
+        poses = np.where(np.arange(6) < 3, length, ANGLE)
+        turning = cables[:, WINCH]  # m per unit of the drum's coordinate; 0 where there is no drum
+        drums = length / np.where(turning > 0.0, turning, 1.0) / step
+        sizes = [poses, poses / step, np.full(m, length), drums, np.full(m, TENSION * robot.tension_max.max())]
+        self._sizes = np.concatenate(sizes)
+        winch = 12 + np.concatenate([stretching, m + stretching])
+        self._moving = np.concatenate([free, 6 + free, winch, np.arange(12 + 2 * m, 12 + 3 * m)])
+
+    def matrix(self) -> Array:
+        """Return the derivative of the step, in units of the differences."""
+        sizes = self._sizes[self._moving]
+        columns = [self._after(i, size) - self._after(i, -size) for i, size in zip(self._moving, sizes, strict=True)]
+        return np.asarray(np.array(columns).T[self._moving] / (2.0 * sizes[:, None]))
+
+    def _after(self, i: int, size: float) -> Array:
+        """Return platform, drums and commands a step after coordinate i was changed."""
+        self._loop.restore(self._start)
+        self._loop.decide()
+        self._change(i, size)
+        self._loop.advance()
+        self._loop.decide()
+        live = self._winches.live
+        turned = rotations.rotation_vector(rotations.multiply(live.body[3:7], rotations.conjugate(self._attitude)))
+        return np.concatenate([live.body[:3], turned, live.body[7:], live.winch, self._loop.tension])
+
+    def _change(self, i: int, size: float) -> None:
+        live = self._winches.live
+        body, winch = live.body, live.winch
+        if i < 3:
+            body[i] += size
+        elif i < 6:
+            turn = rotations.from_axis_angle(np.eye(3)[i - 3], size)
+            body[3:7] = rotations.multiply(turn, body[3:7])
+        elif i < 12:
+            body[i + 1] += size
+        elif i < 12 + len(winch):
+            winch[i - 12] += size
+        else:
+            self._loop.tension[i - 12 - len(winch)] += size
+        to_platform(self._winches.fixed.offset, body, self._backend.state)
