@@ -58,6 +58,7 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
         note = f"{WARNING}these cables need physics steps below {STEPS[-1]:g} s: {_reasons(scenario)}"
         return Tried(plain, note, False)
     required = DECAY if scenario.robot.m >= scenario.robot.n else NEUTRAL
+    _slowest(scenario.with_changes({"simulation.physics_step": step}))  # compiles what is not compiled yet
     end = process_time() + BUDGET
     best, best_text, best_said = -np.inf, plain, ""
     for changes in _candidates(scenario, step):
