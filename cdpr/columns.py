@@ -187,6 +187,8 @@ BELIEVED: tuple[Column, ...] = (
         "Room of each command within its limits in truth, negative beyond, NaN for what broke or jammed",
     ),
 )
+# Columns in which NaN is "no value". NaN in another column, or an infinite value in any, ends a run as diverged.
+MAY_BE_NAN = frozenset({"true_margin"})
 # Besides, in runs of this version: a new column is a line here. Until it is written it reads as NaN.
 LATER: tuple[Column, ...] = ()
 

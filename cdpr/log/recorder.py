@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import OutputError
+from cdpr.errors import Diverged, OutputError
+from cdpr.log.finite import Finite
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
 from cdpr.log.pages import table
 from cdpr.log.rows import IN_MEMORY, LogRows
@@ -38,7 +39,8 @@ class Recorder:
     Kept is every sample, or as the header's `log_every` says every so manyth from the first on, and the last. What is
     kept stays in memory, unless it is large (IN_MEMORY) and stands in the log. All samples are counted by the `tally`.
 
-    Raises OutputError where the log cannot be written; no sample is lost by that: the rest stays in memory.
+    Raises OutputError where the log cannot be written; no sample is lost by that: the rest stays in memory. `flush`
+    raises Diverged where a sample is not finite, which `finite` reports after `close`, too.
 
     Args:
         marks: samples of which the row is kept in `marked` besides.
@@ -62,6 +64,7 @@ class Recorder:
         self.rows: Array = self._kept if thinned is None else thinned
         self._writer = None if folder is None else LogWriter(folder / LOG_NAME, header, readable=on_disk)
         self.tally = Tally(header, steps + 1, closest()) if on_disk or thinned is not None else None
+        self.finite = Finite(header.layout)
         self.marked: dict[int, Array] = {}
         self._marks = sorted(set(marks))
         self._count = 0  # rows that are kept: row i is sample i * every, but for the last
@@ -76,6 +79,8 @@ class Recorder:
             self._written = monotonic()
         if self._failure is not None:
             raise self._failure
+        if self.finite.fault:
+            raise Diverged(self.finite.fault)
 
     def amend(self, header: Header, marks: Iterable[int]) -> None:
         """Go by a header in which other cables break, and by other marks, of samples that are yet to come."""
@@ -87,6 +92,7 @@ class Recorder:
         """Forget the samples from `stop` on, as where a simulation goes back; not of what is thinned or logged."""
         assert self.tally is None
         self._count = min(self._count, stop)
+        self.finite.rewind(stop)
         self.marked.clear()  # taken anew: all rows are in memory
 
     def close(self, stop: int) -> Array | LogRows:
@@ -126,6 +132,7 @@ class Recorder:
     def _take(self, stop: int) -> None:
         """Keep what is to be kept of the samples up to `stop`; once more after an interrupt does no harm."""
         size, every = len(self.rows), self._every
+        self.finite.take(self.rows, stop)
         for k in self._marks:
             if k < stop and k not in self.marked:
                 self.marked[k] = self.rows[k % size].copy()

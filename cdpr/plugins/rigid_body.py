@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.plugins.backend import Acts, Backend
 from cdpr.plugins.compiled import speaks_for
+from cdpr.plugins.inertia import Inertia, check_held, check_range
 
 
 class RigidBodyBackend(Backend):
@@ -28,6 +29,9 @@ class RigidBodyBackend(Backend):
     platform with a guide (`frame.guide`) has its frame at the origin and moves by slides along world axes and then a
     hinge, joints of the engine, or turns on a ball at its origin (`frame.guide.spherical`).
 
+    An engine that stores mass and inertia returns them in `held`: a difference ends a run before its first step. One
+    that does not move very light bodies declares `smallest` or `slimmest`, and `title`, its name in messages.
+
     Attributes:
         frame: mass, centre, principal moments and axes, anchors and guide of the body.
         body: (13,) its state: position of the body frame's origin (world), attitude w, x, y, z, velocity of that
@@ -37,9 +41,14 @@ class RigidBodyBackend(Backend):
             frame's origin, world axes. `cdpr.mechanics.guide.onto_coordinates` gives the forces along slides and hinge.
     """
 
+    smallest: ClassVar[float] = 0.0  # mass, kg, and principal moment, kg m^2, below which the engine does not move it
+    slimmest: ClassVar[float] = 0.0  # radius of gyration, m, below which its rounding spoils the motion
+    title: ClassVar[str] = ""  # the engine's name in messages; that of the class unless given
+
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self.frame = BodyFrame(robot)
+        check_range(self.frame, self.title or type(self).__name__, self.smallest, self.slimmest)
         self.body = np.zeros(13)
         self.applied = np.zeros(6)
         self.build()
@@ -71,10 +80,19 @@ class RigidBodyBackend(Backend):
     def advance(self) -> None:
         """Advance the engine by one physics step under gravity and `applied`."""
 
+    def held(self) -> Inertia | None:
+        """Return the inertia that the engine holds after `write`, read back from it; None where it stores none."""
+        return None
+
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,)."""
+        """Put the platform into `state` (13,).
+
+        Raises PluginError where the engine holds another body than `frame`.
+        """
         from_platform(self.frame.offset, checked(state, (13,), "state"), self.body)
         self.write()
+        if (held := self.held()) is not None:  # here, for some engines are built anew by `write`
+            check_held(self.frame, held, self.title or type(self).__name__)
         self.read()
         self._publish()
         if self.winches is not None:

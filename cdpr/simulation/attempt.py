@@ -209,6 +209,9 @@ class Attempt:
                 rows = self.recorder.so_far(samples) if going_on else self.recorder.close(samples)
             except OutputError as unwritable:
                 error, rows = unwritable, self.recorder.kept
+            fault = self.recorder.finite.fault
+            if fault and not going_on and (error is None or isinstance(error, PlantEnded)):
+                error = Diverged(f"t = {self._time:.6g} s: {fault}")
             if self.recorder.tally is not None:
                 counted = self.recorder.tally.figures()
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)

@@ -16,9 +16,22 @@ from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.backend import Acts
+from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.bullet.kernels import read_ball, read_base
-from cdpr_backends.bullet.world import BASE, UPRIGHT, Client, SavedState, chain, pybullet, undamped, xyzw
+from cdpr_backends.bullet.world import (
+    BASE,
+    SMALLEST,
+    TITLE,
+    UPRIGHT,
+    Client,
+    SavedState,
+    chain,
+    held,
+    pybullet,
+    undamped,
+    xyzw,
+)
 
 # Between Python's numbers and the memory of arrays: a third of what numpy takes.
 put_base, put_joint = Struct("13d").pack_into, Struct("7d").pack_into
@@ -27,6 +40,8 @@ get_vector = Struct("3d").unpack_from
 
 class BulletBackend(RigidBodyBackend):
     """A body under the wrench of cdpr's cable kernel. A client costs 29 MB and 20 ms: `close` it."""
+
+    smallest, title = SMALLEST, TITLE
 
     def build(self) -> None:
         """Make the world."""
@@ -46,6 +61,10 @@ class BulletBackend(RigidBodyBackend):
         """Put the body into `body`."""
         self._plant.write()
         self._plant.fetch()
+
+    def held(self) -> Inertia:
+        """Return the inertia that Bullet holds."""
+        return self._plant.held()
 
     def read(self) -> None:
         """Read the body into `body`."""
@@ -87,6 +106,7 @@ class Plant:
 
     Attributes:
         home: (3,) where a guided platform's joints are, world.
+        client, number, link: Bullet's numbers of the world, the body, and its link that has the platform's mass.
         load: kernel with its arguments: writes what Bullet is to apply.
         move: has Bullet apply it and step, and fetches.
         fetch: gets from Bullet how the body is and moves.
@@ -94,10 +114,17 @@ class Plant:
     """
 
     home: Array
+    client: int
+    number: int
+    link: int
     load: Callable[[], object]
     move: Callable[[], None]
     fetch: Callable[[], None]
     publish: Callable[[], object]
+
+    def held(self) -> Inertia:
+        """Return the inertia that Bullet holds."""
+        return held(self.client, self.number, self.link)
 
 
 class Free(Plant):
@@ -108,7 +135,7 @@ class Free(Plant):
         self.number = number = pybullet.createMultiBody(baseMass=mass, physicsClientId=client)
         pybullet.changeDynamics(number, BASE, localInertiaDiagonal=moments.tolist(), physicsClientId=client)
         undamped(client, number)
-        self.client = client
+        self.client, self.link = client, BASE
         position, velocity = pybullet.getBasePositionAndOrientation, pybullet.getBaseVelocity
         push, turn, step = pybullet.applyExternalForce, pybullet.applyExternalTorque, pybullet.stepSimulation
         world = pybullet.WORLD_FRAME
@@ -163,6 +190,7 @@ class Guided(Plant):
         )
         self.joints = joints = list(range(len(kinds)))
         n = len(kinds)
+        self.link = n - 1
         q, u, forces = np.zeros(n), np.zeros(n), np.zeros(n)
         positions, rates, push = memoryview(q).cast("B"), memoryview(u).cast("B"), memoryview(forces)
         put = Struct(f"{n}d").pack_into
@@ -201,6 +229,7 @@ class Ball(Plant):
 
     def __init__(self, client: int, frame: BodyFrame, body: Array, applied: Array) -> None:
         self.client, self.axes, self.body, self.home = client, frame.axes, body, np.zeros(3)
+        self.link = 0
         self.number = number = int(
             pybullet.createMultiBody(
                 baseMass=0.0,

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.bullet.body import Free
-from cdpr_backends.bullet.world import UPRIGHT, Client, SavedState, chain, pybullet
+from cdpr_backends.bullet.world import SMALLEST, TITLE, UPRIGHT, Client, SavedState, chain, pybullet
 from cdpr_backends.ups import Leg, UpsBackend
 
 UNIVERSAL_SLIDE = (pybullet.JOINT_REVOLUTE, pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC)
@@ -24,6 +25,8 @@ class BulletUps(UpsBackend):
     Each `write` opens a client, which costs 20 ms: one that was emptied is not the same to the bit as a new one.
     """
 
+    smallest, title = SMALLEST, TITLE
+
     def build(self) -> None:
         """Leave the world to `write`."""
 
@@ -38,6 +41,10 @@ class BulletUps(UpsBackend):
 
     def _use(self, client: Client, platform: Free, legs: list[int]) -> None:
         self._client, self._platform, self._legs = client, platform, legs
+
+    def held(self) -> Inertia:
+        """Return the inertia that Bullet holds."""
+        return self._platform.held()
 
     def read(self) -> None:
         """Read the body into `body`."""

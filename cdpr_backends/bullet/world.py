@@ -5,8 +5,11 @@ from __future__ import annotations
 import weakref
 from collections.abc import Sequence
 
+import numpy as np
+
 from cdpr.errors import PluginError
 from cdpr.model.robot import Array
+from cdpr.plugins.inertia import Inertia, turned
 from cdpr_backends.quiet import quiet
 
 with quiet():  # it prints the time of its build
@@ -14,6 +17,10 @@ with quiet():  # it prints the time of its build
 
 BASE = -1
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)  # Bullet's quaternions are x, y, z, w
+
+TITLE = "Bullet"
+# Bullet takes the inverse of a smaller mass (kg), moment (kg m^2) or inertia of a joint to be 0, and moves nothing.
+SMALLEST = float(np.finfo(np.float64).eps)
 
 # Bullet clips speeds silently, at 100 m/s and rad/s by default; above this the guards of the loop have long stopped.
 NO_CLIP = 1e12
@@ -84,6 +91,12 @@ def chain(
         pybullet.setJointMotorControl2(number, joint, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
     undamped(client, number)
     return number
+
+
+def held(client: int, number: int, link: int) -> Inertia:
+    """Return the inertia that Bullet holds of a body's link, in its frame."""
+    mass, _, moments, center, (x, y, z, w), *_ = pybullet.getDynamicsInfo(number, link, client)
+    return Inertia(mass, turned(np.array(moments), np.array([w, x, y, z])), np.array(center))
 
 
 def undamped(client: int, number: int) -> None:

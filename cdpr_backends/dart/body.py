@@ -13,14 +13,17 @@ from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.backend import Acts
+from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart.joints import BallJoint, FreeJoint, GuideJoints
 from cdpr_backends.dart.kernels import ball_joint_force, free_joint_force, guide_force
-from cdpr_backends.dart.world import make_world, set_motion
+from cdpr_backends.dart.world import SLIMMEST, TITLE, make_world, set_motion
 
 
 class DartBackend(RigidBodyBackend):
     """A body under the wrench of cdpr's cable kernel."""
+
+    slimmest, title = SLIMMEST, TITLE
 
     def build(self) -> None:
         """Make the world."""
@@ -58,6 +61,10 @@ class DartBackend(RigidBodyBackend):
         """Put the body into `body`."""
         self.world.reset()
         self.joints.write()
+
+    def held(self) -> Inertia:
+        """Return the inertia that DART holds."""
+        return self.joints.held()
 
     def read(self) -> None:
         """Do nothing: what moves the body reads it, too."""

@@ -13,8 +13,9 @@ from cdpr.mechanics.guide import Guide, from_coordinates
 from cdpr.model import rotations
 from cdpr.model.kernels import Quaternion, conjugate, multiply, quaternion, rotate, vector
 from cdpr.model.robot import Array
+from cdpr.plugins.inertia import Inertia
 from cdpr_backends.dart.kernels import FACING, along_axes, follow, follow_ball, write_free_joint, write_rotation
-from cdpr_backends.dart.world import chain, put_root, set_motion
+from cdpr_backends.dart.world import chain, held, put_root, set_motion
 
 
 class FreeJoint:
@@ -57,6 +58,10 @@ class FreeJoint:
             self._face()
             write_rotation(self.kept, self._body, q)
         self._set_q(q)
+
+    def held(self) -> Inertia:
+        """Return the inertia that DART holds."""
+        return held(self._link, self.kept[:4])
 
     def _face(self) -> None:
         """Turn DART's body axes anew."""
@@ -110,6 +115,10 @@ class BallJoint:
             self._set_u(u)
         self._set_q(q)
 
+    def held(self) -> Inertia:
+        """Return the inertia that DART holds."""
+        return held(self._link, self.kept[:4])
+
     def _face(self) -> None:
         """Turn DART's body axes anew."""
         self.kept[:4] = facing(self._body)
@@ -135,7 +144,8 @@ class GuideJoints:
         if guide.hinge is not None:
             kinds.append("Revolute")
             directions.append(guide.hinge)
-        chain(self.skeleton, kinds, np.eye(3)[directions], frame.mass, frame.center, axes * frame.moments @ axes.T)
+        inertia = axes * frame.moments @ axes.T
+        self._link = chain(self.skeleton, kinds, np.eye(3)[directions], frame.mass, frame.center, inertia)
         world.addSkeleton(self.skeleton)
         self._read = partial(from_coordinates, guide.packed, guide.rows, self.kept)
         self.push = self.skeleton.setForces
@@ -151,6 +161,10 @@ class GuideJoints:
         self.place()
         set_motion(self.skeleton, *self._guide.coordinates(self._body, self.kept))
         self.moved()
+
+    def held(self) -> Inertia:
+        """Return the inertia that DART holds."""
+        return held(self._link, np.array([1.0, 0.0, 0.0, 0.0]))
 
     def moved(self) -> None:
         """Read the body into `body`."""

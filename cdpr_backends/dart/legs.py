@@ -7,10 +7,11 @@ from typing import Any
 import dartpy
 import numpy as np
 
+from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart.joints import FreeJoint
 from cdpr_backends.dart.kernels import free_joint_force
-from cdpr_backends.dart.world import chain, make_world, put_root, set_motion
+from cdpr_backends.dart.world import SLIMMEST, TITLE, chain, make_world, put_root, set_motion
 from cdpr_backends.ups import UpsBackend
 
 ERROR_REDUCTION = 0.2  # share of a loop's gap that a step closes
@@ -21,6 +22,8 @@ class DartUps(UpsBackend):
 
     The joints have no damping of DART's: it would take its share of the pull before the loops are solved.
     """
+
+    slimmest, title = SLIMMEST, TITLE
 
     def build(self) -> None:
         """Leave the world to `write`."""
@@ -49,6 +52,10 @@ class DartUps(UpsBackend):
 
     def _use(self, world: Any, joint: FreeJoint, skeletons: list[Any]) -> None:
         self._world, self._joint, self._skeletons = world, joint, skeletons
+
+    def held(self) -> Inertia:
+        """Return the inertia that DART holds."""
+        return self._joint.held()
 
     def read(self) -> None:
         """Do nothing: what moves the body reads it, too."""

@@ -8,7 +8,12 @@ from typing import Any
 import dartpy
 import numpy as np
 
+from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.plugins.inertia import Inertia
+
+TITLE = "DART"
+SLIMMEST = 1e-5  # m; a rate is then off by less than 1e-6, from a mass off the ball
 
 # Links between joints have no mass, but DART warns of less than something. This is lost in the first sum.
 NO_MASS = 1e-100
@@ -35,6 +40,12 @@ def chain(skeleton: Any, kinds: Sequence[str], directions: Array, mass: float, c
         link.setInertia(dartpy.dynamics.Inertia(NO_MASS, np.zeros(3), NO_MASS * np.eye(3)))
     link.setInertia(dartpy.dynamics.Inertia(mass, center, (inertia + inertia.T) / 2))
     return link
+
+
+def held(link: Any, axes: Array) -> Inertia:
+    """Return the inertia that DART holds of a link whose axes are turned by `axes`, w, x, y, z, in the body frame."""
+    R, inertia = rotations.matrix(axes), link.getInertia()
+    return Inertia(inertia.getMass(), R @ inertia.getMoment() @ R.T, R @ inertia.getLocalCOM())
 
 
 def put_root(skeleton: Any, position: Array) -> None:

@@ -10,12 +10,15 @@ import mujoco
 
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.backend import Acts
+from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.mujoco.world import PLATFORM, InWorld, World, specify
+from cdpr_backends.mujoco.world import PLATFORM, SLIMMEST, SMALLEST, TITLE, InWorld, World, specify
 
 
 class MujocoBackend(InWorld, RigidBodyBackend):
     """A body under the wrench of cdpr's cable kernel."""
+
+    smallest, slimmest, title = SMALLEST, SLIMMEST, TITLE
 
     def build(self) -> None:
         """Make the world."""
@@ -27,6 +30,10 @@ class MujocoBackend(InWorld, RigidBodyBackend):
             self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's own array, kept until rewritten
         else:
             self._apply = [world.applier(self.applied)]
+
+    def held(self) -> Inertia:
+        """Return the inertia that MuJoCo holds."""
+        return self._world.held()
 
     def write(self) -> None:
         """Put the body into `body`."""

@@ -7,8 +7,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.mujoco.world import PLATFORM, World, specify
+from cdpr_backends.mujoco.world import PLATFORM, SLIMMEST, SMALLEST, TITLE, World, specify
 from cdpr_backends.ups import Leg, UpsBackend
 
 # The loops hold as stiffly as MuJoCo allows, 2 steps; with its own 20 ms the platform is gone after 1.4 s.
@@ -18,6 +19,8 @@ IMPEDANCE = (0.9999, 0.99999, 0.001, 0.5, 2.0)
 
 class MujocoUps(UpsBackend):
     """A free body on legs closed by `connect` constraints."""
+
+    smallest, slimmest, title = SMALLEST, SLIMMEST, TITLE
 
     def build(self) -> None:
         """Leave the world to `write`."""
@@ -43,6 +46,10 @@ class MujocoUps(UpsBackend):
         self._joint_rates = world.data.qvel[6:].reshape(count, 3)
         self._wrench = world.data.xfrc_applied[PLATFORM]
         self._read = world.reader(self.body)
+
+    def held(self) -> Inertia:
+        """Return the inertia that MuJoCo holds."""
+        return self._world.held()
 
     def read(self) -> None:
         """Read the body into `body`."""

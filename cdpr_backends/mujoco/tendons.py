@@ -10,8 +10,9 @@ import numpy as np
 from cdpr.mechanics.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.plugins.inertia import check_held, check_range
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.mujoco.world import InWorld, World, specify
+from cdpr_backends.mujoco.world import SLIMMEST, SMALLEST, TITLE, InWorld, World, specify
 
 
 class MujocoTendons(InWorld):
@@ -20,12 +21,14 @@ class MujocoTendons(InWorld):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self.frame = frame = BodyFrame(robot)
+        check_range(frame, TITLE, SMALLEST, SLIMMEST)
         spec = specify(frame, self.gravity, physics_step, options.integrator)
         add_tendons(spec, frame.anchors)
         self._staged = options.integrator == "rk4"
         if self._staged:
             add_wrench(spec, -frame.offset[:3])
         self._world = World(frame, spec)
+        check_held(frame, self._world.held(), TITLE)
         self._body = np.zeros(13)
         self._slack = np.zeros(robot.m)  # the tendons already pull
         self._applied = np.zeros(6)

@@ -14,6 +14,7 @@ from cdpr.mechanics.guide import from_coordinates, onto_coordinates
 from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr.plugins.inertia import Inertia, turned
 from cdpr_backends.mujoco.direct import Direct, direct
 from cdpr_backends.mujoco.kernels import read_ball, read_free_joint, write_ball, write_free_joint
 
@@ -28,6 +29,10 @@ INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtInteg
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 
 PLATFORM = 1  # its number among the bodies; 0 is the world
+
+TITLE = "MuJoCo"
+SMALLEST = float(mujoco.mjMINVAL)  # its compiler refuses lighter bodies, kg and kg m^2
+SLIMMEST = 1e-5  # m; a hinge's rate is then off by less than 1e-6
 
 
 class World:
@@ -68,6 +73,12 @@ class World:
         if guide.spherical:
             return partial(read_ball, self._home, data.qpos, data.qvel, body)
         return partial(from_coordinates, guide.packed, guide.rows, self._home, data.qpos, data.qvel, body)
+
+    def held(self) -> Inertia:
+        """Return the inertia that MuJoCo holds."""
+        model = self.model
+        inertia = turned(model.body_inertia[PLATFORM], model.body_iquat[PLATFORM])
+        return Inertia(float(model.body_mass[PLATFORM]), inertia, model.body_ipos[PLATFORM].copy())
 
     @cached_property
     def direct(self) -> Direct | None:
