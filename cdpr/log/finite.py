@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cdpr.columns import MAY_BE_NAN
@@ -14,16 +16,20 @@ class Finite:
 
     NaN is allowed in the columns of `cdpr.columns.MAY_BE_NAN` and in those of plugins, where it is "no value".
 
+    Args:
+        layout: columns of a run.
+        period: time from one row to the next, s.
+        names: which of the columns the rows hold, in this order; all unless given.
+
     Attributes:
         fault: the first such value, "" while there is none.
     """
 
-    def __init__(self, layout: Layout) -> None:
-        self._layout = layout
-        self._strict = np.ones(layout.width, dtype=bool)
-        for name, column in layout.fields.items():
-            if name in MAY_BE_NAN or column.owner:
-                self._strict[layout.columns[name]] = False
+    def __init__(self, layout: Layout, period: float, names: Sequence[str] = ()) -> None:
+        fields = [layout.fields[name] for name in names or layout.fields]
+        self._columns = [column for column in fields for _ in range(column.width or layout.m)]
+        self._strict = np.array([column.name not in MAY_BE_NAN and not column.owner for column in self._columns])
+        self._period = period
         self._count = 0
         self.fault = ""
 
@@ -38,18 +44,20 @@ class Finite:
         first, self._count = max(self._count, stop - size), stop
         while first < stop and not self.fault:
             n = min(stop - first, size - first % size)
-            self._check(rows[first % size : first % size + n])
+            self._check(rows[first % size : first % size + n], first)
             first += n
 
-    def _check(self, block: Array) -> None:
-        finite = np.isfinite(block[:, : self._layout.width])
+    def _check(self, block: Array, first: int) -> None:
+        finite = np.isfinite(block)
         if finite.all():
             return
-        wrong = ~finite & (self._strict | ~np.isnan(block[:, : self._layout.width]))
+        wrong = ~finite & (self._strict | ~np.isnan(block))
         if not wrong.any():
             return
-        k, at = divmod(int(np.argmax(wrong)), self._layout.width)
-        name = next(name for name, span in self._layout.columns.items() if span.start <= at < span.stop)
-        column = self._layout.fields[name]
+        k, at = divmod(int(np.argmax(wrong)), wrong.shape[1])
+        column = self._columns[at]
         owner = f" of the {column.owner}" if column.owner else ""
-        self.fault = f"the column '{name}'{owner} is not finite from t = {block[k, 0]:.6g} s on: {block[k, at]:g}"
+        self.fault = (
+            f"the logged value '{column.name}'{owner} is {block[k, at]:g} at t = {(first + k) * self._period:.6g} s; "
+            "expected a finite number"
+        )

@@ -64,7 +64,7 @@ class Recorder:
         self.rows: Array = self._kept if thinned is None else thinned
         self._writer = None if folder is None else LogWriter(folder / LOG_NAME, header, readable=on_disk)
         self.tally = Tally(header, steps + 1, closest()) if on_disk or thinned is not None else None
-        self.finite = Finite(header.layout)
+        self.finite = Finite(header.layout, header.control_step)
         self.marked: dict[int, Array] = {}
         self._marks = sorted(set(marks))
         self._count = 0  # rows that are kept: row i is sample i * every, but for the last

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import CdprError, ExitCode, Interrupted, one_line
+from cdpr.errors import CdprError, Diverged, ExitCode, Interrupted, one_line
 from cdpr.jobs.cases import Outcome
+from cdpr.log.finite import Finite
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 from cdpr.problems import Mark
@@ -155,6 +156,13 @@ class Case:
             with self._attempt(), self.loop.timed():
                 self.loop.decide()
                 self._take(self.loop.count)
+        if self.going:
+            plan = self._plan
+            finite = Finite(plan.layout, plan.every * plan.scenario.simulation.control_step, plan.columns)
+            with self._attempt():
+                finite.take(self.out, len(self.out))
+                if finite.fault:
+                    raise Diverged(finite.fault)
 
     def close(self) -> None:
         """Free what it holds."""
