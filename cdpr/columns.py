@@ -187,8 +187,9 @@ BELIEVED: tuple[Column, ...] = (
         "Room of each command within its limits in truth, negative beyond, NaN for what broke or jammed",
     ),
 )
-# Columns in which NaN is "no value". NaN in another column, or an infinite value in any, ends a run as diverged.
-MAY_BE_NAN = frozenset({"true_margin"})
+# Columns that are NaN where a cable has no limits to keep and infinite where it has none on one side, such as after a
+# power cut. A value that is not finite in any other column ends a run as diverged.
+NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin"})
 # Besides, in runs of this version: a new column is a line here. Until it is written it reads as NaN.
 LATER: tuple[Column, ...] = ()
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdpr.columns import MAY_BE_NAN
+from cdpr.columns import NEED_NOT_BE_FINITE
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 
@@ -14,7 +14,7 @@ from cdpr.model.robot import Array
 class Finite:
     """Search for logged values that are not finite.
 
-    NaN is allowed in the columns of `cdpr.columns.MAY_BE_NAN` and in those of plugins, where it is "no value".
+    The columns of `cdpr.columns.NEED_NOT_BE_FINITE` are not checked; in those of plugins NaN is "no value".
 
     Args:
         layout: columns of a run.
@@ -28,7 +28,8 @@ class Finite:
     def __init__(self, layout: Layout, period: float, names: Sequence[str] = ()) -> None:
         fields = [layout.fields[name] for name in names or layout.fields]
         self._columns = [column for column in fields for _ in range(column.width or layout.m)]
-        self._strict = np.array([column.name not in MAY_BE_NAN and not column.owner for column in self._columns])
+        self._checked = np.array([column.name not in NEED_NOT_BE_FINITE for column in self._columns])
+        self._strict = np.array([not column.owner for column in self._columns])
         self._period = period
         self._count = 0
         self.fault = ""
@@ -51,7 +52,7 @@ class Finite:
         finite = np.isfinite(block)
         if finite.all():
             return
-        wrong = ~finite & (self._strict | ~np.isnan(block))
+        wrong = ~finite & self._checked & (self._strict | ~np.isnan(block))
         if not wrong.any():
             return
         k, at = divmod(int(np.argmax(wrong)), wrong.shape[1])

@@ -15,6 +15,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.scenario import Scenario
+from cdpr.scenario.motions.hold import Hold
 from cdpr.simulation.build import build
 from cdpr.simulation.loop import Loop
 
@@ -38,7 +39,7 @@ def decay_rate(scenario: Scenario, pose: Array) -> float:
     Raises SimulationStopped where the loop stops at this pose.
     """
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
-    held = scenario.with_changes({"trajectory": {"type": "hold"}, "initial": rest})
+    held = scenario.with_changes({"trajectory": {"type": Hold().type}, "initial": rest})
     with ExitStack() as made:
         parts = build(held)
         made.callback(parts.controller.close)

@@ -8,6 +8,7 @@ import os
 import pytest
 from fmu_cases import ELF, make_fmu
 
+from cdpr import ownership
 from cdpr.errors import FmuError, OutputError
 from cdpr.fmu.read import trust
 from cdpr.fmu.read.archive import open_archive
@@ -152,7 +153,8 @@ def test_a_list_that_is_a_pipe_is_refused_at_once(plant):
 
 
 @pytest.mark.parametrize("mode", [0o620, 0o602, 0o666])
-def test_a_list_that_others_may_write_is_refused(plant, mode):
+def test_a_list_that_others_may_write_is_refused(plant, mode, monkeypatch):
+    monkeypatch.setattr(ownership, "_is_private_group", lambda gid, uid: False)
     trust.add(plant.sha256, "plant")
     path = trust.list_path()
     for each, words in ((path, "write to the list"), (path.parent, r"write to .*config/cdpr ")):

@@ -82,6 +82,7 @@ OTHERS = [
     Other("mujoco", "cdpr.formats.read.mjcf_text", "likewise"),
     Other("mujoco", "cdpr.formats.read.mjcf_used", "likewise"),
     Other("contact", "cdpr.formats.read.mjcf_text", "an element of MJCF"),
+    Other("contact", "cdpr.formats.read.mjcf_used", "an attribute of MJCF"),
     Other("lp", "cdpr.cli.workspace_compare", "an oracle: linear programs"),
     Other("point", "cdpr.formats.read.caspr_splines", "an element of CASPR"),
     Other("point", "cdpr.workspace", "a function"),
