@@ -14,6 +14,7 @@ from cdpr.report.figures.canvas import Axes, Chart, text_width
 from cdpr.report.figures.chart import OnChart
 from cdpr.report.figures.overlay import draw_overlay, overlay_entries
 from cdpr.report.figures.panels import draw_panel, limit_entries
+from cdpr.report.marks import shorten
 from cdpr.report.plots.overlay import shades, span
 from cdpr.report.plots.panel import Entry, Panel
 
@@ -27,6 +28,7 @@ LETTERS = 8.0  # pt, what IEEE asks of figures
 LEFT, RIGHT, BOTTOM, GAP = 0.62, 0.1, 0.4, 0.1
 TICK, LABEL, EDGE = 0.12, 0.13, 0.02  # from an axis to the numbers of its ticks, of a turned label, and beyond it
 NUMBERS = 0.17  # of events, above the first panel
+LEAST_NAME = 5  # letters that a name keeps in a legend
 LINE, SAMPLE, APART = 0.145, 0.22, 0.14  # of a legend: from line to line, of a line, between two entries
 LEAST, SHARE = 1.05, 0.2  # of a panel's height: at least, and of the width
 A_TICK = 0.55  # of the time axis that the number of a tick takes
@@ -107,7 +109,7 @@ def _rows(entries: Sequence[Entry], width: float) -> list[list[Entry]]:
     """Break a legend into lines."""
     rows: list[list[Entry]] = []
     left = 0.0
-    for entry in entries:
+    for entry in (_fitted(each, width) for each in entries):
         takes = _takes(entry)
         if not rows or takes > left:
             rows.append([])
@@ -115,6 +117,14 @@ def _rows(entries: Sequence[Entry], width: float) -> list[list[Entry]]:
         rows[-1].append(entry)
         left -= takes + APART
     return rows
+
+
+def _fitted(entry: Entry, width: float) -> Entry:
+    """Cut the middle out of a name that is wider than the legend."""
+    text, look = entry
+    while _takes((text, look)) > width and len(text) > LEAST_NAME:
+        text = shorten(text, len(text) - 1)
+    return text, look
 
 
 def _sample(entry: Entry) -> float:
