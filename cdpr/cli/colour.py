@@ -14,7 +14,7 @@ BOLD, DIM, RED, GREEN, YELLOW, CYAN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[32
 
 FULL, EMPTY = "━", "─"  # of a bar of progress
 
-# What is coloured in a line; the first rule that matches at a place holds there.
+# Rules of the colours in a line; at each place the first rule that matches applies.
 RULES = (
     (r"^(?:internal error|Error):.*", RED),
     (r"^[^\s:]+:\d+(?::\d+)?:(?= )", RED),  # file and line of a mistake

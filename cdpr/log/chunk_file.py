@@ -25,7 +25,7 @@ class ChunkFile:
     All writing is done in one thread, in the order of the calls; the calls return before it is done. The file has no
     buffer: what was written outlives this process. After a failure every further call raises the same OutputError.
 
-    `chunks`, `end` and `done` describe what stands in the file; read them only after `wait`.
+    `chunks`, `end` and `done` describe the content of the file; read them only after `wait`.
 
     Attributes:
         chunks: all chunks.
@@ -141,7 +141,7 @@ class ChunkFile:
         self._size = start + stop
 
     def _cut(self, end: int) -> None:
-        """Remove what stands from this byte on: a block that was not full, now that it stands in a chunk."""
+        """Remove all bytes from this one on: an unfinished block, whose rows a chunk now holds."""
         try:
             self.file.truncate(end)
         except OSError as error:

@@ -52,7 +52,7 @@ class Written:
     first: int  # sample of its first messages
     n: int  # source rows in it
     start: int  # byte where its record begins
-    size: int  # bytes of its records as they stand in the file
+    size: int  # bytes of its records in the file
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class LogFormat:
         )
 
     def records(self, chunk: bytes, *, tail: bool = False) -> bytes | memoryview:
-        """Return the records of a chunk as it stands in the file, uncompressed, their checksum verified.
+        """Return the records of a chunk of the file, uncompressed, their checksum verified.
 
         Args:
             chunk: the whole chunk, without the indexes behind it.
@@ -182,7 +182,7 @@ class LogFormat:
         return pieces
 
     def stored(self, piece: Piece, start: int) -> tuple[bytes | memoryview, Written]:
-        """Return a chunk and its indexes as they stand in the file, at byte `start`."""
+        """Return a chunk and its indexes as the file holds them, at byte `start`."""
         data: bytes | memoryview = piece.raw
         if self.compressor is None:
             size = piece.n * self.templates[piece.group].row.size

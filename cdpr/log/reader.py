@@ -145,7 +145,7 @@ class Scan:
     form: LogFormat  # what its bytes should be
     chunks: tuple[Written, ...]  # those that are whole, up to the first damage
     end: int  # byte behind the last of them
-    tail: int = 0  # rows, the last, that stand in a block that was not yet full
+    tail: int = 0  # last rows, which belong to an unfinished block
 
 
 def scan(log: Path, *, verify: bool = True) -> Scan:

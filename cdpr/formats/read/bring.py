@@ -163,7 +163,7 @@ def import_folder(
 
 
 def _is_own(file: Path) -> bool:
-    """Whether a file is a robot, scenario, study or design of our own, by its keys."""
+    """Return whether a file is a robot, scenario, study or design of our own, by its keys."""
     if file.suffix.lower() not in (".yaml", ".yml"):
         return False
     content = content_of(file)

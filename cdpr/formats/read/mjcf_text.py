@@ -99,7 +99,7 @@ class Lines:
 
 
 def checked(root: Element) -> Lines:
-    """Return where things stand in a model. Raises FormatError for what is refused."""
+    """Return the positions of elements in a model. Raises FormatError where one is rejected."""
     lines = Lines(root.file, root)
     for element in root.everywhere():
         if element.name in REFUSED:
