@@ -12,12 +12,13 @@ import os
 import socket
 import sys
 import traceback
+import warnings
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from time import perf_counter
 from typing import NoReturn
 
-from cdpr.errors import CdprError, ExitCode, one_line
+from cdpr.errors import CdprError, ExitCode, OptionsLeftOut, one_line
 from cdpr.jobs.cases import BEGUN, Case, Outcome
 from cdpr.jobs.forks import NUMBER, RUNNING, START
 from cdpr.log.run import Run
@@ -32,6 +33,7 @@ from cdpr.simulation.simulate import simulate
 def main(descriptor: int, parent: int) -> None:
     """Fork workers as the socket asks for them, and tell how they ended, until its other end closes or ends."""
     end_with(parent)
+    warnings.simplefilter("ignore", OptionsLeftOut)  # who plans the cases reports `Scenario.notes`
     here = os.getpid()
     ScenarioSection.model_rebuild()  # what each would do at its first case
     kernel_cache.digest()

@@ -111,9 +111,10 @@ def test_flipped_bits(tmp_path: Path, whole: bytes, seed: int) -> None:
 @pytest.mark.slow
 def test_flipped_bit_in_every_part_of_a_block(tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]) -> None:
     start, stop, end = blocks[0]
+    unused = start + LogFormat(HEADER).head_length() + 4  # of the frame's descriptor zstd ignores bit 4 (RFC 8878)
     for place in (*range(start, start + 300), *range(start, stop, 199), *range(stop, end, 999)):
         data = bytearray(whole)
-        data[place] ^= 0x10
+        data[place] ^= 0x10 if place != unused else 0x08
         assert check(tmp_path / "log.mcap", bytes(data)) is not None
         assert len(scan(tmp_path / "log.mcap").rows) == (BLOCK if place >= stop else 0)
 
