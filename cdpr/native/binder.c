@@ -1,0 +1,152 @@
+/* Python module of the kernel library: its tables, and operations bound to their arrays. SPDX-License-Identifier: Apache-2.0
+
+   bind.py checks the arrays and packs the struct; what is bound here is called without arguments, or with the time. */
+#ifdef CDPR_WITH_PYTHON_H
+#define Py_LIMITED_API 0x030b0000
+#include <Python.h>
+#include <structmember.h>
+#else
+#include "stable_abi.h"
+#endif
+#include <string.h>
+
+#include "dispatch.h"
+
+#ifdef __clang__
+#define COMPILER __VERSION__
+#else
+#define COMPILER "GCC " __VERSION__
+#endif
+
+typedef struct {
+    PyObject_HEAD
+    cdpr_operation operation;
+    void *place;      /* the struct; owned */
+    PyObject *arrays; /* kept alive, for the struct holds their addresses */
+} Bound;
+
+static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) {
+    unsigned long long operation;
+    char *words;
+    Py_ssize_t size;
+    PyObject *given, *arrays;
+    Bound *bound;
+    (void)named;
+    if (!PyArg_ParseTuple(args, "KOO", &operation, &given, &arrays)) return NULL;
+    if (PyBytes_AsStringAndSize(given, &words, &size) < 0) return NULL;
+    bound = (Bound *)PyType_GenericAlloc(type, 0);
+    if (!bound) return NULL;
+    Py_IncRef(arrays);
+    bound->arrays = arrays;
+    bound->operation = (cdpr_operation)(uintptr_t)operation;
+    bound->place = PyMem_Malloc((size_t)size);
+    if (!bound->place) {
+        PyErr_SetString(PyExc_MemoryError, "no memory for an operation's struct");
+        Py_DecRef((PyObject *)bound);
+        return NULL;
+    }
+    memcpy(bound->place, words, (size_t)size);
+    return (PyObject *)bound;
+}
+
+static void bound_dealloc(PyObject *self) {
+    Bound *bound = (Bound *)self;
+    PyObject *type = (PyObject *)Py_TYPE(self), *arrays = bound->arrays;
+    PyMem_Free(bound->place);
+    PyObject_Free(self);
+    if (arrays) Py_DecRef(arrays);
+    Py_DecRef(type);
+}
+
+static PyObject *bound_call(PyObject *self, PyObject *args, PyObject *named) {
+    Bound *bound = (Bound *)self;
+    double time = 0.0;
+    const Py_ssize_t count = PyTuple_Size(args);
+    if (count > 1 || (named && PyDict_Size(named))) {
+        PyErr_SetString(PyExc_TypeError, "a bound operation takes at most the time [s]");
+        return NULL;
+    }
+    if (count == 1) {
+        time = PyFloat_AsDouble(PyTuple_GetItem(args, 0));
+        if (time == -1.0 && PyErr_Occurred()) return NULL;
+    }
+    return PyLong_FromLong(bound->operation(bound->place, time));
+}
+
+static PyMemberDef bound_members[] = {
+    {"operation", T_ULONGLONG, offsetof(Bound, operation), READONLY, "Address of int f(void *place, double time)."},
+    {"place", T_ULONGLONG, offsetof(Bound, place), READONLY, "Address of the struct."},
+    {"arrays", T_OBJECT_EX, offsetof(Bound, arrays), READONLY, "Arrays whose addresses the struct holds."},
+    {NULL, 0, 0, 0, NULL},
+};
+
+static PyType_Slot bound_slots[] = {
+    {Py_tp_doc, "Operation with its arrays: bound() or bound(time) returns the status code."},
+    {Py_tp_new, bound_new},
+    {Py_tp_call, bound_call},
+    {Py_tp_dealloc, bound_dealloc},
+    {Py_tp_members, bound_members},
+    {0, NULL},
+};
+
+static PyType_Spec bound_spec = {"cdpr.native.library.Bound", sizeof(Bound), 0, Py_TPFLAGS_DEFAULT, bound_slots};
+
+static PyObject *shape_of(const cdpr_field *field) {
+    Py_ssize_t count = 0;
+    while (field->shape[count]) count++;
+    PyObject *shape = PyTuple_New(count);
+    for (Py_ssize_t i = 0; shape && i < count; i++) PyTuple_SetItem(shape, i, Py_BuildValue("s", field->shape[i]));
+    return shape;
+}
+
+static PyObject *fields_of(const cdpr_entry *entry) {
+    PyObject *fields = PyTuple_New(entry->count);
+    for (Py_ssize_t i = 0; fields && i < entry->count; i++) {
+        const cdpr_field *field = &entry->fields[i];
+        PyTuple_SetItem(fields, i, Py_BuildValue("sssN", field->name, field->type, field->role, shape_of(field)));
+    }
+    return fields;
+}
+
+static PyObject *entries_of(const cdpr_table *table) {
+    PyObject *entries = PyTuple_New(table->count);
+    for (Py_ssize_t i = 0; entries && i < table->count; i++) {
+        const cdpr_entry *entry = &table->entries[i];
+        const unsigned long long address = (uintptr_t)entry->call;
+        PyTuple_SetItem(entries, i, Py_BuildValue("sKLN", entry->name, address, (long long)entry->size, fields_of(entry)));
+    }
+    return entries;
+}
+
+static PyObject *tables(PyObject *module, PyObject *none) {
+    const cdpr_table *found[CDPR_TARGETS];
+    const int count = cdpr_tables(found);
+    PyObject *all = PyTuple_New(count);
+    (void)module;
+    (void)none;
+    for (Py_ssize_t i = 0; all && i < count; i++) {
+        PyTuple_SetItem(all, i, Py_BuildValue("sN", found[i]->target, entries_of(found[i])));
+    }
+    return all;
+}
+
+static int execute(PyObject *module) {
+    PyObject *type = PyType_FromSpec(&bound_spec);
+    if (!type || PyModule_AddObjectRef(module, "Bound", type) < 0) return -1;
+    Py_DecRef(type);
+    return PyModule_AddStringConstant(module, "compiler", COMPILER);
+}
+
+static PyMethodDef methods[] = {
+    {"tables", tables, METH_NOARGS, "Return (target, entries) of each instruction set that this processor can run."},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyModuleDef_Slot slots[] = {{Py_mod_exec, execute}, {0, NULL}};
+
+static PyModuleDef definition = {
+    PyModuleDef_HEAD_INIT, "cdpr.native.library", "Compiled kernels.", 0, methods, slots, NULL, NULL, NULL,
+};
+
+PyMODINIT_FUNC PyInit_library(void);
+PyMODINIT_FUNC PyInit_library(void) { return PyModuleDef_Init(&definition); }

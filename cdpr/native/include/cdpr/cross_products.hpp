@@ -1,0 +1,30 @@
+// Cross products, row by row. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/field.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+template <class T> struct CrossProducts {
+    const T* left;   // (n, 3)
+    const T* right;  // (n, 3)
+    T* product;      // (n, 3)
+    int64_t n;
+    static constexpr Field fields[] = {in<T>("left", "n", "3"), in<T>("right", "n", "3"),
+                                       out<T>("product", "n", "3"), size("n")};
+};
+
+template <class T> inline int cross_products(CrossProducts<T>& problem) {
+    for (int64_t i = 0; i < problem.n; i++) {
+        const T *a = problem.left + 3 * i, *b = problem.right + 3 * i;
+        T* product = problem.product + 3 * i;
+        product[0] = a[1] * b[2] - a[2] * b[1];
+        product[1] = a[2] * b[0] - a[0] * b[2];
+        product[2] = a[0] * b[1] - a[1] * b[0];
+    }
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,59 @@
+// Entry of an operation in the table: address, struct and fields, checked at compile time. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <utility>
+
+#include <cdpr/field.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+constexpr bool same(const char* a, const char* b) { return *a == *b && (*a == 0 || same(a + 1, b + 1)); }
+
+// Compile-time index of a member's type by its field.
+constexpr int member_kind(const Field& field) {
+    const bool read_only = same(field.role, "in");
+    if (same(field.type, "double")) return 0;
+    if (same(field.type, "int64")) return 1;
+    if (same(field.type, "double*")) return read_only ? 2 : 3;
+    if (same(field.type, "int64*")) return read_only ? 4 : 5;
+    return read_only ? 6 : 7;
+}
+
+// clang-format off
+template <int kind> struct Member;
+template <> struct Member<0> { using type = double; };
+template <> struct Member<1> { using type = int64_t; };
+template <> struct Member<2> { using type = const double*; };
+template <> struct Member<3> { using type = double*; };
+template <> struct Member<4> { using type = const int64_t*; };
+template <> struct Member<5> { using type = int64_t*; };
+template <> struct Member<6> { using type = const Lanes*; };
+template <> struct Member<7> { using type = Lanes*; };
+// clang-format on
+
+// Fails to compile where a member's type differs from its field: list initialisation converts nothing.
+template <class Problem, std::size_t... I> constexpr bool members_match(std::index_sequence<I...>) {
+    return sizeof(Problem{typename Member<member_kind(Problem::fields[I])>::type{}...}) > 0;
+}
+
+template <class Problem> constexpr std::size_t field_count = sizeof(Problem::fields) / sizeof(Field);
+
+template <class Problem, int (*kernel)(Problem&)> int call(void* place, double) {
+    return kernel(*static_cast<Problem*>(place));
+}
+
+template <class Problem, int (*kernel)(Problem&, double)> int call(void* place, double time) {
+    return kernel(*static_cast<Problem*>(place), time);
+}
+
+// entry<Cross<double>, cross<double>>("cross"); the kernel may take the time [s] as a second argument.
+template <class Problem, auto kernel> constexpr cdpr_entry entry(const char* name) {
+    constexpr std::size_t count = field_count<Problem>;
+    static_assert(sizeof(Problem) == 8 * count, "one field per member, each of 8 bytes");
+    static_assert(members_match<Problem>(std::make_index_sequence<count>{}));
+    return {name, call<Problem, kernel>, sizeof(Problem), Problem::fields, count};
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,17 @@
+"""Extension module of the kernel library (binder.c)."""
+
+Shape = tuple[str, ...]
+Field = tuple[str, str, str, Shape]  # name, type, role, shape
+Entry = tuple[str, int, int, tuple[Field, ...]]  # name, address, size of the struct in bytes, fields
+
+compiler: str
+
+def tables() -> tuple[tuple[str, tuple[Entry, ...]], ...]: ...
+
+class Bound:
+    operation: int
+    place: int
+    arrays: tuple[object, ...]
+
+    def __new__(cls, operation: int, words: bytes, arrays: object) -> Bound: ...
+    def __call__(self, time: float = 0.0, /) -> int: ...
