@@ -1,150 +1,119 @@
-"""Builds the packages: hatchling's, and into wheels the compiled kernels, so that no first run has to compile them.
+"""Build backend: scikit-build-core's, with a C++ compiler from PyPI where the system has none.
 
-Shared objects of them are made by running examples with what the wheel is made of, for any processor of this kind.
-The build fails where that is not possible; HATCH_BUILD_NO_HOOKS=true builds a wheel without kernels, which compiles
-them in its first run. An editable install and a wheel for another system than Linux have none.
+- Without a C and a C++ compiler, builds require ziglang, and only then. Its cache stays in the build folder.
+- An editable install rebuilds the kernel library on import where the system has a compiler, cmake and ninja.
+- Wheels also contain compiled numba kernels (build_numba_kernels.py).
 """
 
 from __future__ import annotations
 
+import importlib.util
 import os
+import platform
 import shutil
-import subprocess
 import sys
 import sysconfig
 import tempfile
-import tomllib
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-from hatchling import build as hatchling
-from hatchling.build import *  # noqa: F403
-from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from scikit_build_core import build as backend
+from scikit_build_core.build import *  # noqa: F403
+
+import build_numba_kernels
 
 ROOT = Path(__file__).parent
-SECONDS = 1200.0  # after which the compiler hangs: it takes a minute or two
-
-# What a first run may need: each example, and each solver and controller, for an instant.
-RUNS = '''
-import sys
-from importlib.metadata import version
-from pathlib import Path
-from tempfile import TemporaryDirectory
-
-import cdpr
-from cdpr.errors import CdprError
-from cdpr.model import objects
-from cdpr.plugins.registry import registry
-
-root = Path(sys.argv[1])
-assert Path(cdpr.__file__).is_relative_to(root), cdpr.__file__
+Settings = dict[str, Any]
 
 
-def run(name, **more):
-    """Return whether it ran."""
-    short = {"simulation.duration": 0.02, "simulation.ends_early": True}
-    try:
-        with TemporaryDirectory() as out:  # logs hold pictures, which have kernels of their own
-            cdpr.simulate(root / "scenarios" / f"{name}.yaml", overrides=short, out=out, **more)
-        return True
-    except CdprError as error:  # an engine or a solver that is not installed here
-        print(f"{name} {more}: {error}", file=sys.stderr)
-        return False
+def get_requires_for_build_wheel(config_settings: Settings | None = None) -> list[str]:
+    """Return what a wheel is built with."""
+    numba = build_numba_kernels.requirements() if build_numba_kernels.wanted() else []
+    return [*backend.get_requires_for_build_wheel(config_settings), *compiler_requirements(), *numba]
 
 
-if not run("caroca", backend="reference"):
-    sys.exit("the example caroca does not run")
-for path in sorted((root / "scenarios").glob("*.yaml")):
-    run(path.stem)
-    run(path.stem, backend="reference")
-for backend in ("mujoco", "bullet", "dart"):
-    run("caroca", backend=backend)
-for solver in registry().names("solver"):
-    run("caroca", solver=solver)
-for controller in registry().names("controller"):
-    run("caroca", controller=controller)
-print(objects.fingerprint(), version("numba"))
-'''
+def get_requires_for_build_editable(config_settings: Settings | None = None) -> list[str]:
+    """Return what an editable install is built with."""
+    return [*backend.get_requires_for_build_editable(config_settings), *compiler_requirements()]
 
 
-def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
-    """Return what a wheel is built with, beside hatchling: what cdpr runs with."""
-    with (ROOT / "pyproject.toml").open("rb") as file:
-        needed: list[str] = tomllib.load(file)["project"]["dependencies"]
-    return [*hatchling.get_requires_for_build_wheel(config_settings), *needed]
+def build_wheel(
+    wheel_directory: str, config_settings: Settings | None = None, metadata_directory: str | None = None
+) -> str:
+    """Build a wheel; return its name."""
+    settings = compiler_settings("wheel") | (config_settings or {})
+    if not build_numba_kernels.wanted():
+        return backend.build_wheel(wheel_directory, settings, metadata_directory)
+    with tempfile.TemporaryDirectory() as place:
+        settings["cmake.define.CDPR_NUMBA_KERNELS"] = str(build_numba_kernels.compile_kernels(Path(place)))
+        return backend.build_wheel(wheel_directory, settings, metadata_directory)
 
 
-class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg]
-    """Puts kernels into a wheel."""
-
-    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile them, unless it is an editable install. Ends the build with a message where that fails."""
-        if version == "editable" or sys.platform != "linux":
-            return
-        self._place = tempfile.TemporaryDirectory()
-        for path, name in compiled(Path(self._place.name)).items():
-            build_data["force_include"][str(path)] = f"cdpr/kernels/{name}"
-        build_data["pure_python"] = False
-        build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
-
-    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
-        """Remove what has been packed."""
-        if hasattr(self, "_place"):
-            self._place.cleanup()
+def build_editable(
+    wheel_directory: str, config_settings: Settings | None = None, metadata_directory: str | None = None
+) -> str:
+    """Build a wheel whose modules are those of the checkout; return its name."""
+    rebuild = {"editable.rebuild": "true" if can_rebuild() else "false"}
+    settings = compiler_settings("editable") | rebuild | (config_settings or {})
+    return backend.build_editable(wheel_directory, settings, metadata_directory)
 
 
-def compiled(place: Path) -> dict[Path, str]:
-    """Compile kernels in a folder; return the files and their names in the package."""
-    compiler = os.environ.get("CC") or "cc"
-    if shutil.which(compiler) is None:
-        fail(f"there is no C compiler: '{compiler}' is not found; install one or set CC")
-    env = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-    # Behind ours: pip's build environment, which has the dependencies.
-    path = [str(ROOT), str(described(place)), *filter(None, [os.environ.get("PYTHONPATH")])]
-    env |= {
-        "NUMBA_CACHE_DIR": str(place),
-        "NUMBA_CPU_NAME": "generic",
-        "NUMBA_CPU_FEATURES": "",
-        "PYTHONPATH": os.pathsep.join(path),
-    }
-    words = [sys.executable, "-P", "-c", RUNS, str(ROOT)]
-    try:
-        done = subprocess.run(words, env=env, cwd=place, capture_output=True, text=True, timeout=SECONDS, check=False)
-    except subprocess.TimeoutExpired:
-        fail(f"compiling them took longer than {SECONDS:g} s")
-    if done.returncode != 0:
-        fail(f"compiling them failed:\n{done.stderr.strip()[-2000:]}")
-    portable, numba = done.stdout.split()[-2:]
-    made = {
-        path: f"{path.parent.name}/objects-{portable}-{path.stem.rpartition('-')[2]}.so"
-        for path in place.glob("kernels-*/objects-*.so")
-    }
-    if not made:
-        fail(f"none were compiled:\n{done.stderr.strip()[-2000:]}")
-    for folder in {path.parent for path in made}:
-        (folder / "numba").write_text(numba)
-        made[folder / "numba"] = f"{folder.name}/numba"
-    return made
+def system_compilers() -> bool:
+    """Return whether there are a C and a C++ compiler, in CC and CXX or on PATH, where CMake searches."""
+    return found("CC", "cc", "gcc", "clang") and found("CXX", "c++", "g++", "clang++")
 
 
-def described(place: Path) -> Path:
-    """Return a folder with the metadata by which cdpr finds its own plugins: it is not installed where it is built."""
-    with (ROOT / "pyproject.toml").open("rb") as file:
-        project = tomllib.load(file)["project"]
-    folder = place / "metadata"
-    about = folder / f"{project['name']}-{project['version']}.dist-info"
-    about.mkdir(parents=True)
-    head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
-    (about / "METADATA").write_text(head)
-    groups = project["entry-points"].items()
-    lines = [line for group, points in groups for line in (f"[{group}]", *(f"{k} = {v}" for k, v in points.items()))]
-    (about / "entry_points.txt").write_text("\n".join(lines) + "\n")
-    return folder
+def found(variable: str, *names: str) -> bool:
+    """Return whether a compiler exists: that of an environment variable, else one of some names."""
+    given = os.environ.get(variable, "").split()
+    return any(shutil.which(name) for name in given[:1] or names)
 
 
-def fail(reason: str) -> NoReturn:
-    """End the build."""
-    sys.exit(
-        f"cdpr: a wheel must contain compiled kernels: {reason}\n"
-        "Set HATCH_BUILD_NO_HOOKS=true to build a wheel without them; its first run then compiles them."
+def compiler_requirements() -> list[str]:
+    """Return ziglang where there is no compiler."""
+    return [] if system_compilers() else ["ziglang>=0.13"]
+
+
+def compiler_settings(state: str) -> Settings:
+    """Return scikit-build-core's settings for the compiler, and set what CMake reads from the environment."""
+    settings = {"build-dir": f"build/{state}", "cmake.define.CDPR_NUMBA_KERNELS": "", "cmake.define.CDPR_ZIG": "OFF"}
+    if system_compilers():
+        return settings
+    use_zig()
+    return settings | {"build-dir": f"build/{state}-zig", "cmake.define.CDPR_ZIG": "ON"}
+
+
+def use_zig() -> None:
+    """Make CMake compile by zig, for any processor of this kind and an old C library."""
+    spec = importlib.util.find_spec("ziglang")
+    if spec is None or spec.origin is None:
+        sys.exit("cdpr: no C and C++ compiler found; install one, set CC and CXX, or install ziglang.")
+    zig = Path(spec.origin).with_name("zig")
+    cache = str(ROOT / "build" / "zig-cache")
+    os.environ |= {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
+    target = f"-target {zig_target()}" if sys.platform == "linux" else ""
+    os.environ["CC"] = f"{zig} cc {target}"
+    os.environ["CXX"] = f"{zig} c++ {target}"
+    # CMake links a program first. Without these options zig would build its debugging libraries and the C++ library.
+    os.environ["CFLAGS"] = "-O3"
+    os.environ["CXXFLAGS"] = "-O3 -nostdlib++"
+
+
+def zig_target() -> str:
+    """Return zig's name for Linux on this kind of processor. Without it, zig compiles for exactly this processor."""
+    machine = platform.machine()
+    return (
+        f"{machine}-linux-musl" if "musl" in (sysconfig.get_config_var("SOABI") or "") else f"{machine}-linux-gnu.2.17"
     )
+
+
+def can_rebuild() -> bool:
+    """Return whether the tools of this build will exist when the package is imported."""
+    path = os.pathsep.join(folder for folder in os.get_exec_path() if not is_temporary(Path(folder)))
+    return system_compilers() and all(shutil.which(tool, path=path) for tool in ("cmake", "ninja"))
+
+
+def is_temporary(folder: Path) -> bool:
+    """Return whether a folder of programs belongs to a build environment, or to one that need not be activated."""
+    in_environment = sys.prefix != sys.base_prefix and folder.is_relative_to(sys.prefix)
+    return in_environment or folder.resolve().is_relative_to(Path(tempfile.gettempdir()).resolve())

@@ -41,6 +41,7 @@ _HOME = {
     "admissible": "cdpr.distribution",
     "compare_scenario": "cdpr.compare.job",
     "distribute": "cdpr.distribution",
+    "get_include": "cdpr.native",
     "load_design": "cdpr.design",
     "load_robot": "cdpr.scenario",
     "load_run": "cdpr.log.reader",
@@ -81,6 +82,7 @@ __all__ = [
     "design",
     "distribute",
     "errors",
+    "get_include",
     "load_design",
     "load_robot",
     "load_run",
@@ -125,6 +127,7 @@ if TYPE_CHECKING:
     from cdpr.log.reader import load_run
     from cdpr.log.run import Run
     from cdpr.model import Robot
+    from cdpr.native import get_include
     from cdpr.rollouts.rollout import rollout
     from cdpr.scenario import Scenario, load_robot, load_scenario
     from cdpr.simulation.simulate import simulate  # the package has a module of that name, too

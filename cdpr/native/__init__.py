@@ -1,5 +1,25 @@
 """Numerical kernels: one C++17 library, called from Python, in exported FMUs and in real-time programs.
 
-`bind.py` binds compiled operations to numpy arrays; `include/cdpr/` holds the headers, and the kernel of a part is
+`bind.py` binds compiled operations to numpy arrays. Shared headers are in `include/cdpr/`; the kernel of a part is
 NAME.hpp beside its Python module. Importing this package loads nothing.
 """
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+
+def get_include() -> str:
+    """Return the folder of the C++ headers, for `#include <cdpr/geometry.hpp>` or `<cdpr_solvers/closed_form.hpp>`.
+
+    Raises:
+        ImportError: cdpr is not installed, so that its kernel library is not built.
+
+    Example:
+        >>> subprocess.run(["g++", "-std=c++17", "-I", cdpr.get_include(), "mine.cpp"])
+    """
+    found = find_spec("cdpr.native.library")
+    if found is None or found.origin is None:
+        raise ImportError("The kernel library is not built; install cdpr, in a checkout by 'pip install --editable .'.")
+    return str(Path(found.origin).parent / "include")

@@ -3,34 +3,68 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Iterable
 from functools import cache
 
+from cdpr.native.sizes import Dimension
+
 VARIABLE = "CDPR_NATIVE_TARGET"
+LANES = 8  # numbers side by side; the last axis of arrays of lanes
 
 
-@dataclass(frozen=True)
 class Field:
-    """Member of an operation's struct, as `table.h` describes it."""
+    """Member of an operation's struct, as `table.h` describes it.
 
-    name: str
-    type: str
-    role: str
-    shape: tuple[str, ...]
+    Attributes:
+        name: Of the argument.
+        type: "double", "int64", "double*", "int64*" or "lanes*".
+        role: "in", "out", "both", "work", "size" or "value".
+        shape: The dimensions of an array; the last one of lanes is 8.
+        is_array: Whether the struct holds an address.
+    """
 
-    @property
-    def is_array(self) -> bool:
-        """Whether the struct holds an address."""
-        return self.type.endswith("*")
+    def __init__(self, name: str, type: str, role: str, shape: tuple[str, ...]) -> None:
+        self.name = name
+        self.type = type
+        self.role = role
+        self.is_array = type.endswith("*")
+        lanes = (str(LANES),) if type == "lanes*" else ()
+        self.shape = tuple(Dimension(text) for text in (*shape, *lanes))
+
+    def __str__(self) -> str:
+        """Return the shape, such as "(n, 3)"."""
+        return shape_text(dimension.text for dimension in self.shape)
 
 
-@dataclass(frozen=True)
 class Operation:
-    """Compiled function `int f(void *place, double time)` and the fields of its struct."""
+    """Compiled function `int f(void *place, double time)` and the struct of its arguments.
 
-    name: str
-    address: int
-    fields: tuple[Field, ...]
+    Attributes:
+        name: Of the operation.
+        address: Of the function.
+        fields: In the order of the struct.
+        names: Of all arguments.
+        required: The names without which it cannot be bound.
+        sizes: The names of sizes.
+        layout: Of the struct, for `struct.pack`.
+    """
+
+    def __init__(self, name: str, address: int, fields: tuple[Field, ...]) -> None:
+        self.name = name
+        self.address = address
+        self.fields = fields
+        self.names = frozenset(field.name for field in fields)
+        self.required = frozenset(field.name for field in fields if field.role not in ("size", "work"))
+        declared = (field.name for field in fields if field.role == "size")
+        used = (symbol for field in fields for dimension in field.shape for symbol in dimension.symbols)
+        self.sizes = frozenset((*declared, *used))
+        self.layout = "=" + "".join("d" if field.type == "double" else "q" for field in fields)
+
+
+def shape_text(shape: Iterable[object]) -> str:
+    """Return a shape as Python writes it, of numbers or of symbols."""
+    lengths = [str(length) for length in shape]
+    return f"({', '.join(lengths)}{',' if len(lengths) == 1 else ''})"
 
 
 def targets() -> tuple[str, ...]:

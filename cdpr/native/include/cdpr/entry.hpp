@@ -1,8 +1,6 @@
 // Entry of an operation in the table: address, struct and fields, checked at compile time. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <utility>
-
 #include <cdpr/field.hpp>
 
 namespace cdpr {
@@ -32,12 +30,18 @@ template <> struct Member<6> { using type = const Lanes*; };
 template <> struct Member<7> { using type = Lanes*; };
 // clang-format on
 
+template <int... I> struct Indices {};
+template <int count, int... I> struct Count : Count<count - 1, count - 1, I...> {};
+template <int... I> struct Count<0, I...> {
+    using type = Indices<I...>;
+};
+
 // Fails to compile where a member's type differs from its field: list initialisation converts nothing.
-template <class Problem, std::size_t... I> constexpr bool members_match(std::index_sequence<I...>) {
+template <class Problem, int... I> constexpr bool members_match(Indices<I...>) {
     return sizeof(Problem{typename Member<member_kind(Problem::fields[I])>::type{}...}) > 0;
 }
 
-template <class Problem> constexpr std::size_t field_count = sizeof(Problem::fields) / sizeof(Field);
+template <class Problem> constexpr int field_count = sizeof(Problem::fields) / sizeof(Field);
 
 template <class Problem, int (*kernel)(Problem&)> int call(void* place, double) {
     return kernel(*static_cast<Problem*>(place));
@@ -49,9 +53,9 @@ template <class Problem, int (*kernel)(Problem&, double)> int call(void* place, 
 
 // entry<Cross<double>, cross<double>>("cross"); the kernel may take the time [s] as a second argument.
 template <class Problem, auto kernel> constexpr cdpr_entry entry(const char* name) {
-    constexpr std::size_t count = field_count<Problem>;
+    constexpr int count = field_count<Problem>;
     static_assert(sizeof(Problem) == 8 * count, "one field per member, each of 8 bytes");
-    static_assert(members_match<Problem>(std::make_index_sequence<count>{}));
+    static_assert(members_match<Problem>(typename Count<count>::type()));
     return {name, call<Problem, kernel>, sizeof(Problem), Problem::fields, count};
 }
 
