@@ -19,6 +19,7 @@ from cdpr import __version__
 from cdpr.errors import CdprError
 from cdpr.fmu.export.library import compiler
 from cdpr.model import kernel_cache
+from cdpr.native import operations as native
 from cdpr.plugins.registry import DISABLE, ROLES, registry
 
 State = Literal["ok", "missing", "wrong"]
@@ -28,7 +29,16 @@ NOT_FOR_USE = ("all", "test")  # extras that are sums of others, or for who work
 REQUIREMENT = re.compile(r"\s*([\w.-]+)[^;]*(?:;\s*(.*))?")
 EXTRA = re.compile(r"extra\s*==\s*['\"]([\w.-]+)['\"]")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "xdg-open")
-SETTINGS = ("CDPR_DEBUG", DISABLE, "NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "CC")
+SETTINGS = (
+    "CDPR_DEBUG",
+    DISABLE,
+    native.VARIABLE,
+    "NUMBA_CACHE_DIR",
+    "NUMBA_DISABLE_JIT",
+    "XDG_CACHE_HOME",
+    "XDG_CONFIG_HOME",
+    "CC",
+)
 
 
 @dataclass(frozen=True)
@@ -56,6 +66,7 @@ def examine() -> Iterator[Found]:
     yield Found("versions", "python", "ok", f"{platform.python_version()} in {sys.prefix}")
     yield Found("versions", "system", "ok", f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors")
     yield from libraries()
+    yield from kernels()
     yield from plugins()
     yield from folders()
     yield from tools()
@@ -88,6 +99,24 @@ def libraries() -> Iterator[Found]:
             wanted = f"pip install '{DISTRIBUTION}[{of[0]}]'" if of[0] else f"pip install {name}"
             state: State = "missing" if of[0] else "wrong"
             yield Found(group, title, state, "not installed, or not made for this Python and system", wanted)
+
+
+def kernels() -> Iterator[Found]:
+    """Yield the kernel library: its instruction set in use, and the compiler it was built with."""
+    try:
+        from cdpr.native import library
+
+        chosen = native.target()
+    except ImportError as error:
+        remedy = f"reinstall {DISTRIBUTION}; in a checkout, run pip install --editable ."
+        yield Found("kernels", "library", "wrong", f"cannot be loaded: {error}", remedy)
+    except ValueError as error:
+        yield Found("kernels", "library", "wrong", str(error).rstrip("."), f"correct or unset {native.VARIABLE}")
+    else:
+        text = f"{library.__file__}, {len(native.operations())} operations, built by {library.compiler}"
+        yield Found("kernels", "library", "ok", text)
+        others = ", ".join(name for name in native.targets() if name != chosen)
+        yield Found("kernels", "instruction set", "ok", f"{chosen}; also available: {others or 'none'}")
 
 
 def plugins() -> Iterator[Found]:

@@ -85,6 +85,8 @@ def _sizes(operation: Operation, given: dict[str, Any]) -> dict[str, int]:
         value = given.get(field.name)
         if field.role == "size" and value is not None:
             sizes[field.name] = _integer(f"{name}: {field.name}", value)
+            if sizes[field.name] < 0:
+                raise ValueError(f"{name}: {field.name}: expected a size of at least 0, got {value}.")
             sources[field.name] = "the argument"
     for field in operation.fields:
         if not field.is_array or field.name not in given:
@@ -139,14 +141,16 @@ def _sized(operation: Operation, field: Field, given: dict[str, Any], sizes: dic
 def _number(where: str, field: Field, value: Any) -> float:
     if field.type == "int64":
         return _integer(where, value)
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{where}: expected a number, got {type(value).__name__}.") from None
+    if not isinstance(value, float | int | np.floating | np.integer):
+        raise TypeError(f"{where}: expected a number, got {type(value).__name__}.")
+    return float(value)
 
 
 def _integer(where: str, value: Any) -> int:
     try:
-        return operator.index(value)
+        whole = operator.index(value)
     except TypeError:
         raise TypeError(f"{where}: expected an integer, got {type(value).__name__}.") from None
+    if not -(2**63) <= whole < 2**63:
+        raise ValueError(f"{where}: expected an integer of 64 bits, got {whole}.")
+    return whole

@@ -34,7 +34,7 @@ typedef struct {
 #define Py_TYPE(object) ((object)->ob_type)
 #define PyMODINIT_FUNC __attribute__((visibility("default"))) PyObject *
 
-enum { METH_NOARGS = 4, T_OBJECT_EX = 16, T_ULONGLONG = 18, READONLY = 1, Py_TPFLAGS_DEFAULT = 1 << 18 };
+enum { METH_NOARGS = 4, T_OBJECT_EX = 16, T_ULONGLONG = 18, READONLY = 1, Py_TPFLAGS_DEFAULT = 0 };
 enum { Py_mod_exec = 2, Py_tp_call = 50, Py_tp_dealloc = 52, Py_tp_doc = 56, Py_tp_new = 65, Py_tp_members = 72 };
 
 extern PyObject *PyExc_TypeError, *PyExc_MemoryError;

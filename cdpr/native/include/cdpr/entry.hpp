@@ -36,9 +36,19 @@ template <int... I> struct Count<0, I...> {
     using type = Indices<I...>;
 };
 
-// Fails to compile where a member's type differs from its field: list initialisation converts nothing.
+template <class A, class B> struct Same {};
+template <class A> struct Same<A, A> {
+    using yes = int;
+};
+
+// Stands for a value that converts to nothing but its own type.
+template <class T> struct Only {
+    template <class U, typename Same<T, U>::yes = 0> operator U() const;
+};
+
+// Fails to compile where a member's type differs from its field.
 template <class Problem, int... I> constexpr bool members_match(Indices<I...>) {
-    return sizeof(Problem{typename Member<member_kind(Problem::fields[I])>::type{}...}) > 0;
+    return sizeof(Problem{Only<typename Member<member_kind(Problem::fields[I])>::type>()...}) > 0;
 }
 
 template <class Problem> constexpr int field_count = sizeof(Problem::fields) / sizeof(Field);

@@ -1,0 +1,45 @@
+"""Compilers and tools of object code for tests of the kernel library; tests are skipped where one is missing."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+
+import pytest
+from conftest import ROOT
+
+NATIVE = ROOT / "cdpr" / "native"
+TARGETS = {"x86_64": "x86-64", "x86_64_v3": "x86-64-v3", "x86_64_v4": "x86-64-v4"}
+
+
+def tool(name):
+    found = shutil.which(name)
+    if found is None:
+        pytest.skip(f"{name} is not installed")
+    return found
+
+
+def flags():
+    """What CMakeLists.txt compiles with."""
+    (line,) = re.findall(r"^add_compile_options\((.*)\)$", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE)
+    return line.split()
+
+
+def compile_object(source, target, out, *more):
+    """Compile a file of C++ for an instruction set; return what the compiler did."""
+    given = [f"-DCDPR_TARGET={target}", f'-DCDPR_TARGET_NAME="{TARGETS[target]}"', f"-march={TARGETS[target]}"]
+    words = [tool("g++"), "-std=c++17", *flags(), *given, f"-I{NATIVE / 'include'}", f"-I{ROOT}", *more, "-fPIC"]
+    return subprocess.run([*words, "-c", source, "-o", out], capture_output=True, text=True, check=False)
+
+
+def kernels(target, folder, *more):
+    """The object file of all kernels for an instruction set."""
+    out = folder / f"{target}.o"
+    done = compile_object(NATIVE / "kernels.cpp", target, out, *more)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def run(*words):
+    return subprocess.run(words, capture_output=True, text=True, check=True).stdout

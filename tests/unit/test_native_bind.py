@@ -1,0 +1,219 @@
+"""Binding of compiled operations: every argument error is reported, and the struct that the kernel gets is right."""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import struct
+import sys
+import weakref
+
+import numpy as np
+import pytest
+
+from cdpr.native import bind as module
+from cdpr.native.bind import bind
+from cdpr.native.operations import VARIABLE, Field, Operation, operations, targets
+
+FIELDS = (
+    ("left", "double*", "in", ("n", "3")),
+    ("order", "int64*", "in", ("m",)),
+    ("eight", "lanes*", "in", ("m",)),
+    ("state", "double*", "both", ("n",)),
+    ("answer", "double*", "out", ("n", "m")),
+    ("scratch", "double*", "work", ("2*m + n", "n*n + 1")),
+    ("n", "int64", "size", ()),
+    ("m", "int64", "size", ()),
+    ("k", "int64", "size", ()),
+    ("gain", "double", "value", ()),
+    ("rounds", "int64", "value", ()),
+)
+FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+seen = []
+
+
+@FUNCTION
+def record(place, time):
+    """Stands for a kernel: notes the words of its struct and the time."""
+    seen.append((ctypes.string_at(place, 8 * len(FIELDS)), time))
+    return 7
+
+
+@pytest.fixture(autouse=True)
+def recorder(monkeypatch):
+    seen.clear()
+    address = ctypes.cast(record, ctypes.c_void_p).value
+    made = Operation("recorder", address, tuple(Field(*field) for field in FIELDS))
+    monkeypatch.setattr(module, "operations", lambda: {**operations(), "recorder": made})
+
+
+def arguments(n=2, m=4, **more):
+    return {
+        "left": np.zeros((n, 3)),
+        "order": np.zeros(m, dtype=np.int64),
+        "eight": np.zeros((m, 8)),
+        "state": np.zeros(n),
+        "answer": np.zeros((n, m)),
+        "gain": 0.5,
+        "rounds": 3,
+        "k": 9,
+        **more,
+    }
+
+
+def read_only(array):
+    array.flags.writeable = False
+    return array
+
+
+def misaligned(*shape):
+    count = int(np.prod(shape))
+    return np.zeros(8 * count + 1, dtype=np.uint8)[1:].view(np.float64).reshape(shape)
+
+
+def test_the_kernel_gets_addresses_sizes_and_values_in_the_order_of_its_struct():
+    given = arguments(scratch=np.zeros((10, 5)))
+    call = bind("recorder", **given)
+    assert call() == 7
+    assert call(1.25) == 7
+    arrays = [given[name] for name in ("left", "order", "eight", "state", "answer", "scratch")]
+    expected = struct.pack("=9qdq", *(array.ctypes.data for array in arrays), 2, 4, 9, 0.5, 3)
+    assert seen == [(expected, 0.0), (expected, 1.25)]
+
+
+def test_the_addresses_are_those_that_a_compiled_pipeline_calls():
+    call = bind("recorder", **arguments())
+    assert FUNCTION(call.operation)(call.place, 2.0) == 7
+    assert call() == 7
+    assert seen[0] == (seen[1][0], 2.0)
+
+
+def test_work_that_is_left_out_is_made_and_kept():
+    call = bind("recorder", **arguments())
+    assert call.arrays[-1].shape == (10, 5)
+    call()
+    assert struct.unpack("=11q", seen[0][0])[5] == call.arrays[-1].ctypes.data
+
+
+def test_arrays_live_as_long_as_what_is_bound():
+    given = arguments()
+    kept = weakref.ref(given["answer"])
+    call = bind("recorder", **given)
+    del given
+    gc.collect()
+    assert kept() is not None
+    del call
+    gc.collect()
+    assert kept() is None
+
+
+def test_what_is_bound_frees_its_memory():
+    given = arguments(scratch=np.zeros((10, 5)))
+    bind("recorder", **given)
+    before = sys.getrefcount(given["answer"]), sys.getrefcount(type(bind("recorder", **given)))
+    for _ in range(100):
+        bind("recorder", **given)()
+    assert (sys.getrefcount(given["answer"]), sys.getrefcount(type(bind("recorder", **given)))) == before
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"lft": 1}, TypeError, "recorder: unknown arguments lft; expected answer, eight, "),
+        ({"left": None}, TypeError, "recorder: left: expected a numpy array, got NoneType."),
+        ({"left": [[0.0]]}, TypeError, "recorder: left: expected a numpy array, got list."),
+        ({"left": np.zeros((2, 3), np.float32)}, TypeError, "left: expected dtype float64, got float32; convert"),
+        ({"left": np.zeros((2, 3), ">f8")}, TypeError, "left: expected dtype float64, got >f8"),
+        ({"order": np.zeros(4)}, TypeError, "recorder: order: expected dtype int64, got float64"),
+        ({"order": np.zeros(4, np.int32)}, TypeError, "recorder: order: expected dtype int64, got int32"),
+        ({"left": np.zeros((3, 2)).T}, ValueError, "left: expected a C-contiguous array; make one with"),
+        ({"state": np.zeros(4)[::2]}, ValueError, "recorder: state: expected a C-contiguous array"),
+        ({"left": misaligned(2, 3)}, ValueError, "left: expected an address that is a multiple of 8 bytes; copy"),
+        ({"state": read_only(np.zeros(2))}, ValueError, "state: expected a writeable array, got a read-only one."),
+        ({"answer": read_only(np.zeros((2, 4)))}, ValueError, "answer: expected a writeable array"),
+        ({"scratch": read_only(np.zeros((10, 5)))}, ValueError, "scratch: expected a writeable array"),
+        ({"left": np.zeros(6)}, ValueError, "recorder: left: expected shape (n, 3), got (6,)."),
+        ({"left": np.zeros((2, 4))}, ValueError, "recorder: left: expected shape (n, 3), got (2, 4)."),
+        ({"eight": np.zeros((4, 7))}, ValueError, "recorder: eight: expected shape (m, 8), got (4, 7)."),
+        ({"state": np.zeros(3)}, ValueError, "state: expected shape (n,) with n = 2 by left, got (3,)."),
+        ({"answer": np.zeros((2, 5))}, ValueError, "answer: expected shape (n, m) with m = 4 by order, got (2, 5)."),
+        ({"n": 3}, ValueError, "recorder: left: expected shape (n, 3) with n = 3 by the argument, got (2, 3)."),
+        (
+            {"scratch": np.zeros((10, 4))},
+            ValueError,
+            "recorder: scratch: expected shape (2*m + n, n*n + 1) = (10, 5), got (10, 4).",
+        ),
+        ({"k": None}, TypeError, "recorder: missing sizes k, which follow from no array."),
+        ({"k": 1.5}, TypeError, "recorder: k: expected an integer, got float."),
+        ({"k": -1}, ValueError, "recorder: k: expected a size of at least 0, got -1."),
+        ({"rounds": 2.0}, TypeError, "recorder: rounds: expected an integer, got float."),
+        ({"rounds": 2**63}, ValueError, "recorder: rounds: expected an integer of 64 bits, got 9223372036854775808."),
+        ({"gain": "fast"}, TypeError, "recorder: gain: expected a number, got str."),
+        ({"gain": "1.0"}, TypeError, "recorder: gain: expected a number, got str."),
+    ],
+)
+def test_a_wrong_argument_is_one_clear_error(changes, error, message):
+    with pytest.raises(error) as raised:
+        bind("recorder", **{**arguments(), **changes})
+    assert message in str(raised.value)
+    assert seen == []
+
+
+@pytest.mark.parametrize("name", ["left", "answer", "gain"])
+def test_a_missing_argument_is_named(name):
+    given = arguments()
+    del given[name]
+    with pytest.raises(TypeError, match=rf"^recorder: missing arguments {name}\.$"):
+        bind("recorder", **given)
+
+
+def test_an_unknown_operation_is_named_with_those_that_exist():
+    with pytest.raises(ValueError, match=r"^Unknown operation 'nothing'; the library has .*recorder"):
+        bind("nothing")
+
+
+@pytest.mark.parametrize("words", [(1.0, 2.0), ("now",)])
+def test_a_call_takes_at_most_the_time(words):
+    with pytest.raises(TypeError):
+        bind("recorder", **arguments())(*words)
+    assert seen == []
+
+
+def test_a_call_takes_no_keywords():
+    with pytest.raises(TypeError, match="at most the time"):
+        bind("recorder", **arguments())(time=1.0)
+
+
+def test_empty_arrays_and_read_only_inputs_are_allowed():
+    given = arguments(n=0, left=read_only(np.zeros((0, 3))))
+    assert bind("recorder", **given)() == 7
+
+
+@pytest.mark.parametrize("target", targets())
+def test_the_environment_forces_an_instruction_set(monkeypatch, target):
+    monkeypatch.setenv(VARIABLE, target)
+    left, right = np.random.default_rng(1).normal(size=(2, 50, 3))
+    product = np.empty_like(left)
+    call = bind("cross_products", left=left, right=right, product=product)
+    monkeypatch.delenv(VARIABLE)
+    fastest = bind("cross_products", left=left, right=right, product=product)
+    assert (call.operation == fastest.operation) == (target == targets()[-1])
+    assert call() == 0
+    np.testing.assert_array_equal(product, np.cross(left, right))
+
+
+@pytest.mark.parametrize("wanted", ["", "x86-64-v9", "x86_64"])
+def test_an_instruction_set_that_this_processor_lacks_is_an_error(monkeypatch, wanted):
+    monkeypatch.setenv(VARIABLE, wanted)
+    with pytest.raises(ValueError, match=rf"^{VARIABLE}: expected one of {', '.join(targets())}, got '{wanted}'\.$"):
+        operations()
+
+
+def test_fields_are_read_from_the_library():
+    found = operations()["cross_products"]
+    assert [(field.name, field.type, field.role, str(field)) for field in found.fields] == [
+        ("left", "double*", "in", "(n, 3)"),
+        ("right", "double*", "in", "(n, 3)"),
+        ("product", "double*", "out", "(n, 3)"),
+        ("n", "int64", "size", "()"),
+    ]

@@ -1,0 +1,118 @@
+"""Declarations of the kernel library: fields against structs, and CPython's stable ABI against Python.h."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sysconfig
+from pathlib import Path
+
+import pytest
+from native_compiler import NATIVE, compile_object, tool
+
+STRUCT = """
+#include <cdpr/entry.hpp>
+namespace cdpr {{
+inline namespace CDPR_TARGET {{
+template <class T> struct Sample {{
+    {members}
+    static constexpr Field fields[] = {{{fields}}};
+}};
+template <class T> inline int sample(Sample<T>&) {{ return 0; }}
+template <class T> inline int timed(Sample<T>&, double) {{ return 0; }}
+extern const cdpr_entry entries[2];
+const cdpr_entry entries[2] = {{entry<Sample<double>, sample<double>>("sample"),
+                                entry<Sample<double>, timed<double>>("timed")}};
+}}
+}}
+"""
+MEMBERS = "const T* a; T* b; const int64_t* c; int64_t* d; int64_t n; T x;"
+FIELDS = 'in<T>("a", "n"), out<T>("b", "n"), in<int64_t>("c"), work<int64_t>("d", "2*n"), size("n"), value("x")'
+
+
+def compiled(folder, members, fields):
+    source = folder / "sample.cpp"
+    source.write_text(STRUCT.format(members=members, fields=fields))
+    return compile_object(source, "x86_64", folder / "sample.o", "-Werror")
+
+
+def test_fields_that_match_their_struct_compile(tmp_path):
+    done = compiled(tmp_path, MEMBERS, FIELDS)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("const T* a", "T* a"),  # what is read must not be written
+        ("T* b", "const T* b"),
+        ("T* b", "int64_t* b"),
+        ("const int64_t* c", "const T* c"),
+        ("int64_t n", "T n"),
+        ("T x", "int64_t x"),
+        ("T x;", "int x;"),
+        ("T x;", ""),
+        ("T x;", "T x, y;"),
+        ("const T* a; T* b;", "T* b; const T* a;"),
+    ],
+)
+def test_fields_that_differ_from_their_struct_do_not_compile(tmp_path, old, new):
+    assert old in MEMBERS
+    done = compiled(tmp_path, MEMBERS.replace(old, new), FIELDS)
+    assert done.returncode != 0
+    assert "sample.cpp" in done.stderr or "entry.hpp" in done.stderr
+
+
+LAYOUTS = """
+#include <stddef.h>
+#include <stdio.h>
+{header}
+int main(void) {{
+    {lines}
+    return 0;
+}}
+"""
+SIZES = {
+    "PyMethodDef": ["ml_name", "ml_meth", "ml_flags", "ml_doc"],
+    "PyMemberDef": ["name", "type", "offset", "flags", "doc"],
+    "PyType_Slot": ["slot", "pfunc"],
+    "PyType_Spec": ["name", "basicsize", "itemsize", "flags", "slots"],
+    "PyModuleDef_Slot": ["slot", "value"],
+    "PyModuleDef": ["m_base", "m_name", "m_doc", "m_size", "m_methods", "m_slots", "m_traverse", "m_clear", "m_free"],
+    "PyObject": ["ob_refcnt", "ob_type"],
+}
+NUMBERS = ["METH_NOARGS", "T_OBJECT_EX", "T_ULONGLONG", "READONLY", "Py_TPFLAGS_DEFAULT", "Py_mod_exec"]
+NUMBERS += ["Py_tp_call", "Py_tp_dealloc", "Py_tp_doc", "Py_tp_new", "Py_tp_members"]
+
+
+def layouts(folder, header, *more):
+    """Offsets, sizes and constants that a compiler sees with a header."""
+    lines = [f'printf("{name} %zu\\n", sizeof({name}));' for name in SIZES]
+    lines += [f'printf("{n}.{m} %zu\\n", offsetof({n}, {m}));' for n, members in SIZES.items() for m in members]
+    lines += [f'printf("{name} %ld\\n", (long){name});' for name in NUMBERS]
+    source = folder / "layouts.c"
+    source.write_text(LAYOUTS.format(header=header, lines="\n    ".join(lines)))
+    subprocess.run([tool("gcc"), *more, source, "-o", folder / "layouts"], check=True, capture_output=True)
+    return subprocess.run([folder / "layouts"], check=True, capture_output=True, text=True).stdout
+
+
+def python_include():
+    include = Path(sysconfig.get_path("include"))
+    if not (include / "Python.h").exists():
+        pytest.skip("Python.h is not installed")
+    return include
+
+
+def test_the_stable_abi_is_that_of_python_h(tmp_path):
+    theirs = "#define Py_LIMITED_API 0x030b0000\n#include <Python.h>\n#include <structmember.h>"
+    expected = layouts(tmp_path, theirs, f"-I{python_include()}")
+    assert layouts(tmp_path, '#include "stable_abi.h"', f"-I{NATIVE}") == expected
+
+
+def test_functions_are_declared_as_in_python_h(tmp_path):
+    """binder.c compiles with Python.h in place of ours, and ours declares no more than it calls."""
+    words = [tool("gcc"), "-DCDPR_WITH_PYTHON_H", "-Wall", "-Wextra", "-Werror", "-fPIC", f"-I{python_include()}"]
+    subprocess.run([*words, "-c", NATIVE / "binder.c", "-o", tmp_path / "binder.o"], check=True, capture_output=True)
+    declared = set(re.findall(r"\b(Py\w+)\(", (NATIVE / "stable_abi.h").read_text())) - {"Py_TYPE"}
+    assert len(declared) > 20
+    assert declared - set(re.findall(r"\bPy\w+", (NATIVE / "binder.c").read_text())) == set()
