@@ -1,0 +1,71 @@
+// A pulley that swivels about the line on which its cable arrives. SPDX-License-Identifier: Apache-2.0
+//
+// Geometry, derivation and sources: the docstring of this package. World axes, SI units. `numbers`: radius, unit vector
+// of the axis, and a unit vector square to it for points on the axis, where no plane is determined.
+#pragma once
+
+#include <cdpr/vector.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct Pulley {
+    static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4;
+
+    // The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn.
+    static constexpr double TURN = 6.283185307179586, FIRST = -1.5707963267948966;
+
+    // The plane of the cable: its direction away from the axis, the tip in it as seen from the centre (c, z), the
+    // length of the tangent, and the wrap angle.
+    template <class T> struct Plane {
+        Vector<T> out;
+        T c, z, tangent, sine, cosine;
+    };
+
+    template <class T> static CDPR_INLINE Plane<T> plane(Vector<T> anchor, const T* numbers, Vector<T> tip) {
+        const T radius = numbers[RADIUS];
+        const Vector<T> axis = vector(numbers + AXIS), d = tip - anchor;
+        const T z = dot(d, axis);
+        const Vector<T> away = d - z * axis;
+        const T x = length(away), c = x - radius;
+        const Vector<T> out = select(x > T(0.0), (1.0 / x) * away, vector(numbers + SIDE));
+        const T tangent = square_root(x * (x - 2.0 * radius) + z * z);
+        const T per = 1.0 / (c * c + z * z);
+        return {out, c, z, tangent, per * (tangent * c + radius * z), per * (tangent * z - radius * c)};
+    }
+
+    // Return the point where the cable leaves the groove.
+    template <class T> static CDPR_INLINE Vector<T> leave(Vector<T> anchor, const T* numbers, Vector<T> tip) {
+        return point(anchor, numbers, plane(anchor, numbers, tip));
+    }
+
+    // Return the length of cable on the groove, m; NaN where the cable would turn by more than 270 degrees.
+    template <class T> static CDPR_INLINE T wound(Vector<T> anchor, const T* numbers, Vector<T> tip) {
+        const Plane<T> at = plane(anchor, numbers, tip);
+        const Truth<T> beyond = (at.z < T(0.0)) & (at.sine < T(0.0)) & (at.cosine > T(0.0));
+        const T angle = select(beyond, T(NOT_A_NUMBER), angle_of(at.sine, at.cosine));
+        return numbers[RADIUS] * select(angle >= T(FIRST), angle, angle + TURN);
+    }
+
+    // Return the velocity of that point while the tip moves with V, m/s: the tangent turns with V across it, the plane
+    // with V out of it.
+    template <class T>
+    static CDPR_INLINE Vector<T> carry(Vector<T> anchor, const T* numbers, Vector<T> tip, Vector<T> V) {
+        const T radius = numbers[RADIUS];
+        const Vector<T> axis = vector(numbers + AXIS);
+        const Plane<T> at = plane(anchor, numbers, tip);
+        const T forth = dot(V, at.out), along = dot(V, axis);
+        const T turn = radius * (at.cosine * forth - at.sine * along) / at.tangent;
+        const T far = at.c + radius;
+        const T swing = select(far > T(0.0), radius * (1.0 - at.cosine) / far, T(0.0));
+        return turn * (at.sine * at.out + at.cosine * axis) + swing * (V - forth * at.out - along * axis);
+    }
+
+    template <class T> static CDPR_INLINE Vector<T> point(Vector<T> anchor, const T* numbers, Plane<T> at) {
+        const T radius = numbers[RADIUS];
+        return anchor + (radius * (1.0 - at.cosine)) * at.out + (radius * at.sine) * vector(numbers + AXIS);
+    }
+};
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

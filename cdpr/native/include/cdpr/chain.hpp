@@ -1,0 +1,117 @@
+// Tensions and winches of the cables of one robot. SPDX-License-Identifier: Apache-2.0
+//
+// From the drum to the platform a cable is a winch, an exit and a span (`cdpr.cables`). A row of `chains` holds: kinds
+// of winch and span (parts.hpp), the lowest tension, N: 0, or minus infinity of a leg that pushes; eight numbers of the
+// winch, the first of which is cable per unit of the winch's coordinate, m/rad; eight numbers of the span.
+#pragma once
+
+#include <cdpr/field.hpp>
+#include <cdpr/parts.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+template <class T> struct ChainRow {
+    static constexpr int WINCH_KIND = 0, SPAN_KIND = 1, LOWEST = 2, WINCH = 3, SPAN = 11, WIDTH = 19;
+
+    const T* row;
+
+    CDPR_INLINE T winch_kind() const { return row[WINCH_KIND]; }
+    CDPR_INLINE T span_kind() const { return row[SPAN_KIND]; }
+    CDPR_INLINE bool stretches() const { return !is(span_kind(), INEXTENSIBLE); }
+    CDPR_INLINE T lowest() const { return row[LOWEST]; }
+    CDPR_INLINE T per_turn() const { return row[WINCH]; }
+    CDPR_INLINE const T* winch() const { return row + WINCH; }
+    CDPR_INLINE const T* span() const { return row + SPAN; }
+};
+
+template <class T> CDPR_INLINE ChainRow<T> chain_row(const T* chains, int64_t i) {
+    return {chains + i * ChainRow<T>::WIDTH};
+}
+
+// Tensions of all cables.
+template <class T> struct ChainTensions {
+    const T* chains;   // (m, 19)
+    const T* command;  // (m), N: the tension that the winch would hold at rest
+    const T* length;   // (m), m, between winch and platform
+    const T* rate;     // (m), m/s, by which that changes
+    const T* swing;    // (m), m/s^2, by which the rate would change if the platform did not accelerate
+    const T* unwound;  // (m), m, unstretched length, of cables that stretch
+    const T* speed;    // (m), rad/s, of their winches, positive where they wind in
+    T* tension;        // (m), N, without what the winches' inertia takes when the platform accelerates
+    T* mass;           // (m), kg, that inertia as a mass along the cable
+    int64_t m;
+    static constexpr Field fields[] = {in<T>("chains", "m", "19"), in<T>("command", "m"), in<T>("length", "m"),
+                                       in<T>("rate", "m"),         in<T>("swing", "m"),   in<T>("unwound", "m"),
+                                       in<T>("speed", "m"),        out<T>("tension", "m"), out<T>("mass", "m"),
+                                       size("m")};
+};
+
+template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
+    for (int64_t i = 0; i < cables.m; i++) {
+        const ChainRow<T> row = chain_row(cables.chains, i);
+        Held<T> own;
+        if (row.stretches()) {
+            const T stretching = cables.rate[i] + row.per_turn() * cables.speed[i];
+            own = {pull(row.span_kind(), row.span(), cables.length[i], cables.unwound[i], stretching, row.lowest()),
+                   0.0};
+        } else {
+            own = held(row.winch_kind(), row.winch(), cables.command[i], cables.rate[i], cables.swing[i]);
+        }
+        cables.tension[i] = own.tension;
+        cables.mass[i] = own.mass;
+    }
+    return 0;
+}
+
+// Slopes of the winches whose cables stretch; 0 of others.
+template <class T> struct ChainSlopes {
+    const T* chains;       // (m, 19)
+    const T* command;      // (m), N
+    const T* tension;      // (m), N
+    const T* speed;        // (m), rad/s
+    T* unwinding;          // (m), m/s, by which the unwound length changes
+    T* acceleration;       // (m), rad/s^2
+    int64_t m;
+    static constexpr Field fields[] = {in<T>("chains", "m", "19"),  in<T>("command", "m"),        in<T>("tension", "m"),
+                                       in<T>("speed", "m"),         out<T>("unwinding", "m"),
+                                       out<T>("acceleration", "m"), size("m")};
+};
+
+template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
+    for (int64_t i = 0; i < cables.m; i++) {
+        const ChainRow<T> row = chain_row(cables.chains, i);
+        const T speed = cables.speed[i];
+        cables.unwinding[i] = row.stretches() ? -row.per_turn() * speed : T(0.0);
+        cables.acceleration[i] =
+            row.stretches() ? turn(row.winch_kind(), row.winch(), cables.command[i], cables.tension[i], speed) : T(0.0);
+    }
+    return 0;
+}
+
+// Start of the winches whose cables stretch: each tension is its command and no cable stretches further; 0 of others.
+template <class T> struct ChainStart {
+    const T* chains;   // (m, 19)
+    const T* command;  // (m), N
+    const T* length;   // (m), m
+    const T* rate;     // (m), m/s
+    T* unwound;        // (m), m
+    T* speed;          // (m), rad/s
+    int64_t m;
+    static constexpr Field fields[] = {in<T>("chains", "m", "19"), in<T>("command", "m"),  in<T>("length", "m"),
+                                       in<T>("rate", "m"),         out<T>("unwound", "m"), out<T>("speed", "m"),
+                                       size("m")};
+};
+
+template <class T> inline int chain_start(ChainStart<T>& cables) {
+    for (int64_t i = 0; i < cables.m; i++) {
+        const ChainRow<T> row = chain_row(cables.chains, i);
+        cables.unwound[i] =
+            row.stretches() ? rest(row.span_kind(), row.span(), cables.length[i], cables.command[i]) : T(0.0);
+        cables.speed[i] = row.stretches() ? -cables.rate[i] / row.per_turn() : T(0.0);
+    }
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

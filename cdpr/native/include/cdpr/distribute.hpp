@@ -1,0 +1,58 @@
+// Solvers in null-space form, for one problem or for eight side by side. SPDX-License-Identifier: Apache-2.0
+//
+// A rule chooses one of the solutions c + N x: `Rule::choose(problem, r)` writes the tensions and returns their status.
+#pragma once
+
+#include <cdpr/lanes.hpp>
+#include <cdpr/null_space.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+template <class Rule> CDPR_INLINE int distribute(TensionProblem<double>& problem) {
+    const int64_t r = reduce(problem);
+    const double status = r < 0 ? double(-r) : Rule::choose(problem, r);
+    *problem.status = status;
+    return int(status);
+}
+
+#ifdef __GNUC__
+// Answer the problem of one lane alone, in the lanes' work space.
+template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight, int lane) {
+    const int64_t n = eight.n, m = eight.m;
+    double* place = reinterpret_cast<double*>(eight.factors);
+    const auto reserve = [&place](int64_t count) {
+        double* begin = place;
+        place += count;
+        return begin;
+    };
+    const auto copied = [&](const Lanes* array, int64_t count) {
+        double* copy = reserve(count);
+        for (int64_t i = 0; i < count; i++) copy[i] = array[i].value[lane];
+        return copy;
+    };
+    double status;
+    double* factors = reserve((n + 5) * (n + m));
+    TensionProblem<double> one = {
+        copied(eight.matrix, n * m), copied(eight.wrench, n), copied(eight.tension_min, m),
+        copied(eight.tension_max, m), copied(eight.tension, m), &status, reinterpret_cast<double*>(eight.basis),
+        reinterpret_cast<double*>(eight.box), factors, n, m};
+    distribute<Rule>(one);
+    for (int64_t i = 0; i < m; i++) eight.tension[i].value[lane] = one.tension[i];
+    eight.status->value[lane] = status;
+}
+
+// Return the bits of the lanes whose status is not OK.
+template <class Rule> CDPR_INLINE int distribute(TensionProblem<Lanes>& problem) {
+    const int64_t r = reduce(problem);
+    const Mask together = common(problem, r);
+    const int found = bits(together);
+    if (found != 0) *problem.status = Rule::choose(problem, r);
+    for (int lane = 0; lane < WIDTH; lane++)
+        if ((found >> lane & 1) == 0) distribute_alone<Rule>(problem, lane);
+    return bits(*problem.status != Lanes(double(OK)));
+}
+#endif
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,15 @@
+// Answer of a winch whose cable does not stretch. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/number.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+template <class T> struct Held {
+    T tension; // N, without what the winch's inertia takes when the platform accelerates
+    T mass;    // kg, that inertia as a mass along the cable
+};
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

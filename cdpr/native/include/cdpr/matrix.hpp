@@ -1,0 +1,20 @@
+// Tables of numbers, row by row. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/number.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// A view of memory that a caller owns. Rows begin `stride` numbers apart.
+template <class T> struct Matrix {
+    T* data;
+    int64_t stride;
+
+    CDPR_INLINE T& operator()(int64_t row, int64_t column) const { return data[row * stride + column]; }
+    CDPR_INLINE T* operator[](int64_t row) const { return data + row * stride; }
+    CDPR_INLINE Matrix from(int64_t row) const { return {data + row * stride, stride}; }
+};
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

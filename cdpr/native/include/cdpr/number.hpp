@@ -1,0 +1,42 @@
+// Number types of the kernels: double, and Lanes, eight doubles side by side. SPDX-License-Identifier: Apache-2.0
+//
+// A kernel is a template over the number type T. Where it would branch on a number it selects: `select(condition, a, b)`
+// selects per lane, `if (any(condition))` branches for all eight, `whole` reads an index, which is the same in all.
+// Each lane goes through the same operations in the same order as a double, so the bits are the same.
+#pragma once
+
+#include <math.h>
+#include <stdint.h>
+
+#include <cdpr/target.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+constexpr double INFINITE = __builtin_huge_val();
+constexpr double NOT_A_NUMBER = __builtin_nan("");
+
+CDPR_INLINE bool any(bool condition) { return condition; }
+CDPR_INLINE bool all(bool condition) { return condition; }
+CDPR_INLINE double select(bool condition, double a, double b) { return condition ? a : b; }
+CDPR_INLINE double first(double number) { return number; }
+CDPR_INLINE double absolute(double number) { return __builtin_fabs(number); }
+CDPR_INLINE double square_root(double number) { return __builtin_sqrt(number); }
+CDPR_INLINE double sine(double angle) { return ::sin(angle); }
+CDPR_INLINE double cosine(double angle) { return ::cos(angle); }
+CDPR_INLINE double hyperbolic_tangent(double number) { return ::tanh(number); }
+CDPR_INLINE double angle_of(double sine, double cosine) { return ::atan2(sine, cosine); }
+
+template <class T> using Truth = decltype(T() < T()); // bool, or Mask of Lanes
+
+// As Python's max and min: the first, unless the second exceeds it; comparisons with NaN are false.
+template <class T> CDPR_INLINE T larger(T a, T b) { return select(b > a, b, a); }
+template <class T> CDPR_INLINE T smaller(T a, T b) { return select(b < a, b, a); }
+
+template <class T> CDPR_INLINE Truth<T> finite(T number) { return absolute(number) < T(INFINITE); }
+
+// An index that is kept among numbers, the same in all lanes.
+template <class T> CDPR_INLINE int64_t whole(T number) { return static_cast<int64_t>(first(number)); }
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,72 @@
+// Tables of the parts that cables are made of, by their kinds. SPDX-License-Identifier: Apache-2.0
+//
+// A kind is a number in a row of a table, the same in all lanes. It is the place of the part in `cdpr.cables`, whose
+// tests compare both. The answer of an unknown kind is NaN, which reaches the checks.
+#pragma once
+
+#include <cdpr/cables/direct/direct.hpp>
+#include <cdpr/cables/drum/drum.hpp>
+#include <cdpr/cables/elastic/elastic.hpp>
+#include <cdpr/cables/pulley/pulley.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+enum ExitKind { POINT, PULLEY };
+enum WinchKind { DIRECT, DRUM };
+enum SpanKind { INEXTENSIBLE, ELASTIC };
+
+template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind) == expected; }
+
+template <class T> CDPR_INLINE Vector<T> nowhere() { return {NOT_A_NUMBER, NOT_A_NUMBER, NOT_A_NUMBER}; }
+
+// Return the exit point, m, world axes, for a cable to `tip`.
+template <class T> CDPR_INLINE Vector<T> exit_point(T kind, Vector<T> anchor, const T* numbers, Vector<T> tip) {
+    if (is(kind, POINT)) return anchor;
+    if (is(kind, PULLEY)) return Pulley::leave(anchor, numbers, tip);
+    return nowhere<T>();
+}
+
+// Return the length of cable that lies on the exit, m.
+template <class T> CDPR_INLINE T wound_length(T kind, Vector<T> anchor, const T* numbers, Vector<T> tip) {
+    if (is(kind, POINT)) return 0.0;
+    if (is(kind, PULLEY)) return Pulley::wound(anchor, numbers, tip);
+    return NOT_A_NUMBER;
+}
+
+// Return the velocity of the exit point, m/s, while `tip` moves with V.
+template <class T>
+CDPR_INLINE Vector<T> exit_velocity(T kind, Vector<T> anchor, const T* numbers, Vector<T> tip, Vector<T> V) {
+    if (is(kind, POINT)) return {0.0, 0.0, 0.0};
+    if (is(kind, PULLEY)) return Pulley::carry(anchor, numbers, tip, V);
+    return nowhere<T>();
+}
+
+// Return tension, N, and mass, kg, of a winch whose cable does not stretch.
+template <class T> CDPR_INLINE Held<T> held(T kind, const T* numbers, T command, T rate, T swing) {
+    if (is(kind, DIRECT)) return Direct::held(numbers, command, rate, swing);
+    if (is(kind, DRUM)) return Drum::held(numbers, command, rate, swing);
+    return {NOT_A_NUMBER, NOT_A_NUMBER};
+}
+
+// Return the acceleration of the winch's coordinate.
+template <class T> CDPR_INLINE T turn(T kind, const T* numbers, T command, T tension, T speed) {
+    if (is(kind, DIRECT)) return Direct::turn(numbers, command, tension, speed);
+    if (is(kind, DRUM)) return Drum::turn(numbers, command, tension, speed);
+    return NOT_A_NUMBER;
+}
+
+// Return the tension of a span that stretches, N.
+template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwound, T stretching, T lowest) {
+    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, stretching, lowest);
+    return NOT_A_NUMBER;
+}
+
+// Return the unwound length, m, at which a span that stretches has a tension, N.
+template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tension) {
+    if (is(kind, ELASTIC)) return Elastic::rest(numbers, length, tension);
+    return NOT_A_NUMBER;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

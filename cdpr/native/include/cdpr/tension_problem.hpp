@@ -1,0 +1,44 @@
+// Tension distribution for one wrench at one pose. SPDX-License-Identifier: Apache-2.0
+//
+// W t = wrench with t_min <= t <= t_max; conventions: `cdpr.model`.
+#pragma once
+
+#include <cdpr/field.hpp>
+#include <cdpr/matrix.hpp>
+#include <cdpr/number.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// Numbered as cdpr.tension.Status. A function that returns a count returns minus a status where it fails.
+enum Status { OK, INFEASIBLE, NOT_FOUND, UNSUPPORTED, BAD_INPUT };
+
+// The solvers that work in null-space form share it. A cable whose limits are equal is locked: its tension is given.
+template <class T> struct TensionProblem {
+    const T* matrix;       // (n, m), W, moments in N m per N
+    const T* wrench;       // (n), N and N m
+    const T* tension_min;  // (m), N
+    const T* tension_max;  // (m), N
+    T* tension;            // (m), N; without meaning unless the status is OK
+    T* status;             // (1), a Status
+    T* basis;              // (m, m), work space: N, null_space.hpp
+    T* box;                // (4, m), work space: a solution, the limits, a target
+    T* factors;            // (n + 5, n + m), work space
+    int64_t n;
+    int64_t m;
+    static constexpr Field fields[] = {
+        in<T>("matrix", "n", "m"),   in<T>("wrench", "n"),    in<T>("tension_min", "m"), in<T>("tension_max", "m"),
+        out<T>("tension", "m"),      out<T>("status", "1"),   work<T>("basis", "m", "m"), work<T>("box", "4", "m"),
+        work<T>("factors", "n + 5", "n + m"), size("n"), size("m")};
+
+    CDPR_INLINE Matrix<const T> W() const { return {matrix, m}; }
+    CDPR_INLINE Matrix<T> N() const { return {basis, m}; }
+    CDPR_INLINE Matrix<T> work_rows() const { return {factors, n + m}; }
+    CDPR_INLINE T* center() const { return box; }
+    CDPR_INLINE T* low() const { return box + m; }
+    CDPR_INLINE T* high() const { return box + 2 * m; }
+    CDPR_INLINE T* target() const { return box + 3 * m; }
+};
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,63 @@
+// Whether tensions are an answer. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/tension_problem.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// A breach of a limit below this share of the largest tension is the rounding of an ill-conditioned problem whose only
+// solution is a vertex: the band within which round-off decides feasibility.
+constexpr double VERTEX_TOLERANCE = 1e-9;
+
+// Below this share it is the round-off of any sound problem: it balances as well as it can.
+constexpr double BREACH_ROUND_OFF = 1e-12;
+
+// A distribution balances the wrench if the residual is below this share of it, or of a newton.
+constexpr double RESIDUAL_TOLERANCE = 1e-6;
+
+// Beyond that the tensions, moved onto the limits, must still balance each row to this share of what the tension stage
+// allows, which weighs moments by a length that is unknown here.
+constexpr double STRICTER = 0.1;
+
+// The larger one, NaN if either is that.
+template <class T> CDPR_INLINE T larger_or_nan(T a, T b) { return select((b <= a) | (a != a), a, b); }
+
+// Whether tensions that were moved onto the limits still balance each row.
+template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& problem) {
+    Truth<T> balanced = true;
+    for (int64_t j = 0; j < problem.n; j++) {
+        const T* row = problem.matrix + j * problem.m;
+        T s = -problem.wrench[j], size = 0.0;
+        for (int64_t i = 0; i < problem.m; i++) {
+            s += row[i] * problem.tension[i];
+            size = larger(size, absolute(row[i]));
+        }
+        const T scale = larger(absolute(problem.wrench[j]), smaller(size, T(1.0)));
+        balanced = balanced & (absolute(s) <= STRICTER * RESIDUAL_TOLERANCE * scale);
+        if (!any(balanced)) return balanced;
+    }
+    return balanced;
+}
+
+// Return OK where `tension`, a solution of W t = wrench, keeps the limits, else INFEASIBLE. Where it breaks them by so
+// little that it may be OK, it is moved onto them.
+template <class T> CDPR_INLINE T settle(const TensionProblem<T>& problem) {
+    T breach = 0.0, size = 0.0;
+    for (int64_t i = 0; i < problem.m; i++) {
+        const T t = problem.tension[i];
+        size = larger(size, absolute(t));
+        breach = larger_or_nan(breach, larger(problem.low()[i] - t, t - problem.high()[i]));
+    }
+    const Truth<T> near = breach <= VERTEX_TOLERANCE * size, close = breach <= BREACH_ROUND_OFF * size;
+    if (!any(near)) return double(INFEASIBLE);
+    for (int64_t i = 0; i < problem.m; i++) {
+        T* t = problem.tension + i;
+        *t = select(near, smaller(larger(*t, problem.low()[i]), problem.high()[i]), *t);
+    }
+    const Truth<T> kept = all(close) ? close : near & (close | balances(problem));
+    return select(kept, T(double(OK)), T(double(INFEASIBLE)));
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

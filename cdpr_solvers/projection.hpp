@@ -1,0 +1,74 @@
+// The solution of W t = wrench nearest to a point, and what it is worth. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/null_space.hpp>
+#include <cdpr/verdict.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// How far round-off may move a solution, as a share of it, where W is as ill-conditioned as `reduce` lets pass.
+constexpr double PROJECTION_ROUND_OFF = 1e-6;
+
+// What a solution may leave unbalanced, as a share of the largest row: half of what is exact.
+constexpr double BALANCED = 5e-10;
+
+template <class T> CDPR_INLINE T square(T a) { return a * a; }
+
+// Write t = c + N N^T target, of all solutions the one nearest to the target. It is target + W^+ (wrench - W target),
+// computed without a cancellation: c is orthogonal to N.
+template <class T> CDPR_INLINE void nearest_solution(const TensionProblem<T>& problem, int64_t r) {
+    const Matrix<T> N = problem.N();
+    for (int64_t i = 0; i < problem.m; i++) problem.tension[i] = problem.center()[i];
+    for (int64_t k = 0; k < r; k++) {
+        T x = 0.0;
+        for (int64_t i = 0; i < problem.m; i++) x += N(i, k) * problem.target()[i];
+        for (int64_t i = 0; i < problem.m; i++) problem.tension[i] += N(i, k) * x;
+    }
+}
+
+// Write the solution nearest to the middle of the limits. Return UNSUPPORTED where a limit is infinite: there is no
+// middle; INFEASIBLE where the solution is farther from it than the corners of the limits; else OK. All admissible
+// tensions lie in the ball through the corners, of radius |t_max - t_min| / 2. (Thesis 6.29 prints t_m / 2, half the
+// middle, for (t_max - t_min) / 2; most feasible wrenches would be rejected.)
+template <class T> CDPR_INLINE T nearest_to_middle(const TensionProblem<T>& problem, int64_t r) {
+    Truth<T> bounded = true;
+    for (int64_t i = 0; i < problem.m; i++) {
+        problem.target()[i] = 0.5 * (problem.low()[i] + problem.high()[i]);
+        bounded = bounded & finite(problem.target()[i]);
+    }
+    if (!any(bounded)) return double(UNSUPPORTED);
+    nearest_solution(problem, r);
+    T outer = 0.0, distance = 0.0, size = 0.0;
+    for (int64_t i = 0; i < problem.m; i++) {
+        const T t = problem.tension[i];
+        outer += square(0.5 * (problem.high()[i] - problem.low()[i]));
+        distance += square(t - problem.target()[i]);
+        size += square(t);
+    }
+    const Truth<T> far = square_root(distance) > square_root(outer) + PROJECTION_ROUND_OFF * square_root(size);
+    return select(bounded, select(far, T(double(INFEASIBLE)), T(double(OK))), T(double(UNSUPPORTED)));
+}
+
+// Settle a solution; return OK, NOT_FOUND, or INFEASIBLE if it is the only one (r = 0). NOT_FOUND also where, moved
+// onto limits, it no more balances the wrench as exactly as these methods promise.
+template <class T> CDPR_INLINE T admitted(const TensionProblem<T>& problem, int64_t r) {
+    const T status = settle(problem);
+    if (r <= 0) return status;
+    T lack = 0.0, rows = 0.0;
+    for (int64_t j = 0; j < problem.n; j++) {
+        T s = -problem.wrench[j], size = absolute(problem.wrench[j]);
+        for (int64_t i = 0; i < problem.m; i++) {
+            const T part = problem.matrix[j * problem.m + i] * problem.tension[i];
+            s += part;
+            size += absolute(part);
+        }
+        lack = larger(lack, absolute(s));
+        rows = larger(rows, size);
+    }
+    const Truth<T> exact = (status == T(double(OK))) & (lack <= BALANCED * rows);
+    return select(exact, T(double(OK)), T(double(NOT_FOUND)));
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

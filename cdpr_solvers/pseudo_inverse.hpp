@@ -1,0 +1,21 @@
+// The distribution of least 2-norm, without limits (thesis, equation 6.26). SPDX-License-Identifier: Apache-2.0
+//
+// t = W^+ wrench. Tensions may be negative; locked cables keep what they have.
+#pragma once
+
+#include <cdpr/distribute.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct PseudoInverse {
+    template <class T> static CDPR_INLINE T choose(const TensionProblem<T>& problem, int64_t) {
+        for (int64_t i = 0; i < problem.m; i++) problem.tension[i] = problem.center()[i];
+        return double(OK);
+    }
+};
+
+template <class T> inline int pseudo_inverse(TensionProblem<T>& problem) { return distribute<PseudoInverse>(problem); }
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
