@@ -1,7 +1,7 @@
 // Eight doubles in a register, or in several where registers are narrower. SPDX-License-Identifier: Apache-2.0
 //
 // A number beside lanes stands for eight of the same. Arrays of lanes have the lane as their last axis, length 8, and
-// need no more alignment than doubles.
+// begin at a multiple of 64 bytes.
 #pragma once
 
 #include <cdpr/number.hpp>
@@ -16,14 +16,14 @@ inline namespace CDPR_TARGET {
 
 constexpr int WIDTH = 8;
 
-typedef double Eight __attribute__((vector_size(64), aligned(8), may_alias));
+typedef double Eight __attribute__((vector_size(64), may_alias));
 typedef decltype(Eight() < Eight()) EightAnswers; // -1 where true
 
 struct Mask {
     EightAnswers value;
 
     Mask() = default;
-    CDPR_INLINE Mask(EightAnswers given) : value(given) {}
+    CDPR_INLINE Mask(const EightAnswers& given) : value(given) {}
     CDPR_INLINE Mask(bool same) : value(EightAnswers{} - same) {}
 };
 
@@ -31,7 +31,7 @@ struct Lanes {
     Eight value;
 
     Lanes() = default;
-    CDPR_INLINE Lanes(Eight given) : value(given) {}
+    CDPR_INLINE Lanes(const Eight& given) : value(given) {}
     CDPR_INLINE Lanes(double same) : value{same, same, same, same, same, same, same, same} {}
 
     CDPR_INLINE Lanes& operator+=(Lanes other) { return *this = Lanes(value + other.value); }
