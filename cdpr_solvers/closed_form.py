@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import OK
+from cdpr.tension.status import OK, Status
 from cdpr_solvers.projection import admitted, nearest_to_middle
 
 
@@ -43,3 +46,30 @@ def closed_form(
     if status != OK:
         return status
     return admitted(W, wrench, r, box, tension)
+
+
+def closed_form_tension(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
+) -> tuple[Array, Status]:
+    """Compute the distribution closest to the middle of the limits: t = t_mid + W^+ (wrench - W t_mid).
+
+    Pott, Bruckmann and Mikelsons (2009); thesis, equation 6.28, corrected.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where the tensions break a limit,
+        INFEASIBLE where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> closed_form_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([6., 4.]), <Status.OK: 0>)
+    """
+    return distribute_once("closed_form", matrix, wrench, tension_min, tension_max)

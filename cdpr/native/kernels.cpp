@@ -1,12 +1,48 @@
 // Table of all operations, compiled once per instruction set. SPDX-License-Identifier: Apache-2.0
+//
+// NAME takes doubles; NAME_lanes takes eight problems side by side (lanes.hpp).
+#include <cdpr/chain.hpp>
 #include <cdpr/cross_products.hpp>
 #include <cdpr/entry.hpp>
+#include <cdpr/geometry.hpp>
+#include <cdpr/positive_definite.hpp>
+#include <cdpr/rotations.hpp>
+#include <cdpr_solvers/closed_form.hpp>
+#include <cdpr_solvers/pseudo_inverse.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<CrossProducts<double>, cross_products<double>>("cross_products"),
+    entry<Rotations<double>, rotations<double>>("rotations"),
+    entry<Rotations<Lanes>, rotations<Lanes>>("rotations_lanes"),
+    entry<QuaternionProducts<double>, quaternion_products<double>>("quaternion_products"),
+    entry<QuaternionProducts<Lanes>, quaternion_products<Lanes>>("quaternion_products_lanes"),
+    entry<RotationVectors<double>, rotation_vectors<double>>("rotation_vectors"),
+    entry<RotationVectors<Lanes>, rotation_vectors<Lanes>>("rotation_vectors_lanes"),
+    entry<Quaternions<double>, quaternions<double>>("quaternions"),
+    entry<Quaternions<Lanes>, quaternions<Lanes>>("quaternions_lanes"),
+    entry<PositiveDefinite<double>, positive_definite<double>>("positive_definite"),
+    entry<PositiveDefinite<Lanes>, positive_definite<Lanes>>("positive_definite_lanes"),
+    entry<Exits<double>, exits<double>>("exits"),
+    entry<Exits<Lanes>, exits<Lanes>>("exits_lanes"),
+    entry<ChainTensions<double>, chain_tensions<double>>("chain_tensions"),
+    entry<ChainTensions<Lanes>, chain_tensions<Lanes>>("chain_tensions_lanes"),
+    entry<ChainSlopes<double>, chain_slopes<double>>("chain_slopes"),
+    entry<ChainSlopes<Lanes>, chain_slopes<Lanes>>("chain_slopes_lanes"),
+    entry<ChainStart<double>, chain_start<double>>("chain_start"),
+    entry<ChainStart<Lanes>, chain_start<Lanes>>("chain_start_lanes"),
+    entry<Geometry<double>, geometry<double>>("geometry"),
+    entry<Geometry<Lanes>, geometry<Lanes>>("geometry_lanes"),
+    entry<MatrixRate<double>, matrix_rate<double>>("matrix_rate"),
+    entry<MatrixRate<Lanes>, matrix_rate<Lanes>>("matrix_rate_lanes"),
+    entry<CableWrench<double>, cable_wrench<double>>("cable_wrench"),
+    entry<CableWrench<Lanes>, cable_wrench<Lanes>>("cable_wrench_lanes"),
+    entry<TensionProblem<double>, closed_form<double>>("closed_form"),
+    entry<TensionProblem<Lanes>, closed_form<Lanes>>("closed_form_lanes"),
+    entry<TensionProblem<double>, pseudo_inverse<double>>("pseudo_inverse"),
+    entry<TensionProblem<Lanes>, pseudo_inverse<Lanes>>("pseudo_inverse_lanes"),
 };
 
 extern const cdpr_table table;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cdpr/field.hpp>
+#include <cdpr/vector.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -16,13 +17,8 @@ template <class T> struct CrossProducts {
 };
 
 template <class T> inline int cross_products(CrossProducts<T>& problem) {
-    for (int64_t i = 0; i < problem.n; i++) {
-        const T *a = problem.left + 3 * i, *b = problem.right + 3 * i;
-        T* product = problem.product + 3 * i;
-        product[0] = a[1] * b[2] - a[2] * b[1];
-        product[1] = a[2] * b[0] - a[0] * b[2];
-        product[2] = a[0] * b[1] - a[1] * b[0];
-    }
+    for (int64_t i = 0; i < problem.n; i++)
+        store(cross(vector(problem.left + 3 * i), vector(problem.right + 3 * i)), problem.product + 3 * i);
     return 0;
 }
 

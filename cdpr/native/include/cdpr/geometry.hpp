@@ -2,7 +2,7 @@
 //
 // Conventions: `cdpr.model`. A row of `lines` holds the anchors A_i on the frame, world, and B_i on the platform,
 // platform axes, m; where some cable leaves from something else than a point, also the kind of its exit (parts.hpp) and
-// that exit's numbers. Pott (2018), sections 3.1 to 3.4: l_i = A_i - p - R B_i, u_i = l_i / |l_i|, W_i = [u_i; R B_i x u_i].
+// that exit's numbers. Pott (2018), chapter 3: l_i = A_i - p - R B_i, u_i = l_i / |l_i|, W_i = [u_i; R B_i x u_i].
 #pragma once
 
 #include <cdpr/field.hpp>

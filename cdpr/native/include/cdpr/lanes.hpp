@@ -1,7 +1,7 @@
 // Eight doubles in a register, or in several where registers are narrower. SPDX-License-Identifier: Apache-2.0
 //
 // A number beside lanes stands for eight of the same. Arrays of lanes have the lane as their last axis, length 8, and
-// begin at a multiple of 64 bytes.
+// need no more alignment than doubles.
 #pragma once
 
 #include <cdpr/number.hpp>
@@ -16,7 +16,7 @@ inline namespace CDPR_TARGET {
 
 constexpr int WIDTH = 8;
 
-typedef double Eight __attribute__((vector_size(64), may_alias));
+typedef double Eight __attribute__((vector_size(64), aligned(8), may_alias));
 typedef decltype(Eight() < Eight()) EightAnswers; // -1 where true
 
 struct Mask {

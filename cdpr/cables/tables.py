@@ -1,0 +1,200 @@
+"""Cables of a robot as rows of numbers for the kernel library, and the compiled chain winch -> exit -> span.
+
+Layouts: `include/cdpr/geometry.hpp` (lines) and `include/cdpr/chain.hpp` (chains). The kind of a part is its place in
+the tables below, which `include/cdpr/parts.hpp` repeats.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.cables import EXITS, MODELS, chain_of
+from cdpr.cables.chain import MOST, Part, Span, Winch
+from cdpr.errors import CdprError
+from cdpr.model import Cable, Robot
+from cdpr.model.robot import Array, frozen_array
+from cdpr.native.bind import bind
+
+WINCHES: tuple[Winch, ...] = tuple(dict.fromkeys(chain.winch for chain in MODELS.values()))
+SPANS: tuple[Span, ...] = tuple(dict.fromkeys(chain.span for chain in MODELS.values()))
+
+
+def line_table(robot: Robot) -> Array:
+    """Return the anchors and exits of a robot's cables.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        (m, 6), read-only: A_i, world, and B_i, platform axes, m. Where a cable leaves from something else than a point,
+        (m, w): then the kind of the exit and its numbers.
+
+    Example:
+        >>> line_table(robot).shape
+        (8, 6)
+    """
+    kinds = [0 if cable.exit is None else _kind(EXITS, type(cable.exit)) for cable in robot.cables]
+    if not any(kinds):
+        return robot.anchors
+    numbers = [[] if cable.exit is None else list(cable.exit.numbers()) for cable in robot.cables]
+    width = max(map(len, numbers))
+    anchors = robot.anchors.tolist()
+    return frozen_array(
+        [
+            [*ends, float(kind), *own, *[0.0] * (width - len(own))]
+            for ends, kind, own in zip(anchors, kinds, numbers, strict=True)
+        ]
+    )
+
+
+def chain_table(robot: Robot) -> Array:
+    """Return the winches and spans of a robot's cables.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        (m, 19), read-only, SI units.
+
+    Raises:
+        CdprError: A cable lacks a number that its model needs.
+
+    Example:
+        >>> chain_table(robot).shape
+        (8, 19)
+    """
+    lowest = 0.0 if robot.unilateral else -math.inf
+    rows = []
+    for cable in robot.cables:
+        chain = chain_of(robot, cable)
+        kinds = [float(_kind(WINCHES, chain.winch)), float(_kind(SPANS, chain.span))]
+        rows.append([*kinds, lowest, *_numbers(chain.winch, cable), *_numbers(chain.span, cable)])
+    return frozen_array(rows)
+
+
+def exits(lines: Array, tips: ArrayLike, velocities: ArrayLike | None = None) -> tuple[Array, Array, Array]:
+    """Compute where cables leave the frame on their way to given anchors on the platform.
+
+    Args:
+        lines: (m, w), as of `line_table`.
+        tips: (m, 3) m, anchors on the platform, world frame.
+        velocities: (m, 3) m/s, of the tips, world axes; 0 if left out.
+
+    Returns:
+        Exit points (m, 3) m, world frame; their velocities (m, 3) m/s; lengths of cable on the exits (m,) m. NaN where
+        no cable leads there (`cdpr.cables.pulley`).
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> points, _, wound = exits(line_table(robot), tips)
+    """
+    tip = np.ascontiguousarray(tips, dtype=np.float64)
+    velocity = np.zeros(tip.shape) if velocities is None else np.ascontiguousarray(velocities, dtype=np.float64)
+    point, moving, wound = np.empty(tip.shape), np.empty(tip.shape), np.empty(len(tip))
+    bind("exits", lines=lines, tip=tip, velocity=velocity, point=point, moving=moving, wound=wound)()
+    return point, moving, wound
+
+
+def chain_tensions(
+    chains: Array,
+    command: ArrayLike,
+    length: ArrayLike,
+    rate: ArrayLike,
+    swing: ArrayLike,
+    unwound: ArrayLike,
+    speed: ArrayLike,
+) -> tuple[Array, Array]:
+    """Compute the tensions of all cables from the commands and states of their winches.
+
+    Equations: `cdpr.cables.drum` (thesis 2.20 to 2.24) and `cdpr.cables.elastic`.
+
+    Args:
+        chains: (m, 19), as of `chain_table`.
+        command: (m,) N, tension that the winch would hold at rest.
+        length: (m,) m, of the cable from its winch's end of the exit to the platform.
+        rate: (m,) m/s, by which the length changes.
+        swing: (m,) m/s^2, by which the rate would change if the platform did not accelerate.
+        unwound: (m,) m, unstretched length; only read of cables that stretch.
+        speed: (m,) rad/s, of the winches, positive where they wind in; only read of cables that stretch.
+
+    Returns:
+        Tensions (m,) N, without what the winches' inertia takes when the platform accelerates, and that inertia as
+        masses along the cables (m,) kg.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> tension, mass = chain_tensions(chain_table(robot), command, length, rate, swing, unwound, speed)
+    """
+    given = {"command": command, "length": length, "rate": rate, "swing": swing, "unwound": unwound, "speed": speed}
+    tension, mass = np.empty(len(chains)), np.empty(len(chains))
+    bind("chain_tensions", chains=chains, **_arrays(given), tension=tension, mass=mass)()
+    return tension, mass
+
+
+def chain_slopes(chains: Array, command: ArrayLike, tension: ArrayLike, speed: ArrayLike) -> tuple[Array, Array]:
+    """Compute the slopes of the winches' states; 0 of cables that do not stretch.
+
+    Args:
+        chains: (m, 19), as of `chain_table`.
+        command: (m,) N.
+        tension: (m,) N.
+        speed: (m,) rad/s, of the winches.
+
+    Returns:
+        Slopes of the unwound lengths (m,) m/s and of the speeds (m,) rad/s^2.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> unwinding, acceleration = chain_slopes(chain_table(robot), command, tension, speed)
+    """
+    given = {"command": command, "tension": tension, "speed": speed}
+    unwinding, acceleration = np.empty(len(chains)), np.empty(len(chains))
+    bind("chain_slopes", chains=chains, **_arrays(given), unwinding=unwinding, acceleration=acceleration)()
+    return unwinding, acceleration
+
+
+def chain_start(chains: Array, command: ArrayLike, length: ArrayLike, rate: ArrayLike) -> tuple[Array, Array]:
+    """Compute the states of the winches at which each tension is its command and no cable stretches further.
+
+    Args:
+        chains: (m, 19), as of `chain_table`.
+        command: (m,) N.
+        length: (m,) m.
+        rate: (m,) m/s.
+
+    Returns:
+        Unwound lengths (m,) m and speeds (m,) rad/s; 0 of cables that do not stretch.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> unwound, speed = chain_start(chain_table(robot), command, length, rate)
+    """
+    given = {"command": command, "length": length, "rate": rate}
+    unwound, speed = np.empty(len(chains)), np.empty(len(chains))
+    bind("chain_start", chains=chains, **_arrays(given), unwound=unwound, speed=speed)()
+    return unwound, speed
+
+
+def _arrays(given: dict[str, ArrayLike]) -> dict[str, Array]:
+    return {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+
+
+def _kind(table: tuple[object, ...], part: object) -> int:
+    if part not in table:
+        raise CdprError(f"{part}: a part of a cable that is not in the tables of cdpr.cables")
+    return table.index(part)
+
+
+def _numbers(part: Part, cable: Cable) -> list[float]:
+    return [*(number.of(cable) for number in part.numbers), *[0.0] * (MOST - len(part.numbers))]

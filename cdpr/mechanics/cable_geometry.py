@@ -1,0 +1,83 @@
+"""Wrench matrix, lengths and rates of the cables: compiled operations on numpy arrays. Conventions: see `cdpr.model`.
+
+Pott, Cable-Driven Parallel Robots (2018), chapter 3: l_i = A_i - p - R B_i, u_i = l_i / |l_i|, column i of the wrench
+matrix [u_i; R B_i x u_i]. `lines` is the table of `cdpr.cables.tables.line_table`, (m, 6) or wider.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+
+
+def cable_geometry(lines: Array, state: ArrayLike) -> tuple[Array, Array, Array]:
+    """Compute the wrench matrix, and lengths and rates of the cables.
+
+    Args:
+        lines: (m, w), as of `line_table`.
+        state: (13,): position m, quaternion w x y z, velocity m/s, angular velocity rad/s, world axes.
+
+    Returns:
+        Wrench matrix (6, m), moments about the platform's origin, world axes; lengths (m,) m; rates (m,) m/s. NaN where
+        a cable has no length, or a pulley lets none pass.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> matrix, length, rate = cable_geometry(line_table(robot), state)
+    """
+    m = len(lines)
+    matrix, length, rate = np.empty((6, m)), np.empty(m), np.empty(m)
+    bind("geometry", lines=lines, state=_array(state), matrix=matrix, length=length, rate=rate)()
+    return matrix, length, rate
+
+
+def wrench_matrix_rate(lines: Array, state: ArrayLike) -> Array:
+    """Compute the time derivative of the wrench matrix.
+
+    Args:
+        lines: (m, w), as of `line_table`.
+        state: (13,), as of `cable_geometry`.
+
+    Returns:
+        (6, m), forces 1/s, moments m/s.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> rate = wrench_matrix_rate(line_table(robot), state)
+    """
+    rate = np.empty((6, len(lines)))
+    bind("matrix_rate", lines=lines, state=_array(state), rate=rate)()
+    return rate
+
+
+def cable_wrench(lines: Array, pose: ArrayLike, tension: ArrayLike) -> Array:
+    """Compute the wrench of the cables on the platform.
+
+    Args:
+        lines: (m, w), as of `line_table`.
+        pose: (7,): position m and quaternion w x y z.
+        tension: (m,) N.
+
+    Returns:
+        (6,): force N and moment about the platform's origin N m, world axes.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> wrench = cable_wrench(line_table(robot), state[:7], tension)
+    """
+    wrench = np.empty(6)
+    bind("cable_wrench", lines=lines, pose=_array(pose), tension=_array(tension), wrench=wrench)()
+    return wrench
+
+
+def _array(given: ArrayLike) -> Array:
+    return np.ascontiguousarray(given, dtype=np.float64)

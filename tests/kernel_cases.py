@@ -1,0 +1,87 @@
+"""Random and adversarial inputs of kernels, and runs of compiled operations on many of them, one by one or in lanes."""
+
+from __future__ import annotations
+
+import os
+from unittest.mock import patch
+
+import numpy as np
+
+from cdpr.native.bind import LANES, bind
+from cdpr.native.operations import VARIABLE, targets
+
+COUNT = 10_000  # inputs of each kernel, a multiple of LANES
+HOSTILE = np.array([0.0, -0.0, 1.0, -1.0, 5e-324, 1e-160, 1e160, -1e308, np.inf, -np.inf, np.nan])
+RUBBISH = np.array([np.nan, 1e300, -np.inf, -7.0, 5e-324])
+
+
+def bits(values):
+    """All bits; of NaN, whose sign and payload compilers may choose, one pattern."""
+    values = np.ascontiguousarray(values, dtype=np.float64)
+    return np.where(np.isnan(values), np.uint64(0x7FF8000000000000), values.view(np.uint64))
+
+
+def assert_same_bits(found, expected):
+    differ = np.argwhere(bits(found) != bits(expected))
+    assert not len(differ), (len(differ), differ[0], found[tuple(differ[0])], expected[tuple(differ[0])])
+
+
+def numbers(rng, *shape):
+    """A third of usual sizes, a third over the whole range of numbers, and a third with hostile ones among them."""
+    first = np.arange(shape[0]).reshape(-1, *[1] * (len(shape) - 1)) % 3
+    usual = rng.uniform(-5.0, 5.0, shape)
+    wide = rng.normal(size=shape) * 10.0 ** rng.uniform(-150.0, 150.0, shape)
+    poisoned = np.where(rng.random(shape) < 1.5 / shape[-1], rng.choice(HOSTILE, shape), usual)
+    return np.choose(first, [usual, wide, poisoned])
+
+
+def rubbish(array):
+    array.reshape(-1)[:] = np.resize(RUBBISH, array.size)
+
+
+def run(name, inputs, outputs, **values):
+    """Return the outputs and status codes of an operation for each of the inputs, arrays by name, (count, ...)."""
+    return _run(name, inputs, outputs, values)
+
+
+def run_lanes(name, inputs, outputs, **values):
+    """Do that eight at a time; status codes are bits then."""
+    grouped = {
+        key: np.ascontiguousarray(np.moveaxis(value.reshape(-1, LANES, *value.shape[1:]), 1, -1))
+        for key, value in inputs.items()
+    }
+    answers, codes = _run(f"{name}_lanes", grouped, outputs, values, (LANES,))
+    single = {key: np.moveaxis(value, -1, 1).reshape(-1, *value.shape[1:-1]) for key, value in answers.items()}
+    return single, codes
+
+
+def _run(name, inputs, outputs, values, lanes=()):
+    """Run it for each instruction set of this processor: all give the same bits."""
+    answers, codes = zip(*(_run_on(target, name, inputs, outputs, values, lanes) for target in targets()), strict=True)
+    for further in answers[1:]:
+        for key, value in further.items():
+            if key != "tension":  # whose rest has no meaning: tests compare answers
+                assert_same_bits(value, answers[0][key])
+    assert all((each == codes[0]).all() for each in codes)
+    return answers[-1], codes[-1]
+
+
+def _run_on(target, name, inputs, outputs, values, lanes):
+    count = len(next(iter(inputs.values())))
+    given = {key: np.empty(value.shape[1:]) for key, value in inputs.items()}
+    written = {key: np.empty((*shape, *lanes)) for key, shape in outputs.items()}
+    with patch.dict(os.environ, {VARIABLE: target}):
+        call = bind(name, **given, **written, **values)
+    scratch = [array for array in call.arrays if not any(array is each for each in given.values())]
+    answers = {key: np.empty((count, *array.shape)) for key, array in written.items()}
+    codes = np.empty(count, dtype=np.int64)
+    for k in range(count):
+        for key, array in given.items():
+            array[...] = inputs[key][k]
+        if k % 16 == 0:  # what one call leaves is rubbish to the next
+            for array in scratch:
+                rubbish(array)
+        codes[k] = call()
+        for key, array in written.items():
+            answers[key][k] = array
+    return answers, codes
