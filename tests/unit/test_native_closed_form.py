@@ -100,5 +100,5 @@ def test_functions_answer_what_they_say():
     assert status == Status.UNSUPPORTED
     assert np.isnan(tension).all()
     assert closed_form_tension(W, [np.nan, 0.0], low, high)[1] == Status.BAD_INPUT
-    with pytest.raises(ValueError, match=r"closed_form: wrench: expected n = 2 as in matrix"):
+    with pytest.raises(ValueError, match=r"closed_form: wrench: expected shape \(n,\)"):
         closed_form_tension(W, [1.0, 2.0, 3.0], low, high)

@@ -105,5 +105,5 @@ def test_functions_compute_what_they_say():
     assert np.isnan(solve_positive_definite(np.zeros((2, 2)), [1.0, 1.0])).all()
     with pytest.raises(ValueError, match=r"rotations: vector: expected shape \(k, 3\)"):
         rotate([1.0, 0.0, 0.0, 0.0], [1.0, 0.0])
-    with pytest.raises(ValueError, match="k = 2 as in quaternion"):
+    with pytest.raises(ValueError, match=r"rotations: vector: expected shape \(k, 3\)"):
         rotate(np.zeros((2, 4)), np.zeros((3, 3)))

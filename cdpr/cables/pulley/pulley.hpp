@@ -4,7 +4,7 @@
 // of the axis, and a unit vector square to it for points on the axis, where no plane is determined.
 #pragma once
 
-#include <cdpr/vector.hpp>
+#include <cdpr/led.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -39,12 +39,12 @@ struct Pulley {
         return point(anchor, numbers, plane(anchor, numbers, tip));
     }
 
-    // Return the length of cable on the groove, m; NaN where the cable would turn by more than 270 degrees.
-    template <class T> static CDPR_INLINE T wound(Vector<T> anchor, const T* numbers, Vector<T> tip) {
+    // Return that point, and the length of cable on the groove, m; NaN where it would turn by more than 270 degrees.
+    template <class T> static CDPR_INLINE Led<T> lead(Vector<T> anchor, const T* numbers, Vector<T> tip) {
         const Plane<T> at = plane(anchor, numbers, tip);
         const Truth<T> beyond = (at.z < T(0.0)) & (at.sine < T(0.0)) & (at.cosine > T(0.0));
         const T angle = select(beyond, T(NOT_A_NUMBER), angle_of(at.sine, at.cosine));
-        return numbers[RADIUS] * select(angle >= T(FIRST), angle, angle + TURN);
+        return {point(anchor, numbers, at), numbers[RADIUS] * select(angle >= T(FIRST), angle, angle + TURN)};
     }
 
     // Return the velocity of that point while the tip moves with V, m/s: the tangent turns with V across it, the plane

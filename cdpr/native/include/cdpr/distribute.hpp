@@ -28,7 +28,7 @@ template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight,
     };
     const auto copied = [&](const Lanes* array, int64_t count) {
         double* copy = reserve(count);
-        for (int64_t i = 0; i < count; i++) copy[i] = array[i].value[lane];
+        for (int64_t i = 0; i < count; i++) copy[i] = array[i].get(lane);
         return copy;
     };
     double status;
@@ -38,8 +38,8 @@ template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight,
         copied(eight.tension_max, m), copied(eight.tension, m), &status, reinterpret_cast<double*>(eight.basis),
         reinterpret_cast<double*>(eight.box), factors, n, m};
     distribute<Rule>(one);
-    for (int64_t i = 0; i < m; i++) eight.tension[i].value[lane] = one.tension[i];
-    eight.status->value[lane] = status;
+    for (int64_t i = 0; i < m; i++) eight.tension[i].set(lane, one.tension[i]);
+    eight.status->set(lane, status);
 }
 
 // Return the bits of the lanes whose status is not OK.

@@ -28,14 +28,15 @@ template <class T> struct Line {
     CDPR_INLINE Vector<T> exit() const {
         return leaves_a_point() ? anchor() : exit_point(row[EXIT], anchor(), row + NUMBERS, tip);
     }
-    CDPR_INLINE T wound() const {
-        return leaves_a_point() ? T(0.0) : wound_length(row[EXIT], anchor(), row + NUMBERS, tip);
+    CDPR_INLINE Led<T> lead() const {
+        if (leaves_a_point()) return {anchor(), 0.0};
+        return cdpr::lead(row[EXIT], anchor(), row + NUMBERS, tip);
     }
     CDPR_INLINE Vector<T> velocity_of_exit(Vector<T> V) const {
         if (leaves_a_point()) return {0.0, 0.0, 0.0};
         return exit_velocity(row[EXIT], anchor(), row + NUMBERS, tip, V);
     }
-    CDPR_INLINE Vector<T> chord() const { return exit() - position - lever; }
+    CDPR_INLINE Vector<T> chord(Vector<T> point) const { return point - position - lever; }
 };
 
 template <class T> CDPR_INLINE Line<T> line(const T* lines, int64_t width, int64_t i, Vector<T> p, Quaternion<T> q) {
@@ -64,7 +65,8 @@ template <class T> inline int geometry(Geometry<T>& cables) {
     const int64_t m = cables.m;
     for (int64_t i = 0; i < m; i++) {
         const Line<T> cable = line(cables.lines, cables.w, i, p, q);
-        const Vector<T> l = cable.chord();
+        const Led<T> exit = cable.lead();
+        const Vector<T> l = cable.chord(exit.point);
         const T norm = length(l);
         const Vector<T> u = l / norm, moment = cross(cable.lever, u);
         T* column = cables.matrix + i;
@@ -74,7 +76,7 @@ template <class T> inline int geometry(Geometry<T>& cables) {
         column[3 * m] = moment.x;
         column[4 * m] = moment.y;
         column[5 * m] = moment.z;
-        cables.length[i] = norm + cable.wound();
+        cables.length[i] = norm + exit.wound;
         cables.rate[i] = -dot(u, v) - dot(moment, omega);
     }
     return 0;
@@ -97,7 +99,7 @@ template <class T> inline int matrix_rate(MatrixRate<T>& cables) {
     const int64_t m = cables.m;
     for (int64_t i = 0; i < m; i++) {
         const Line<T> cable = line(cables.lines, cables.w, i, p, q);
-        const Vector<T> turning = cross(omega, cable.lever), l = cable.chord();
+        const Vector<T> turning = cross(omega, cable.lever), l = cable.chord(cable.exit());
         const T norm = length(l);
         const Vector<T> u = l / norm;
         const Vector<T> stretching = cable.velocity_of_exit(v + turning) - v - turning;
@@ -132,7 +134,7 @@ template <class T> inline int cable_wrench(CableWrench<T>& cables) {
     Vector<T> force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
     for (int64_t i = 0; i < cables.m; i++) {
         const Line<T> cable = line(cables.lines, cables.w, i, p, q);
-        const Vector<T> l = cable.chord();
+        const Vector<T> l = cable.chord(cable.exit());
         const Vector<T> f = (cables.tension[i] / length(l)) * l;
         force = force + f;
         moment = moment + cross(cable.lever, f);
@@ -152,18 +154,20 @@ template <class T> struct Exits {
     T* wound;           // (m), length of cable that lies on the exit, m
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w"), in<T>("tip", "m", "3"),     in<T>("velocity", "m", "3"),
-                                       out<T>("point", "m", "3"), out<T>("moving", "m", "3"), out<T>("wound", "m"),
-                                       size("m"),                size("w")};
+    static constexpr Field fields[] = {in<T>("lines", "m", "w"),      in<T>("tip", "m", "3"),
+                                       in<T>("velocity", "m", "3"),   out<T>("point", "m", "3"),
+                                       out<T>("moving", "m", "3"),    out<T>("wound", "m"),
+                                       size("m"),                     size("w")};
 };
 
 template <class T> inline int exits(Exits<T>& cables) {
     for (int64_t i = 0; i < cables.m; i++) {
         const Vector<T> tip = vector(cables.tip + 3 * i), none = {0.0, 0.0, 0.0};
         const Line<T> cable = {cables.lines + i * cables.w, cables.w, none, none, tip};
-        store(cable.exit(), cables.point + 3 * i);
+        const Led<T> exit = cable.lead();
+        store(exit.point, cables.point + 3 * i);
         store(cable.velocity_of_exit(vector(cables.velocity + 3 * i)), cables.moving + 3 * i);
-        cables.wound[i] = cable.wound();
+        cables.wound[i] = exit.wound;
     }
     return 0;
 }

@@ -16,86 +16,153 @@ inline namespace CDPR_TARGET {
 
 constexpr int WIDTH = 8;
 
-typedef double Eight __attribute__((vector_size(64), aligned(8), may_alias));
-typedef decltype(Eight() < Eight()) EightAnswers; // -1 where true
+// Numbers in a register: g++ computes conditions of wider vectors one number at a time.
+#if defined(__AVX512F__)
+constexpr int PART = 8;
+#elif defined(__AVX__)
+constexpr int PART = 4;
+#else
+constexpr int PART = 2;
+#endif
+constexpr int PARTS = WIDTH / PART;
+
+typedef double Part __attribute__((vector_size(8 * PART), aligned(8), may_alias));
+typedef int64_t PartMask __attribute__((vector_size(8 * PART), aligned(8), may_alias));  // -1 where true
 
 struct Mask {
-    EightAnswers value;
+    PartMask part[PARTS];
 
     Mask() = default;
-    CDPR_INLINE Mask(const EightAnswers& given) : value(given) {}
-    CDPR_INLINE Mask(bool same) : value(EightAnswers{} - same) {}
+    CDPR_INLINE Mask(bool same) {
+        for (int i = 0; i < PARTS; i++) part[i] = PartMask{} - int64_t(same);
+    }
+
+    CDPR_INLINE bool get(int lane) const { return part[lane / PART][lane % PART] != 0; }
 };
 
 struct Lanes {
-    Eight value;
+    Part part[PARTS];
 
     Lanes() = default;
-    CDPR_INLINE Lanes(const Eight& given) : value(given) {}
-    CDPR_INLINE Lanes(double same) : value{same, same, same, same, same, same, same, same} {}
+    CDPR_INLINE Lanes(double same) {
+        for (int i = 0; i < PARTS; i++) part[i] = same - Part{};  // keeps the sign of zero
+    }
 
-    CDPR_INLINE Lanes& operator+=(Lanes other) { return *this = Lanes(value + other.value); }
-    CDPR_INLINE Lanes& operator-=(Lanes other) { return *this = Lanes(value - other.value); }
-    CDPR_INLINE Lanes& operator*=(Lanes other) { return *this = Lanes(value * other.value); }
-    CDPR_INLINE Lanes& operator/=(Lanes other) { return *this = Lanes(value / other.value); }
+    CDPR_INLINE double get(int lane) const { return part[lane / PART][lane % PART]; }
+    CDPR_INLINE void set(int lane, double number) { part[lane / PART][lane % PART] = number; }
 };
 
-CDPR_INLINE Lanes operator-(Lanes a) { return -a.value; }
-CDPR_INLINE Lanes operator+(Lanes a, Lanes b) { return a.value + b.value; }
-CDPR_INLINE Lanes operator-(Lanes a, Lanes b) { return a.value - b.value; }
-CDPR_INLINE Lanes operator*(Lanes a, Lanes b) { return a.value * b.value; }
-CDPR_INLINE Lanes operator/(Lanes a, Lanes b) { return a.value / b.value; }
+template <class Function> CDPR_INLINE Lanes each_part(Function function, const Lanes& a, const Lanes& b) {
+    Lanes found;
+    for (int i = 0; i < PARTS; i++) found.part[i] = function(a.part[i], b.part[i]);
+    return found;
+}
+template <class Function> CDPR_INLINE Mask compare(Function function, const Lanes& a, const Lanes& b) {
+    Mask found;
+    for (int i = 0; i < PARTS; i++) found.part[i] = function(a.part[i], b.part[i]);
+    return found;
+}
+template <class Function> CDPR_INLINE Mask combine(Function function, const Mask& a, const Mask& b) {
+    Mask found;
+    for (int i = 0; i < PARTS; i++) found.part[i] = function(a.part[i], b.part[i]);
+    return found;
+}
 
-CDPR_INLINE Mask operator<(Lanes a, Lanes b) { return a.value < b.value; }
-CDPR_INLINE Mask operator<=(Lanes a, Lanes b) { return a.value <= b.value; }
-CDPR_INLINE Mask operator>(Lanes a, Lanes b) { return a.value > b.value; }
-CDPR_INLINE Mask operator>=(Lanes a, Lanes b) { return a.value >= b.value; }
-CDPR_INLINE Mask operator==(Lanes a, Lanes b) { return a.value == b.value; }
-CDPR_INLINE Mask operator!=(Lanes a, Lanes b) { return a.value != b.value; }
+CDPR_INLINE Lanes operator+(const Lanes& a, const Lanes& b) {
+    return each_part([](const Part& x, const Part& y) -> Part { return x + y; }, a, b);
+}
+CDPR_INLINE Lanes operator-(const Lanes& a, const Lanes& b) {
+    return each_part([](const Part& x, const Part& y) -> Part { return x - y; }, a, b);
+}
+CDPR_INLINE Lanes operator*(const Lanes& a, const Lanes& b) {
+    return each_part([](const Part& x, const Part& y) -> Part { return x * y; }, a, b);
+}
+CDPR_INLINE Lanes operator/(const Lanes& a, const Lanes& b) {
+    return each_part([](const Part& x, const Part& y) -> Part { return x / y; }, a, b);
+}
+CDPR_INLINE Lanes operator-(const Lanes& a) {
+    return each_part([](const Part& x, const Part&) -> Part { return -x; }, a, a);
+}
+CDPR_INLINE Lanes& operator+=(Lanes& a, const Lanes& b) { return a = a + b; }
+CDPR_INLINE Lanes& operator-=(Lanes& a, const Lanes& b) { return a = a - b; }
+CDPR_INLINE Lanes& operator*=(Lanes& a, const Lanes& b) { return a = a * b; }
 
-CDPR_INLINE Mask operator&(Mask a, Mask b) { return a.value & b.value; }
-CDPR_INLINE Mask operator|(Mask a, Mask b) { return a.value | b.value; }
-CDPR_INLINE Mask operator!(Mask a) { return ~a.value; }
+CDPR_INLINE Mask operator<(const Lanes& a, const Lanes& b) {
+    return compare([](const Part& x, const Part& y) -> PartMask { return x < y; }, a, b);
+}
+CDPR_INLINE Mask operator<=(const Lanes& a, const Lanes& b) {
+    return compare([](const Part& x, const Part& y) -> PartMask { return x <= y; }, a, b);
+}
+CDPR_INLINE Mask operator>(const Lanes& a, const Lanes& b) { return b < a; }
+CDPR_INLINE Mask operator>=(const Lanes& a, const Lanes& b) { return b <= a; }
+CDPR_INLINE Mask operator==(const Lanes& a, const Lanes& b) {
+    return compare([](const Part& x, const Part& y) -> PartMask { return x == y; }, a, b);
+}
+CDPR_INLINE Mask operator!=(const Lanes& a, const Lanes& b) {
+    return compare([](const Part& x, const Part& y) -> PartMask { return x != y; }, a, b);
+}
+
+CDPR_INLINE Mask operator&(const Mask& a, const Mask& b) {
+    return combine([](const PartMask& x, const PartMask& y) -> PartMask { return x & y; }, a, b);
+}
+CDPR_INLINE Mask operator|(const Mask& a, const Mask& b) {
+    return combine([](const PartMask& x, const PartMask& y) -> PartMask { return x | y; }, a, b);
+}
+CDPR_INLINE Mask operator!(const Mask& a) {
+    return combine([](const PartMask& x, const PartMask&) -> PartMask { return ~x; }, a, a);
+}
 
 // One bit per lane, 1 for the first.
-CDPR_INLINE int bits(Mask mask) {
+CDPR_INLINE int bits(const Mask& mask) {
     int found = 0;
-    for (int i = 0; i < WIDTH; i++) found |= (mask.value[i] != 0) << i;
+    for (int lane = 0; lane < WIDTH; lane++) found |= int(mask.get(lane)) << lane;
     return found;
 }
 
-CDPR_INLINE bool any(Mask mask) { return bits(mask) != 0; }
-CDPR_INLINE bool all(Mask mask) { return bits(mask) == (1 << WIDTH) - 1; }
-CDPR_INLINE Lanes select(Mask mask, Lanes a, Lanes b) { return mask.value ? a.value : b.value; }
-CDPR_INLINE Lanes select(bool condition, Lanes a, Lanes b) { return condition ? a : b; }
-CDPR_INLINE double first(Lanes lanes) { return lanes.value[0]; }
+CDPR_INLINE bool any(const Mask& mask) {
+    PartMask found = mask.part[0];
+    for (int i = 1; i < PARTS; i++) found |= mask.part[i];
+    int64_t one = 0;
+    for (int i = 0; i < PART; i++) one |= found[i];
+    return one != 0;
+}
+CDPR_INLINE bool all(const Mask& mask) { return !any(!mask); }
+
+CDPR_INLINE Lanes select(const Mask& mask, const Lanes& a, const Lanes& b) {
+    Lanes found;
+    for (int i = 0; i < PARTS; i++) found.part[i] = mask.part[i] ? a.part[i] : b.part[i];
+    return found;
+}
+CDPR_INLINE Lanes select(bool condition, const Lanes& a, const Lanes& b) { return condition ? a : b; }
+CDPR_INLINE double first(const Lanes& lanes) { return lanes.get(0); }
 
 // Apply a function of doubles to each lane.
-template <class Function> CDPR_INLINE Lanes each(Function function, Lanes a) {
-    Lanes found;
-    for (int i = 0; i < WIDTH; i++) found.value[i] = function(a.value[i]);
-    return found;
+template <class Function> CDPR_INLINE Lanes each(Function function, const Lanes& a, const Lanes& b) {
+    const auto part = [&](const Part& x, const Part& y) -> Part {
+        Part found;
+        for (int i = 0; i < PART; i++) found[i] = function(x[i], y[i]);
+        return found;
+    };
+    return each_part(part, a, b);
 }
 
-CDPR_INLINE Lanes absolute(Lanes a) {
-    return each([](double number) { return absolute(number); }, a);
+CDPR_INLINE Lanes absolute(const Lanes& a) {
+    return each_part([](const Part& x, const Part&) -> Part { return (Part)((PartMask)x & INT64_MAX); }, a, a);
 }
-CDPR_INLINE Lanes square_root(Lanes a) {
-    return each([](double number) { return square_root(number); }, a);
+CDPR_INLINE Lanes square_root(const Lanes& a) {
+    return each([](double x, double) { return square_root(x); }, a, a);
 }
-CDPR_INLINE Lanes sine(Lanes a) {
-    return each([](double number) { return sine(number); }, a);
+CDPR_INLINE Lanes sine(const Lanes& a) {
+    return each([](double x, double) { return sine(x); }, a, a);
 }
-CDPR_INLINE Lanes cosine(Lanes a) {
-    return each([](double number) { return cosine(number); }, a);
+CDPR_INLINE Lanes cosine(const Lanes& a) {
+    return each([](double x, double) { return cosine(x); }, a, a);
 }
-CDPR_INLINE Lanes hyperbolic_tangent(Lanes a) {
-    return each([](double number) { return hyperbolic_tangent(number); }, a);
+CDPR_INLINE Lanes hyperbolic_tangent(const Lanes& a) {
+    return each([](double x, double) { return hyperbolic_tangent(x); }, a, a);
 }
-CDPR_INLINE Lanes angle_of(Lanes sine, Lanes cosine) {
-    Lanes found;
-    for (int i = 0; i < WIDTH; i++) found.value[i] = angle_of(sine.value[i], cosine.value[i]);
-    return found;
+CDPR_INLINE Lanes angle_of(const Lanes& sine, const Lanes& cosine) {
+    return each([](double y, double x) { return angle_of(y, x); }, sine, cosine);
 }
 
 }  // namespace CDPR_TARGET

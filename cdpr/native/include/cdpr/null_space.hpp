@@ -1,6 +1,6 @@
-// Null-space form of a tension distribution: all solutions of W t = wrench as t = c + N x. SPDX-License-Identifier: Apache-2.0
+// Null-space form of a tension distribution, t = c + N x. SPDX-License-Identifier: Apache-2.0
 //
-// c is the solution of least norm, but for locked cables: their tension is given and the others balance what is left.
+// All solutions of W t = wrench. c is that of least norm, but for locked cables: their tension is given and the others balance what is left.
 // The columns of N are orthonormal and orthogonal to c. A row of N is zero, exactly, if and only if x does not change
 // that cable: it is locked, or the wrench alone determines its tension.
 #pragma once

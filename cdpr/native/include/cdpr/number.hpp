@@ -1,7 +1,7 @@
 // Number types of the kernels: double, and Lanes, eight doubles side by side. SPDX-License-Identifier: Apache-2.0
 //
-// A kernel is a template over the number type T. Where it would branch on a number it selects: `select(condition, a, b)`
-// selects per lane, `if (any(condition))` branches for all eight, `whole` reads an index, which is the same in all.
+// A kernel is a template over the number type T. Where it would branch on a number it selects: `select(condition, a,
+// b)` selects per lane, `if (any(condition))` branches for all eight, `whole` reads an index, which is the same in all.
 // Each lane goes through the same operations in the same order as a double, so the bits are the same.
 #pragma once
 

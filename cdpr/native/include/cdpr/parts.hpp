@@ -27,11 +27,11 @@ template <class T> CDPR_INLINE Vector<T> exit_point(T kind, Vector<T> anchor, co
     return nowhere<T>();
 }
 
-// Return the length of cable that lies on the exit, m.
-template <class T> CDPR_INLINE T wound_length(T kind, Vector<T> anchor, const T* numbers, Vector<T> tip) {
-    if (is(kind, POINT)) return 0.0;
-    if (is(kind, PULLEY)) return Pulley::wound(anchor, numbers, tip);
-    return NOT_A_NUMBER;
+// Return that point, and the length of cable that lies on the exit, m.
+template <class T> CDPR_INLINE Led<T> lead(T kind, Vector<T> anchor, const T* numbers, Vector<T> tip) {
+    if (is(kind, POINT)) return {anchor, 0.0};
+    if (is(kind, PULLEY)) return Pulley::lead(anchor, numbers, tip);
+    return {nowhere<T>(), NOT_A_NUMBER};
 }
 
 // Return the velocity of the exit point, m/s, while `tip` moves with V.

@@ -1,0 +1,153 @@
+"""Time of kernels of the C++ library, against the numba kernels that they replace.
+
+One process, 6x8: chunks of calls from compiled loops alternate, and the ratio is that of the least times. `eight` is a
+call for eight problems in lanes, divided by eight. Run: python benchmarks/kernels.py; CDPR_NATIVE_TARGET chooses the
+instruction set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from cdpr.cables import Pulley
+from cdpr.cables.lines import rows
+from cdpr.cables.pack import DRIVE, STRAIGHT
+from cdpr.mechanics.geometry import cable_geometry
+from cdpr.model.address import address, c_caller, caller
+from cdpr.model.jit import kernel
+from cdpr.model.kinds import NUMBER, WHOLE
+from cdpr.native.bind import LANES, bind
+from cdpr.native.operations import target
+from cdpr.tension.null_space import form_rows, work_rows
+from cdpr_solvers.closed_form import closed_form
+
+CALLS, CHUNKS, M = 2000, 400, 8
+
+run_native = c_caller(WHOLE(WHOLE, NUMBER))
+held, pull = caller(DRIVE["held"]), caller(STRAIGHT["pull"])
+
+
+@kernel
+def repeat_native(operation: int, place: int, calls: int) -> None:
+    """Run an operation of the library."""
+    for _ in range(calls):
+        run_native(operation, place, 0.0)
+
+
+@kernel
+def repeat_geometry(lines: Any, state: Any, W: Any, length: Any, rate: Any, calls: int) -> None:
+    """Run numba's geometry."""
+    for _ in range(calls):
+        cable_geometry(lines, state, W, length, rate)
+
+
+@kernel
+def repeat_closed_form(
+    W: Any, wrench: Any, low: Any, high: Any, tension: Any, parameters: Any, work: Any, calls: int
+) -> None:
+    """Run numba's closed form."""
+    for _ in range(calls):
+        closed_form(W, wrench, low, high, tension, parameters, work)
+
+
+@kernel
+def repeat_held(place: float, numbers: Any, given: Any, tension: Any, mass: Any, calls: int) -> None:
+    """Run numba's winches as the plant does: by address."""
+    for _ in range(calls):
+        for i in range(tension.shape[0]):
+            tension[i], mass[i] = held(place, numbers[i], given[0, i], given[1, i], given[2, i])
+
+
+@kernel
+def repeat_pull(place: float, numbers: Any, given: Any, tension: Any, calls: int) -> None:
+    """Run numba's spans likewise."""
+    for _ in range(calls):
+        for i in range(tension.shape[0]):
+            stretching = given[1, i] + 0.05 * given[4, i]
+            tension[i] = pull(place, numbers[i], given[2, i], given[3, i], stretching, 0.0)
+
+
+def least(*runs: Callable[[], object]) -> list[float]:
+    """Return the least time of a call, s, of each."""
+    best = [np.inf] * len(runs)
+    for run in runs:
+        run()
+    for _ in range(CHUNKS):
+        for k, run in enumerate(runs):
+            started = perf_counter()
+            run()
+            best[k] = min(best[k], perf_counter() - started)
+    return [seconds / CALLS for seconds in best]
+
+
+def native(name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]]) -> Callable[[], object]:
+    """Return a run of an operation."""
+    call = bind(name, **given, **{key: np.empty(shape) for key, shape in written.items()})
+    return lambda: (repeat_native(call.operation, call.place, CALLS), call)
+
+
+def lanes(given: dict[str, Any]) -> dict[str, Any]:
+    """Return eight of each."""
+    return {key: np.repeat(value[..., None], LANES, axis=-1) for key, value in given.items()}
+
+
+def compare(
+    name: str, ours: Callable[[], object], given: dict[str, Any], written: dict[str, tuple[int, ...]], label: str = ""
+) -> None:
+    """Print times and ratios."""
+    eights = {key: (*shape, LANES) for key, shape in written.items()}
+    numba, one, eight = least(ours, native(name, given, written), native(f"{name}_lanes", lanes(given), eights))
+    eight /= LANES
+    times = f"numba {1e9 * numba:6.1f} ns, one {1e9 * one:6.1f} ns, eight {1e9 * eight:6.1f} ns"
+    print(f"{label or name:28} {times}; ratios {one / numba:.2f} and {eight / numba:.2f}")
+
+
+def main() -> None:
+    """Print a line for each kernel."""
+    rng = np.random.default_rng(1)
+    corners = np.array([[x, y, z] for x in (-2, 2) for y in (-2, 2) for z in (0, 4)], dtype=float)
+    anchors = np.concatenate([corners, rng.uniform(-0.3, 0.3, (M, 3))], axis=1)
+    q = np.array([1.0, 0.1, -0.05, 0.08])
+    state = np.concatenate([[0.1, 0.2, 1.9], q / np.linalg.norm(q), rng.normal(size=6)])
+    pulley = Pulley(type="pulley", radius=0.05)
+    exits = np.concatenate([anchors, np.ones((M, 1)), np.tile(pulley.numbers(), (M, 1))], axis=1)
+    print(f"instruction set {target()}")
+    W, length, rate = np.empty((6, M)), np.empty(M), np.empty(M)
+    shapes: dict[str, tuple[int, ...]] = {"matrix": (6, M), "length": (M,), "rate": (M,)}
+    for label, ours, theirs in (("points", anchors, anchors), ("pulleys", rows(anchors, [pulley] * M), exits)):
+        run = lambda ours=ours: repeat_geometry(ours, state, W, length, rate, CALLS)  # noqa: E731
+        compare("geometry", run, {"lines": theirs, "state": state}, shapes, f"geometry, {label}")
+    low, high, tension = np.full(M, 20.0), np.full(M, 400.0), np.empty(M)
+    problem = {"matrix": W, "wrench": W @ rng.uniform(150.0, 250.0, M), "tension_min": low, "tension_max": high}
+    work = np.empty((form_rows(M) + 1 + work_rows(6), M))
+    compare(
+        "closed_form",
+        lambda: repeat_closed_form(*problem.values(), tension, np.empty(0), work, CALLS),
+        problem,
+        {"tension": (M,), "status": (1,)},
+    )
+    from cdpr.cables.drum import kernels as drum  # a module of kernels, found by its name as robots do
+    from cdpr.cables.elastic import kernels as elastic
+
+    numbers = np.zeros((M, 8))
+    numbers[:, :5] = 0.05, 0.002, 0.1, 0.05, 0.1
+    given = np.array([np.full(M, 200.0), rng.normal(size=M), rng.uniform(2, 4, M), rng.uniform(2, 4, M), np.ones(M)])
+    chains = np.zeros((M, 19))
+    chains[:, 0], chains[:, 3:11] = 1.0, numbers
+    taken = {"command": given[0], "length": given[2], "rate": given[1], "swing": given[2], "unwound": given[3]}
+    taken |= {"chains": chains, "speed": given[4]}
+    place, mass = address(drum.held, DRIVE["held"]), np.empty(M)
+    run = lambda: repeat_held(place, numbers, given, tension, mass, CALLS)  # noqa: E731
+    compare("chain_tensions", run, taken, {"tension": (M,), "mass": (M,)}, "chain_tensions, drums")
+    chains[:, 1], chains[:, 11:13] = 1.0, (5e4, 10.0)
+    spans, there = np.ascontiguousarray(chains[:, 11:]), address(elastic.pull, STRAIGHT["pull"])
+    run = lambda: repeat_pull(there, spans, given, tension, CALLS)  # noqa: E731
+    compare("chain_tensions", run, taken, {"tension": (M,), "mass": (M,)}, "chain_tensions, elastic")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,15 @@
+// Answer of an exit. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/vector.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+template <class T> struct Led {
+    Vector<T> point;  // m, world, where the cable leaves the frame
+    T wound;          // m, length of cable that lies on the exit
+};
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
