@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
+from offline import has_compiler, pip
 
 from cdpr.model import objects
 
@@ -27,10 +28,6 @@ def python(tmp_path_factory):
         pytest.skip("there is no C++ compiler, and building with zig takes too long here")
     folder = tmp_path_factory.mktemp("wheel")
     return unpacked(folder, built(folder, CDPR_BUILD_NUMBA="0"))
-
-
-def has_compiler():
-    return shutil.which("cc") is not None and shutil.which("c++") is not None
 
 
 def built(folder, **more):
@@ -51,23 +48,9 @@ def unpacked(folder, wheel):
 
 
 def built_by_pip(folder, **more):
-    """Run CONTRIBUTING's command without a network: dependencies are on PYTHONPATH, as pip's isolation has them.
-
-    cdpr itself is not among them, and not installed.
-    """
-    needed = folder / "needed"
-    needed.mkdir(exist_ok=True)
-    for place in (path for path in sys.path if path.endswith("site-packages")):
-        for entry in os.scandir(place):
-            if not entry.name.endswith(".pth") and "cdpr" not in entry.name and not (needed / entry.name).exists():
-                (needed / entry.name).symlink_to(entry.path)
-    venv = folder / "builder"
-    if not venv.exists():
-        subprocess.run([sys.executable, "-m", "venv", venv], check=True)
-    words = [venv / "bin" / "python", "-m", "pip", "wheel", "--no-deps", "--no-index", "--no-build-isolation"]
-    words += ["--config-settings", f"build-dir={folder / 'build'}"]
-    env = {**os.environ, "PYTHONPATH": str(needed), "PIP_DISABLE_PIP_VERSION_CHECK": "1", **more}
-    return subprocess.run([*words, "-w", folder, ROOT], env=env, capture_output=True, text=True, check=False)
+    """Run CONTRIBUTING's command without a network."""
+    place = ["--config-settings", f"build-dir={folder / 'build'}"]
+    return pip(folder, "wheel", *place, "-w", folder, ROOT, **more)
 
 
 def run(python, *arguments, cwd, code=0, **more):

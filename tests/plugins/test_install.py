@@ -1,0 +1,94 @@
+"""Editable installs: with the system's compiler, which rebuilds on import, and by zig where there is none."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+
+import pytest
+from conftest import ROOT
+from offline import has_compiler, pip
+
+pytestmark = pytest.mark.slow
+PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
+BUILD = ("CMakeLists.txt", "LICENSE", "README.md", "build_backend.py", "build_numba_kernels.py", "pyproject.toml")
+CROSS = """
+import numpy as np
+from cdpr.native import library
+from cdpr.native.bind import bind
+
+left, right, product = np.eye(3)[:1], np.eye(3)[1:2], np.empty((1, 3))
+bind("cross_products", left=left, right=right, product=product)()
+print(library.compiler, product[0, 2])
+"""
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A copy of what is installed, to be edited."""
+    tree = tmp_path / "tree"
+    tree.mkdir()
+    for name in PACKAGES:
+        ignored = shutil.ignore_patterns("__pycache__", "*.so")
+        shutil.copytree(ROOT / name, tree / name, ignore=ignored)
+    for name in BUILD:
+        shutil.copy(ROOT / name, tree / name)
+    return tree
+
+
+def cross(folder, **more):
+    """What a new process prints: the compiler, and the last component of x cross y."""
+    env = {**os.environ, "PYTHONPATH": str(folder / "needed"), **more}
+    words = [folder / "builder" / "bin" / "python", "-c", CROSS]
+    done = subprocess.run(words, env=env, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.rsplit(maxsplit=1)
+
+
+def test_a_changed_header_is_compiled_at_the_next_import(checkout, tmp_path):
+    if not has_compiler() or shutil.which("cmake") is None or shutil.which("ninja") is None:
+        pytest.skip("this system lacks a C++ compiler, cmake or ninja: nothing is rebuilt on import")
+    done = pip(tmp_path, "install", "--editable", checkout)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert cross(tmp_path)[-1] == "1.0"
+    header = checkout / "cdpr" / "native" / "include" / "cdpr" / "cross_products.hpp"
+    text = header.read_text()
+    assert "a[0] * b[1]" in text
+    header.write_text(text.replace("a[0] * b[1]", "3.0 * a[0] * b[1]"))
+    assert cross(tmp_path)[-1] == "3.0"  # and nothing else is printed
+    (checkout / "cdpr" / "native" / "include" / "cdpr" / "more.hpp").write_text("#pragma once\n")
+    code = "import os, cdpr; from cdpr.native import library; print(*os.listdir(cdpr.get_include() + '/cdpr'))"
+    env = {**os.environ, "PYTHONPATH": str(tmp_path / "needed")}
+    found = subprocess.check_output([tmp_path / "builder" / "bin" / "python", "-c", code], env=env, text=True)
+    assert "more.hpp" in found.split()
+
+
+def without_compilers(folder):
+    """A PATH with what a build by zig needs, and no compiler."""
+    folder.mkdir()
+    for name in ("cmake", "ninja", "sh", "uname"):
+        found = shutil.which(name)
+        if found:
+            (folder / name).symlink_to(found)
+    return str(folder)
+
+
+def test_an_install_without_a_compiler_compiles_by_zig(checkout, tmp_path):
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip("ziglang is not installed, and tests use no network")
+    path, home = without_compilers(tmp_path / "bin"), tmp_path / "home"
+    home.mkdir()
+    hidden = {"PATH": path, "HOME": str(home), "CC": "", "CXX": ""}
+    done = pip(tmp_path, "install", "--editable", checkout, **hidden)
+    assert done.returncode == 0, done.stdout + done.stderr
+    compiler, product = cross(tmp_path, **hidden)
+    assert compiler.startswith("Clang")
+    assert product == "1.0"
+    assert (checkout / "build" / "zig-cache").is_dir()
+    assert [entry.name for entry in home.rglob("*") if "zig" in entry.name.lower()] == []
+    # Nothing rebuilds on import: zig is gone where pip isolates builds.
+    header = checkout / "cdpr" / "native" / "include" / "cdpr" / "cross_products.hpp"
+    header.write_text("#error\n")
+    assert cross(tmp_path, **hidden)[-1] == "1.0"
