@@ -1,4 +1,4 @@
-/* Python module of the kernel library: its tables, and operations bound to their arrays. SPDX-License-Identifier: Apache-2.0
+/* Python module of the kernel library: tables and bound operations. SPDX-License-Identifier: Apache-2.0
 
    bind.py checks the arrays and packs the struct; what is bound here is called without arguments, or with the time. */
 #ifdef CDPR_WITH_PYTHON_H
@@ -113,7 +113,8 @@ static PyObject *entries_of(const cdpr_table *table) {
     for (Py_ssize_t i = 0; entries && i < table->count; i++) {
         const cdpr_entry *entry = &table->entries[i];
         const unsigned long long address = (uintptr_t)entry->call;
-        PyTuple_SetItem(entries, i, Py_BuildValue("sKLN", entry->name, address, (long long)entry->size, fields_of(entry)));
+        PyTuple_SetItem(entries, i,
+                        Py_BuildValue("sKLN", entry->name, address, (long long)entry->size, fields_of(entry)));
     }
     return entries;
 }

@@ -48,7 +48,7 @@ int level() {
 
 }  // namespace
 
-int cdpr_tables(const cdpr_table *tables[CDPR_TARGETS]) {
+int cdpr_tables(const cdpr_table* tables[CDPR_TARGETS]) {
     const int found = level();
     tables[0] = &cdpr::x86_64::table;
     tables[1] = &cdpr::x86_64_v3::table;
@@ -62,7 +62,7 @@ namespace cdpr::portable {
 extern const cdpr_table table;
 }
 
-int cdpr_tables(const cdpr_table *tables[CDPR_TARGETS]) {
+int cdpr_tables(const cdpr_table* tables[CDPR_TARGETS]) {
     tables[0] = &cdpr::portable::table;
     return 1;
 }

@@ -7,9 +7,13 @@
 enum { CDPR_TARGETS = 3 };
 
 #ifdef __cplusplus
-extern "C"
+extern "C" {
 #endif
-/* Write the tables that this processor can run, the fastest last; return how many. */
-int cdpr_tables(const cdpr_table *tables[CDPR_TARGETS]);
 
+/* Write the tables that this processor can run, the fastest last; return how many. */
+int cdpr_tables(const cdpr_table* tables[CDPR_TARGETS]);
+
+#ifdef __cplusplus
+}
+#endif
 #endif

@@ -12,8 +12,8 @@ template <class T> struct CrossProducts {
     const T* right;  // (n, 3)
     T* product;      // (n, 3)
     int64_t n;
-    static constexpr Field fields[] = {in<T>("left", "n", "3"), in<T>("right", "n", "3"),
-                                       out<T>("product", "n", "3"), size("n")};
+    static constexpr Field fields[] = {in<T>("left", "n", "3"), in<T>("right", "n", "3"), out<T>("product", "n", "3"),
+                                       size("n")};
 };
 
 template <class T> inline int cross_products(CrossProducts<T>& problem) {
