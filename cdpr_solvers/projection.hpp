@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cdpr/null_space.hpp>
+#include <cdpr/sum.hpp>
 #include <cdpr/verdict.hpp>
 
 namespace cdpr {
@@ -21,8 +22,7 @@ template <class T> CDPR_INLINE void nearest_solution(const TensionProblem<T>& pr
     const Matrix<T> N = problem.N();
     for (int64_t i = 0; i < problem.m; i++) problem.tension[i] = problem.center()[i];
     for (int64_t k = 0; k < r; k++) {
-        T x = 0.0;
-        for (int64_t i = 0; i < problem.m; i++) x += N(i, k) * problem.target()[i];
+        const T x = sum(T(0.0), 0, problem.m, [&](int64_t i) { return N(i, k) * problem.target()[i]; });
         for (int64_t i = 0; i < problem.m; i++) problem.tension[i] += N(i, k) * x;
     }
 }
@@ -39,13 +39,11 @@ template <class T> CDPR_INLINE T nearest_to_middle(const TensionProblem<T>& prob
     }
     if (!any(bounded)) return double(UNSUPPORTED);
     nearest_solution(problem, r);
-    T outer = 0.0, distance = 0.0, size = 0.0;
-    for (int64_t i = 0; i < problem.m; i++) {
-        const T t = problem.tension[i];
-        outer += square(0.5 * (problem.high()[i] - problem.low()[i]));
-        distance += square(t - problem.target()[i]);
-        size += square(t);
-    }
+    const T* t = problem.tension;
+    const T outer =
+        sum(T(0.0), 0, problem.m, [&](int64_t i) { return square(0.5 * (problem.high()[i] - problem.low()[i])); });
+    const T distance = sum(T(0.0), 0, problem.m, [&](int64_t i) { return square(t[i] - problem.target()[i]); });
+    const T size = sum(T(0.0), 0, problem.m, [&](int64_t i) { return square(t[i]); });
     const Truth<T> far = square_root(distance) > square_root(outer) + PROJECTION_ROUND_OFF * square_root(size);
     return select(bounded, select(far, T(double(INFEASIBLE)), T(double(OK))), T(double(UNSUPPORTED)));
 }
@@ -57,14 +55,11 @@ template <class T> CDPR_INLINE T admitted(const TensionProblem<T>& problem, int6
     if (r <= 0) return status;
     T lack = 0.0, rows = 0.0;
     for (int64_t j = 0; j < problem.n; j++) {
-        T s = -problem.wrench[j], size = absolute(problem.wrench[j]);
-        for (int64_t i = 0; i < problem.m; i++) {
-            const T part = problem.matrix[j * problem.m + i] * problem.tension[i];
-            s += part;
-            size += absolute(part);
-        }
-        lack = larger(lack, absolute(s));
-        rows = larger(rows, size);
+        const T* row = problem.matrix + j * problem.m;
+        const auto part = [&](int64_t i) { return row[i] * problem.tension[i]; };
+        lack = larger(lack, absolute(sum(-problem.wrench[j], 0, problem.m, part)));
+        const auto size = [&](int64_t i) { return absolute(part(i)); };
+        rows = larger(rows, sum(absolute(problem.wrench[j]), 0, problem.m, size));
     }
     const Truth<T> exact = (status == T(double(OK))) & (lack <= BALANCED * rows);
     return select(exact, T(double(OK)), T(double(NOT_FOUND)));

@@ -41,10 +41,11 @@ template <class T> struct ChainTensions {
     T* tension;        // (m), N, without what the winches' inertia takes when the platform accelerates
     T* mass;           // (m), kg, that inertia as a mass along the cable
     int64_t m;
-    static constexpr Field fields[] = {in<T>("chains", "m", "19"), in<T>("command", "m"), in<T>("length", "m"),
-                                       in<T>("rate", "m"),         in<T>("swing", "m"),   in<T>("unwound", "m"),
-                                       in<T>("speed", "m"),        out<T>("tension", "m"), out<T>("mass", "m"),
-                                       size("m")};
+    static constexpr Field fields[] = {in<T>("chains", "m", "19"), in<T>("command", "m"),
+                                       in<T>("length", "m"),       in<T>("rate", "m"),
+                                       in<T>("swing", "m"),        in<T>("unwound", "m"),
+                                       in<T>("speed", "m"),        out<T>("tension", "m"),
+                                       out<T>("mass", "m"),        size("m")};
 };
 
 template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
@@ -66,16 +67,20 @@ template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
 
 // Slopes of the winches whose cables stretch; 0 of others.
 template <class T> struct ChainSlopes {
-    const T* chains;       // (m, 19)
-    const T* command;      // (m), N
-    const T* tension;      // (m), N
-    const T* speed;        // (m), rad/s
-    T* unwinding;          // (m), m/s, by which the unwound length changes
-    T* acceleration;       // (m), rad/s^2
+    const T* chains;   // (m, 19)
+    const T* command;  // (m), N
+    const T* tension;  // (m), N
+    const T* speed;    // (m), rad/s
+    T* unwinding;      // (m), m/s, by which the unwound length changes
+    T* acceleration;   // (m), rad/s^2
     int64_t m;
-    static constexpr Field fields[] = {in<T>("chains", "m", "19"),  in<T>("command", "m"),        in<T>("tension", "m"),
-                                       in<T>("speed", "m"),         out<T>("unwinding", "m"),
-                                       out<T>("acceleration", "m"), size("m")};
+    static constexpr Field fields[] = {in<T>("chains", "m", "19"),
+                                       in<T>("command", "m"),
+                                       in<T>("tension", "m"),
+                                       in<T>("speed", "m"),
+                                       out<T>("unwinding", "m"),
+                                       out<T>("acceleration", "m"),
+                                       size("m")};
 };
 
 template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
@@ -98,8 +103,12 @@ template <class T> struct ChainStart {
     T* unwound;        // (m), m
     T* speed;          // (m), rad/s
     int64_t m;
-    static constexpr Field fields[] = {in<T>("chains", "m", "19"), in<T>("command", "m"),  in<T>("length", "m"),
-                                       in<T>("rate", "m"),         out<T>("unwound", "m"), out<T>("speed", "m"),
+    static constexpr Field fields[] = {in<T>("chains", "m", "19"),
+                                       in<T>("command", "m"),
+                                       in<T>("length", "m"),
+                                       in<T>("rate", "m"),
+                                       out<T>("unwound", "m"),
+                                       out<T>("speed", "m"),
                                        size("m")};
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cdpr/matrix.hpp>
+#include <cdpr/sum.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -15,33 +16,22 @@ constexpr double SINGULAR = 1e-13;
 template <class T> CDPR_INLINE Truth<T> factorise(Matrix<T> A, int64_t n, T damping) {
     Truth<T> regular = true;
     for (int64_t k = 0; k < n; k++) {
-        for (int64_t j = 0; j < k; j++) {
-            T s = A(k, j);
-            for (int64_t i = 0; i < j; i++) s -= A(k, i) * A(j, i);
-            A(k, j) = s / A(j, j);
-        }
-        T s = A(k, k) * (1.0 + damping);
-        const T least = SINGULAR * s;
-        for (int64_t i = 0; i < k; i++) s -= A(k, i) * A(k, i);
-        regular = regular & (s > least);
+        for (int64_t j = 0; j < k; j++)
+            A(k, j) = difference(A(k, j), 0, j, [&](int64_t i) { return A(k, i) * A(j, i); }) / A(j, j);
+        const T whole = A(k, k) * (1.0 + damping);
+        const T left = difference(whole, 0, k, [&](int64_t i) { return A(k, i) * A(k, i); });
+        regular = regular & (left > SINGULAR * whole);
         if (!any(regular)) return regular;
-        A(k, k) = square_root(s);
+        A(k, k) = square_root(left);
     }
     return regular;
 }
 
 // Write x (n,) with L L^T x = b (n,). x may be b.
 template <class T> CDPR_INLINE void solve(Matrix<T> L, const T* b, T* x, int64_t n) {
-    for (int64_t k = 0; k < n; k++) {
-        T s = b[k];
-        for (int64_t j = 0; j < k; j++) s -= L(k, j) * x[j];
-        x[k] = s / L(k, k);
-    }
-    for (int64_t k = n - 1; k >= 0; k--) {
-        T s = x[k];
-        for (int64_t j = k + 1; j < n; j++) s -= L(j, k) * x[j];
-        x[k] = s / L(k, k);
-    }
+    for (int64_t k = 0; k < n; k++) x[k] = difference(b[k], 0, k, [&](int64_t j) { return L(k, j) * x[j]; }) / L(k, k);
+    for (int64_t k = n - 1; k >= 0; k--)
+        x[k] = difference(x[k], k + 1, n, [&](int64_t j) { return L(j, k) * x[j]; }) / L(k, k);
 }
 
 }  // namespace CDPR_TARGET

@@ -33,10 +33,17 @@ template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight,
     };
     double status;
     double* factors = reserve((n + 5) * (n + m));
-    TensionProblem<double> one = {
-        copied(eight.matrix, n * m), copied(eight.wrench, n), copied(eight.tension_min, m),
-        copied(eight.tension_max, m), copied(eight.tension, m), &status, reinterpret_cast<double*>(eight.basis),
-        reinterpret_cast<double*>(eight.box), factors, n, m};
+    TensionProblem<double> one = {copied(eight.matrix, n * m),
+                                  copied(eight.wrench, n),
+                                  copied(eight.tension_min, m),
+                                  copied(eight.tension_max, m),
+                                  copied(eight.tension, m),
+                                  &status,
+                                  reinterpret_cast<double*>(eight.basis),
+                                  reinterpret_cast<double*>(eight.box),
+                                  factors,
+                                  n,
+                                  m};
     distribute<Rule>(one);
     for (int64_t i = 0; i < m; i++) eight.tension[i].set(lane, one.tension[i]);
     eight.status->set(lane, status);

@@ -19,8 +19,8 @@ template <class T> struct Line {
     const T* row;
     int64_t width;
     Vector<T> position;
-    Vector<T> lever; // R B_i
-    Vector<T> tip;   // p + R B_i
+    Vector<T> lever;  // R B_i
+    Vector<T> tip;    // p + R B_i
 
     CDPR_INLINE bool leaves_a_point() const { return width <= EXIT || is(row[EXIT], POINT); }
     CDPR_INLINE Vector<T> anchor() const { return vector(row + FRAME); }
@@ -54,8 +54,12 @@ template <class T> struct Geometry {
     T* rate;         // (m), m/s, -W^T twist: a cable shortens where it pulls along the motion
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w"), in<T>("state", "13"), out<T>("matrix", "6", "m"),
-                                       out<T>("length", "m"),    out<T>("rate", "m"),  size("m"),
+    static constexpr Field fields[] = {in<T>("lines", "m", "w"),
+                                       in<T>("state", "13"),
+                                       out<T>("matrix", "6", "m"),
+                                       out<T>("length", "m"),
+                                       out<T>("rate", "m"),
+                                       size("m"),
                                        size("w")};
 };
 
@@ -154,10 +158,14 @@ template <class T> struct Exits {
     T* wound;           // (m), length of cable that lies on the exit, m
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w"),      in<T>("tip", "m", "3"),
-                                       in<T>("velocity", "m", "3"),   out<T>("point", "m", "3"),
-                                       out<T>("moving", "m", "3"),    out<T>("wound", "m"),
-                                       size("m"),                     size("w")};
+    static constexpr Field fields[] = {in<T>("lines", "m", "w"),
+                                       in<T>("tip", "m", "3"),
+                                       in<T>("velocity", "m", "3"),
+                                       out<T>("point", "m", "3"),
+                                       out<T>("moving", "m", "3"),
+                                       out<T>("wound", "m"),
+                                       size("m"),
+                                       size("w")};
 };
 
 template <class T> inline int exits(Exits<T>& cables) {

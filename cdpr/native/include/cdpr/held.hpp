@@ -7,8 +7,8 @@ namespace cdpr {
 inline namespace CDPR_TARGET {
 
 template <class T> struct Held {
-    T tension; // N, without what the winch's inertia takes when the platform accelerates
-    T mass;    // kg, that inertia as a mass along the cable
+    T tension;  // N, without what the winch's inertia takes when the platform accelerates
+    T mass;     // kg, that inertia as a mass along the cable
 };
 
 }  // namespace CDPR_TARGET

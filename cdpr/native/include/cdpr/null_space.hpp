@@ -1,10 +1,11 @@
 // Null-space form of a tension distribution, t = c + N x. SPDX-License-Identifier: Apache-2.0
 //
-// All solutions of W t = wrench. c is that of least norm, but for locked cables: their tension is given and the others balance what is left.
-// The columns of N are orthonormal and orthogonal to c. A row of N is zero, exactly, if and only if x does not change
-// that cable: it is locked, or the wrench alone determines its tension.
+// All solutions of W t = wrench. c is that of least norm, but for locked cables: their tension is given and the others
+// balance what is left. The columns of N are orthonormal and orthogonal to c. A row of N is zero, exactly, if and only
+// if x does not change that cable: it is locked, or the wrench alone determines its tension.
 #pragma once
 
+#include <cdpr/sum.hpp>
 #include <cdpr/tension_problem.hpp>
 
 namespace cdpr {
@@ -23,12 +24,12 @@ constexpr double TOO_LARGE = 1e300;
 
 // The work space, one row for each name; `rows` are the rows of W, and then their Householder vectors.
 template <class T> struct Factors {
-    Matrix<T> rows;   // (n, free)
-    T* rhs;           // (n), the wrench that is left, then R^-T rhs
-    T* cable;         // (free), the number of each cable that is not locked
-    T* scale;         // (n), of the Householder vectors
-    T* diagonal;      // (n), of R
-    T* y;             // (max(n, free)), squares of the rows' lengths, then a vector that is turned
+    Matrix<T> rows;  // (n, free)
+    T* rhs;          // (n), the wrench that is left, then R^-T rhs
+    T* cable;        // (free), the number of each cable that is not locked
+    T* scale;        // (n), of the Householder vectors
+    T* diagonal;     // (n), of R
+    T* y;            // (max(n, free)), squares of the rows' lengths, then a vector that is turned
     int64_t n, free, rank;
 };
 
@@ -83,27 +84,20 @@ template <class T> CDPR_INLINE T bring_longest(const Factors<T>& f, int64_t k) {
 template <class T> CDPR_INLINE T reflect_row(const Factors<T>& f, int64_t k, int64_t j) {
     const T* v = f.rows[k];
     T* row = f.rows[j];
-    T s = 0.0;
-    for (int64_t i = k; i < f.free; i++) s += v[i] * row[i];
-    s *= f.scale[k];
+    const T s = sum(T(0.0), k, f.free, [&](int64_t i) { return v[i] * row[i]; }) * f.scale[k];
     row[k] -= s * v[k];
-    T left = 0.0;
-    for (int64_t i = k + 1; i < f.free; i++) {
+    return sum(T(0.0), k + 1, f.free, [&](int64_t i) {
         const T value = row[i] - s * v[i];
         row[i] = value;
-        left += value * value;
-    }
-    return left;
+        return value * value;
+    });
 }
 
 // Householder factorisation with pivoting (Golub and Van Loan, algorithm 5.4.1) of the transpose of `rows`. Write the
 // rank and R^-T rhs; return it or minus a status.
 template <class T> CDPR_INLINE int64_t triangulate(Factors<T>& f, T allowed) {
-    for (int64_t j = 0; j < f.n; j++) {
-        T s = 0.0;
-        for (int64_t i = 0; i < f.free; i++) s += f.rows(j, i) * f.rows(j, i);
-        f.y[j] = s;
-    }
+    for (int64_t j = 0; j < f.n; j++)
+        f.y[j] = sum(T(0.0), 0, f.free, [&](int64_t i) { return f.rows(j, i) * f.rows(j, i); });
     T largest = 0.0;
     f.rank = 0;
     for (int64_t k = 0; k < (f.n < f.free ? f.n : f.free); k++) {
@@ -120,8 +114,8 @@ template <class T> CDPR_INLINE int64_t triangulate(Factors<T>& f, T allowed) {
     }
     // R^T y = rhs, row by row; dependent rows must agree.
     for (int64_t j = 0; j < f.n; j++) {
-        T s = f.rhs[j];
-        for (int64_t k = 0; k < (j < f.rank ? j : f.rank); k++) s -= f.rows(j, k) * f.rhs[k];
+        const int64_t before = j < f.rank ? j : f.rank;
+        const T s = difference(f.rhs[j], 0, before, [&](int64_t k) { return f.rows(j, k) * f.rhs[k]; });
         if (j < f.rank) {
             f.rhs[j] = s / f.diagonal[j];
             if (!any(absolute(f.rhs[j]) < T(TOO_LARGE))) return -NOT_FOUND;
@@ -138,7 +132,7 @@ template <class T> CDPR_INLINE int64_t lock_cables(const TensionProblem<T>& prob
     for (int64_t i = 0; i < problem.m; i++) {
         const T low = problem.tension_min[i], high = problem.tension_max[i];
         if (!any(low <= high)) return -BAD_INPUT;  // NaN, too
-        problem.center()[i] = low;                  // which a locked cable keeps
+        problem.center()[i] = low;                 // which a locked cable keeps
         problem.low()[i] = low;
         problem.high()[i] = high;
         if (any(low < high)) f.cable[free++] = double(i);
@@ -175,9 +169,7 @@ template <class T> CDPR_INLINE int64_t factorise(const TensionProblem<T>& proble
 template <class T> CDPR_INLINE void turn_back(const Factors<T>& f) {
     for (int64_t k = f.rank - 1; k >= 0; k--) {
         const T* v = f.rows[k];
-        T s = 0.0;
-        for (int64_t i = k; i < f.free; i++) s += v[i] * f.y[i];
-        s *= f.scale[k];
+        const T s = sum(T(0.0), k, f.free, [&](int64_t i) { return v[i] * f.y[i]; }) * f.scale[k];
         for (int64_t i = k; i < f.free; i++) f.y[i] -= s * v[i];
     }
 }

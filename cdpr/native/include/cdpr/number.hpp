@@ -27,7 +27,7 @@ CDPR_INLINE double cosine(double angle) { return ::cos(angle); }
 CDPR_INLINE double hyperbolic_tangent(double number) { return ::tanh(number); }
 CDPR_INLINE double angle_of(double sine, double cosine) { return ::atan2(sine, cosine); }
 
-template <class T> using Truth = decltype(T() < T()); // bool, or Mask of Lanes
+template <class T> using Truth = decltype(T() < T());  // bool, or Mask of Lanes
 
 // As Python's max and min: the first, unless the second exceeds it; comparisons with NaN are false.
 template <class T> CDPR_INLINE T larger(T a, T b) { return select(b > a, b, a); }

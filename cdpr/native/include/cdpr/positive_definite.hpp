@@ -16,11 +16,11 @@ CDPR_INLINE int missing(Mask answered) { return bits(!answered); }
 
 // Solve (A + damping diag(A)) x = b. Return 0, or bits of the lanes whose matrix is singular.
 template <class T> struct PositiveDefinite {
-    const T* matrix;   // (n, n), A; only its lower half is read
-    const T* right;    // (n), b
-    T* solution;       // (n), x; NaN where the matrix is singular
-    T* factor;         // (n, n), work space: L
-    double damping;    // 1, not negative; as in the method of Levenberg and Marquardt
+    const T* matrix;  // (n, n), A; only its lower half is read
+    const T* right;   // (n), b
+    T* solution;      // (n), x; NaN where the matrix is singular
+    T* factor;        // (n, n), work space: L
+    double damping;   // 1, not negative; as in the method of Levenberg and Marquardt
     int64_t n;
     static constexpr Field fields[] = {in<T>("matrix", "n", "n"),   in<T>("right", "n"), out<T>("solution", "n"),
                                        work<T>("factor", "n", "n"), value("damping"),    size("n")};

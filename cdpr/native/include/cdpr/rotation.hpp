@@ -51,8 +51,7 @@ template <class T> CDPR_INLINE Quaternion<T> exponential(Vector<T> v) {
 template <class T> CDPR_INLINE Vector<T> logarithm(Quaternion<T> q) {
     const T sine = square_root(q.x * q.x + q.y * q.y + q.z * q.z);
     const Truth<T> small = sine < T(SMALL_SINE);
-    const T factor =
-        select(small, T(2.0), 2.0 * angle_of(sine, absolute(q.w)) / select(small, T(1.0), sine));
+    const T factor = select(small, T(2.0), 2.0 * angle_of(sine, absolute(q.w)) / select(small, T(1.0), sine));
     const T signed_factor = select(q.w < T(0.0), -factor, factor);
     return {signed_factor * q.x, signed_factor * q.y, signed_factor * q.z};
 }

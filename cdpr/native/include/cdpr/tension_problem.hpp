@@ -26,10 +26,17 @@ template <class T> struct TensionProblem {
     T* factors;            // (n + 5, n + m), work space
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {
-        in<T>("matrix", "n", "m"),   in<T>("wrench", "n"),    in<T>("tension_min", "m"), in<T>("tension_max", "m"),
-        out<T>("tension", "m"),      out<T>("status", "1"),   work<T>("basis", "m", "m"), work<T>("box", "4", "m"),
-        work<T>("factors", "n + 5", "n + m"), size("n"), size("m")};
+    static constexpr Field fields[] = {in<T>("matrix", "n", "m"),
+                                       in<T>("wrench", "n"),
+                                       in<T>("tension_min", "m"),
+                                       in<T>("tension_max", "m"),
+                                       out<T>("tension", "m"),
+                                       out<T>("status", "1"),
+                                       work<T>("basis", "m", "m"),
+                                       work<T>("box", "4", "m"),
+                                       work<T>("factors", "n + 5", "n + m"),
+                                       size("n"),
+                                       size("m")};
 
     CDPR_INLINE Matrix<const T> W() const { return {matrix, m}; }
     CDPR_INLINE Matrix<T> N() const { return {basis, m}; }

@@ -1,6 +1,7 @@
 // Whether tensions are an answer. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cdpr/sum.hpp>
 #include <cdpr/tension_problem.hpp>
 
 namespace cdpr {
@@ -28,11 +29,9 @@ template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& proble
     Truth<T> balanced = true;
     for (int64_t j = 0; j < problem.n; j++) {
         const T* row = problem.matrix + j * problem.m;
-        T s = -problem.wrench[j], size = 0.0;
-        for (int64_t i = 0; i < problem.m; i++) {
-            s += row[i] * problem.tension[i];
-            size = larger(size, absolute(row[i]));
-        }
+        const T s = sum(-problem.wrench[j], 0, problem.m, [&](int64_t i) { return row[i] * problem.tension[i]; });
+        T size = 0.0;
+        for (int64_t i = 0; i < problem.m; i++) size = larger(size, absolute(row[i]));
         const T scale = larger(absolute(problem.wrench[j]), smaller(size, T(1.0)));
         balanced = balanced & (absolute(s) <= STRICTER * RESIDUAL_TOLERANCE * scale);
         if (!any(balanced)) return balanced;
