@@ -1,5 +1,4 @@
-// Entry of an operation in the table: address, struct and fields, checked at compile time. SPDX-License-Identifier:
-// Apache-2.0
+// Entry of an operation in the table, checked at compile time. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>

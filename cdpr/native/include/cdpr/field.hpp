@@ -1,5 +1,4 @@
-// Declaration of an operation's arguments, read by Python and checked by the compiler. SPDX-License-Identifier:
-// Apache-2.0
+// Declaration of an operation's arguments, which Python reads. SPDX-License-Identifier: Apache-2.0
 //
 //     template <class T> struct CrossProducts {
 //         const T* left;   // (n, 3)
