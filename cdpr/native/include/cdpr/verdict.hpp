@@ -21,18 +21,23 @@ constexpr double RESIDUAL_TOLERANCE = 1e-6;
 // allows, which weighs moments by a length that is unknown here.
 constexpr double STRICTER = 0.1;
 
+// Share of the largest tension that replaces a newton in what may be left of a wrench, where it is more, from 1 kN on:
+// what is left by moving a tension onto a limit by round-off grows with the tensions.
+constexpr double LARGE = 1e-3;
+
 // The larger one, NaN if either is that.
 template <class T> CDPR_INLINE T larger_or_nan(T a, T b) { return select((b <= a) | (a != a), a, b); }
 
-// Whether tensions that were moved onto the limits still balance each row.
-template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& problem) {
+// Whether tensions that were moved onto the limits still balance each row; `largest` is the largest of them, N.
+template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& problem, T largest) {
     Truth<T> balanced = true;
+    const T one = larger(T(1.0), LARGE * largest);
     for (int64_t j = 0; j < problem.n; j++) {
         const T* row = problem.matrix + j * problem.m;
         const T s = sum(-problem.wrench[j], 0, problem.m, [&](int64_t i) { return row[i] * problem.tension[i]; });
         T size = 0.0;
         for (int64_t i = 0; i < problem.m; i++) size = larger(size, absolute(row[i]));
-        const T scale = larger(absolute(problem.wrench[j]), smaller(size, T(1.0)));
+        const T scale = larger(absolute(problem.wrench[j]), one * size);
         balanced = balanced & (absolute(s) <= STRICTER * RESIDUAL_TOLERANCE * scale);
         if (!any(balanced)) return balanced;
     }
@@ -54,7 +59,7 @@ template <class T> CDPR_INLINE T settle(const TensionProblem<T>& problem) {
         T* t = problem.tension + i;
         *t = select(near, smaller(larger(*t, problem.low()[i]), problem.high()[i]), *t);
     }
-    const Truth<T> kept = all(close) ? close : near & (close | balances(problem));
+    const Truth<T> kept = all(close) ? close : near & (close | balances(problem, size));
     return select(kept, T(double(OK)), T(double(INFEASIBLE)));
 }
 
