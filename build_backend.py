@@ -1,6 +1,7 @@
 """Build backend: scikit-build-core's, with a C++ compiler from PyPI where the system has none.
 
 - Without a C and a C++ compiler, builds require ziglang, and only then. Its cache stays in the build folder.
+- CDPR_BUILD_ZIG=1 chooses ziglang in any case, for wheels that run on older Linux systems (manylinux_2_17).
 - An editable install rebuilds the kernel library on import where the system has a compiler, cmake and ninja.
 - Wheels also contain compiled numba kernels (build_numba_kernels.py).
 """
@@ -59,7 +60,9 @@ def build_editable(
 
 
 def system_compilers() -> bool:
-    """Return whether there are a C and a C++ compiler, in CC and CXX or on PATH, where CMake searches."""
+    """Return whether a C and a C++ compiler are used: those of CC and CXX, or on PATH, where CMake searches."""
+    if os.environ.get("CDPR_BUILD_ZIG") == "1":
+        return False
     return found("CC", "cc", "gcc", "clang") and found("CXX", "c++", "g++", "clang++")
 
 

@@ -3,7 +3,7 @@
 // Not by __builtin_cpu_supports, which answers no to everything when compiled by zig.
 #include "dispatch.h"
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(CDPR_ONE_TARGET)
 #include <cpuid.h>
 
 namespace cdpr {

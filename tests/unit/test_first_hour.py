@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,8 @@ import cdpr
 from cdpr import health
 from cdpr.cli import cli
 from cdpr.errors import ExitCode
+from cdpr.native import library as native
+from cdpr.native.operations import target
 from cdpr.plugins.registry import OWN_DISTRIBUTION, registry
 from cdpr.scenario import load_any, load_robot, load_scenario
 from cdpr.scenario.robot_schema import RobotSection
@@ -237,9 +240,28 @@ def test_the_doctor_looks_at_all(examined):
     assert names["libraries", "numpy"].text == np.__version__
     assert all(one.remedy for one in examined if one.state == "missing" and one.group != "tools")
     assert {name for group, name in names if group == "folders"} == {"kernel cache", "temporary", "home", "here"}
+    library = names["kernels", "library"].text
+    assert native.__file__ in library
+    assert f"built by {native.compiler}" in library
+    assert names["kernels", "instruction set"].text.startswith(f"{target()}; also available: ")
     found = registry()
     for role, rows in found.plugins.items():
         assert {one.name for one in examined if one.group == f"{role}s"} == set(rows)
+
+
+def test_the_doctor_reports_an_instruction_set_that_this_processor_lacks(monkeypatch):
+    monkeypatch.setenv("CDPR_NATIVE_TARGET", "x86-64-v9")
+    (wrong,) = [one for one in health.kernels() if one.state == "wrong"]
+    assert "got 'x86-64-v9'" in wrong.text
+    assert wrong.remedy == "correct or unset CDPR_NATIVE_TARGET"
+
+
+def test_the_doctor_reports_a_library_that_is_not_built(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cdpr.native.library", None)
+    monkeypatch.delattr("cdpr.native.library", raising=False)
+    (wrong,) = health.kernels()
+    assert wrong.state == "wrong"
+    assert "pip install --editable ." in wrong.remedy
 
 
 def test_the_doctor_on_the_command_line(here):
