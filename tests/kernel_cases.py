@@ -39,25 +39,33 @@ def rubbish(array):
     array.reshape(-1)[:] = np.resize(RUBBISH, array.size)
 
 
-def run(name, inputs, outputs, **values):
-    """Return the outputs and status codes of an operation for each of the inputs, arrays by name, (count, ...)."""
-    return _run(name, inputs, outputs, values)
+def run(name, inputs, outputs, before=None, **values):
+    """Return the outputs and status codes of an operation for each of the inputs, arrays by name, (count, ...).
+
+    `before` is what outputs hold that are also read; others hold rubbish.
+    """
+    return _run(name, inputs, outputs, values, before or {})
 
 
-def run_lanes(name, inputs, outputs, **values):
+def run_lanes(name, inputs, outputs, before=None, **values):
     """Do that eight at a time; status codes are bits then."""
-    grouped = {
-        key: np.ascontiguousarray(np.moveaxis(value.reshape(-1, LANES, *value.shape[1:]), 1, -1))
-        for key, value in inputs.items()
-    }
-    answers, codes = _run(f"{name}_lanes", grouped, outputs, values, (LANES,))
+
+    def group(arrays):
+        return {
+            key: np.ascontiguousarray(np.moveaxis(value.reshape(-1, LANES, *value.shape[1:]), 1, -1))
+            for key, value in arrays.items()
+        }
+
+    answers, codes = _run(f"{name}_lanes", group(inputs), outputs, values, group(before or {}), (LANES,))
     single = {key: np.moveaxis(value, -1, 1).reshape(-1, *value.shape[1:-1]) for key, value in answers.items()}
     return single, codes
 
 
-def _run(name, inputs, outputs, values, lanes=()):
+def _run(name, inputs, outputs, values, before, lanes=()):
     """Run it for each instruction set of this processor: all give the same bits."""
-    answers, codes = zip(*(_run_on(target, name, inputs, outputs, values, lanes) for target in targets()), strict=True)
+    answers, codes = zip(
+        *(_run_on(target, name, inputs, outputs, values, before, lanes) for target in targets()), strict=True
+    )
     for further in answers[1:]:
         for key, value in further.items():
             if key != "tension":  # whose rest has no meaning: tests compare answers
@@ -66,7 +74,7 @@ def _run(name, inputs, outputs, values, lanes=()):
     return answers[-1], codes[-1]
 
 
-def _run_on(target, name, inputs, outputs, values, lanes):
+def _run_on(target, name, inputs, outputs, values, before, lanes):
     count = len(next(iter(inputs.values())))
     given = {key: np.empty(value.shape[1:]) for key, value in inputs.items()}
     written = {key: np.empty((*shape, *lanes)) for key, shape in outputs.items()}
@@ -81,6 +89,8 @@ def _run_on(target, name, inputs, outputs, values, lanes):
         if k % 16 == 0:  # what one call leaves is rubbish to the next
             for array in scratch:
                 rubbish(array)
+        for key, value in before.items():
+            written[key][...] = value[k]
         codes[k] = call()
         for key, array in written.items():
             answers[key][k] = array

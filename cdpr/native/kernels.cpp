@@ -2,6 +2,7 @@
 //
 // NAME takes doubles; NAME_lanes takes eight problems side by side (lanes.hpp).
 #include <cdpr/chain.hpp>
+#include <cdpr/checks.hpp>
 #include <cdpr/cross_products.hpp>
 #include <cdpr/entry.hpp>
 #include <cdpr/geometry.hpp>
@@ -39,6 +40,8 @@ static constexpr cdpr_entry entries[] = {
     entry<MatrixRate<Lanes>, matrix_rate<Lanes>>("matrix_rate_lanes"),
     entry<CableWrench<double>, cable_wrench<double>>("cable_wrench"),
     entry<CableWrench<Lanes>, cable_wrench<Lanes>>("cable_wrench_lanes"),
+    entry<Acceptance<double>, accept<double>>("accept"),
+    entry<Acceptance<Lanes>, accept<Lanes>>("accept_lanes"),
     entry<TensionProblem<double>, closed_form<double>>("closed_form"),
     entry<TensionProblem<Lanes>, closed_form<Lanes>>("closed_form_lanes"),
     entry<TensionProblem<double>, pseudo_inverse<double>>("pseudo_inverse"),

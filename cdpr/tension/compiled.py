@@ -1,4 +1,4 @@
-"""Call of a compiled tension solver in null-space form with numpy arrays."""
+"""Compiled tension solvers in null-space form, and checks of their answers, with numpy arrays."""
 
 from __future__ import annotations
 
@@ -39,3 +39,43 @@ def distribute_once(
     if status != Status.OK:
         tension[:] = np.nan
     return tension, status
+
+
+def accept_tension(
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    weights: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    answer: ArrayLike,
+) -> tuple[Array, Array]:
+    """Check an answer to a tension distribution problem as the tension stage does, and clip it to the limits.
+
+    The tolerances are those of `cdpr.tension.checks`.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        weights: (n,), 1 for forces, 1 / characteristic length, 1/m, for moments.
+        tension_min: (m,) N.
+        tension_max: (m,) N.
+        answer: (m,) N, tensions of a solver.
+
+    Returns:
+        Tensions (m,) N, NaN unless the answer is accepted. Report (4,): the status, OK, NOT_FOUND, or BAD_INPUT where
+        the wrench is not finite; weighted residual, N; margin to the nearest limit, N; number of cables at a limit. The
+        last three are NaN where an entry is not finite.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> accept_tension([[1.0, -1.0]], [2.0], [1.0], [1.0, 1.0], [9.0, 9.0], [6.0, 4.0])
+        (array([6., 4.]), array([0., 0., 3., 0.]))
+    """
+    limits = np.array([tension_min, tension_max], dtype=np.float64)
+    given = {"matrix": matrix, "wrench": wrench, "weights": weights, "answer": answer}
+    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+    tension, report = np.full(arrays["answer"].shape, np.nan), np.full(4, np.nan)
+    bind("accept", **arrays, limits=limits, tension=tension, report=report)()
+    return tension, report

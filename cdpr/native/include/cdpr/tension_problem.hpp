@@ -6,12 +6,10 @@
 #include <cdpr/field.hpp>
 #include <cdpr/matrix.hpp>
 #include <cdpr/number.hpp>
+#include <cdpr/status.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
-
-// Numbered as cdpr.tension.Status. A function that returns a count returns minus a status where it fails.
-enum Status { OK, INFEASIBLE, NOT_FOUND, UNSUPPORTED, BAD_INPUT };
 
 // The solvers that work in null-space form share it. A cable whose limits are equal is locked: its tension is given.
 template <class T> struct TensionProblem {

@@ -1,6 +1,7 @@
 // Whether tensions are an answer. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cdpr/checks.hpp>
 #include <cdpr/sum.hpp>
 #include <cdpr/tension_problem.hpp>
 
@@ -13,9 +14,6 @@ constexpr double VERTEX_TOLERANCE = 1e-9;
 
 // Below this share it is the round-off of any sound problem: it balances as well as it can.
 constexpr double BREACH_ROUND_OFF = 1e-12;
-
-// A distribution balances the wrench if the residual is below this share of it, or of a newton.
-constexpr double RESIDUAL_TOLERANCE = 1e-6;
 
 // Beyond that the tensions, moved onto the limits, must still balance each row to this share of what the tension stage
 // allows, which weighs moments by a length that is unknown here.

@@ -1,0 +1,129 @@
+// Checks of a tension distribution: no solver is believed. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/field.hpp>
+#include <cdpr/lanes.hpp>
+#include <cdpr/status.hpp>
+#include <cdpr/sum.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// A tension is within its limits, and at a limit, to this many newtons, or on robots whose largest limit is less than a
+// newton to this share of that: finer than any force sensor, coarser than the round-off of every exact solver.
+constexpr double LIMIT_TOLERANCE = 1e-6;
+
+// A distribution balances the wrench if the residual is below this share of it, or of a newton: below any model error,
+// and above what first-order solvers reach when they report convergence.
+constexpr double RESIDUAL_TOLERANCE = 1e-6;
+
+// Squares of numbers beyond 1e154 are infinite: those of such wrenches are taken in units so large that none overflows.
+constexpr double FAR_UNIT = 0x1p-520;
+
+// Whether an answer is accepted.
+template <class T> struct Acceptance {
+    const T* matrix;   // (n, m), moments in N m per N
+    const T* wrench;   // (n), N and N m
+    const T* weights;  // (n), 1 for forces, 1 / characteristic length, 1/m, for moments
+    const T* limits;   // (2, m), N
+    const T* answer;   // (m), N, of a solver
+    T* tension;        // (m), N: the answer within the limits; as before unless it is accepted
+    T* report;  // (4): status; residual, N; margin, N; number of cables at a limit; the last three as before where
+                // an entry is not finite
+    int64_t n;
+    int64_t m;
+    static constexpr Field fields[] = {in<T>("matrix", "n", "m"),
+                                       in<T>("wrench", "n"),
+                                       in<T>("weights", "n"),
+                                       in<T>("limits", "2", "m"),
+                                       in<T>("answer", "m"),
+                                       both<T>("tension", "m"),
+                                       both<T>("report", "4"),
+                                       size("n"),
+                                       size("m")};
+
+    CDPR_INLINE const T* low() const { return limits; }
+    CDPR_INLINE const T* high() const { return limits + m; }
+};
+
+// Return what is large beside the tolerances, N: one newton, or the largest of the limits if that is less. Otherwise
+// nothing would be proved of robots that are held by millinewtons. Of limits that are all zero it is 1.
+template <class T> CDPR_INLINE T newton(const Acceptance<T>& problem) {
+    T largest = 0.0;
+    for (int64_t i = 0; i < problem.m; i++)
+        largest = larger(largest, larger(absolute(problem.low()[i]), absolute(problem.high()[i])));
+    return select((largest >= T(1.0)) | !(largest > T(0.0)), T(1.0), largest);
+}
+
+// Write margin, N, and number of cables at a limit. A locked cable, whose limits are equal, counts only where it does
+// not have that tension.
+template <class T> CDPR_INLINE void room(const Acceptance<T>& problem, T tolerance, T& margin, T& at_limit) {
+    margin = INFINITE;
+    at_limit = 0.0;
+    for (int64_t i = 0; i < problem.m; i++) {
+        const T low = problem.low()[i], high = problem.high()[i];
+        const T distance = smaller(problem.answer[i] - low, high - problem.answer[i]);
+        const Truth<T> aside = (low == high) & (distance >= -tolerance);
+        margin = select(aside, margin, smaller(margin, distance));
+        at_limit += select(aside, T(0.0), select(distance <= tolerance, T(1.0), T(0.0)));
+    }
+}
+
+// Write the squares of the weighted residual and of the wrench, in a unit.
+template <class T> CDPR_INLINE void squares(const Acceptance<T>& problem, T unit, T& residual, T& load) {
+    residual = 0.0;
+    load = 0.0;
+    for (int64_t j = 0; j < problem.n; j++) {
+        const T* row = problem.matrix + j * problem.m;
+        const T s = sum(-problem.wrench[j], 0, problem.m, [&](int64_t i) { return row[i] * problem.answer[i]; });
+        const T lack = unit * problem.weights[j] * s, wanted = unit * problem.weights[j] * problem.wrench[j];
+        residual += lack * lack;
+        load += wanted * wanted;
+    }
+}
+
+// Whether a finite answer keeps the limits and balances the wrench; write the report for the lanes that are finite.
+template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> sound) {
+    T unit = 1.0, residual, load, margin, at_limit;
+    squares(problem, unit, residual, load);
+    const Truth<T> summed = (residual < T(INFINITE)) & (load < T(INFINITE));
+    if (!all(summed)) {
+        unit = select(summed, unit, T(FAR_UNIT));
+        squares(problem, unit, residual, load);
+    }
+    const T one = newton(problem), tolerance = LIMIT_TOLERANCE * one;
+    room(problem, tolerance, margin, at_limit);
+    const T missed = square_root(residual) / unit;
+    const T allowed = RESIDUAL_TOLERANCE * larger(one, square_root(load) / unit);
+    problem.report[1] = select(sound, missed, problem.report[1]);
+    problem.report[2] = select(sound, margin, problem.report[2]);
+    problem.report[3] = select(sound, at_limit, problem.report[3]);
+    return (margin >= -tolerance) & (missed <= allowed) & (allowed < T(INFINITE));
+}
+
+CDPR_INLINE int code(double status) { return int(status); }
+#ifdef __GNUC__
+CDPR_INLINE int code(const Lanes& status) { return bits(status != Lanes(double(OK))); }
+#endif
+
+// Copy a solver's answer if it is finite, within the limits and balances the wrench. Return the status: OK, BAD_INPUT
+// where the wrench is not finite, else NOT_FOUND; of lanes, the bits of those that are not OK.
+template <class T> inline int accept(Acceptance<T>& problem) {
+    const T answered = sum(T(0.0), 0, problem.m, [&](int64_t i) { return 0.0 * problem.answer[i]; });
+    const T asked = sum(T(0.0), 0, problem.n, [&](int64_t j) { return 0.0 * problem.wrench[j]; });
+    const Truth<T> given = asked == T(0.0), sound = given & (answered == T(0.0));
+    Truth<T> right = sound;
+    if (any(sound)) {
+        right = sound & holds(problem, sound);
+        for (int64_t i = 0; i < problem.m; i++) {
+            const T within = smaller(larger(problem.answer[i], problem.low()[i]), problem.high()[i]);
+            problem.tension[i] = select(right, within, problem.tension[i]);
+        }
+    }
+    const T status = select(right, T(double(OK)), select(given, T(double(NOT_FOUND)), T(double(BAD_INPUT))));
+    problem.report[0] = status;
+    return code(status);
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
