@@ -29,7 +29,18 @@ def flags():
 def compile_object(source, target, out, *more):
     """Compile a file of C++ for an instruction set; return what the compiler did."""
     given = [f"-DCDPR_TARGET={target}", f'-DCDPR_TARGET_NAME="{TARGETS[target]}"', f"-march={TARGETS[target]}"]
-    words = [tool("g++"), "-std=c++17", *flags(), *given, f"-I{NATIVE / 'include'}", f"-I{ROOT}", *more, "-fPIC"]
+    words = [
+        tool("g++"),
+        "-std=c++17",
+        *flags(),
+        "-fno-exceptions",
+        "-fno-rtti",
+        *given,
+        f"-I{NATIVE / 'include'}",
+        f"-I{ROOT}",
+        *more,
+        "-fPIC",
+    ]
     return subprocess.run([*words, "-c", source, "-o", out], capture_output=True, text=True, check=False)
 
 
