@@ -79,7 +79,11 @@ def compiler_requirements() -> list[str]:
 
 def compiler_settings(state: str) -> Settings:
     """Return scikit-build-core's settings for the compiler, and set what CMake reads from the environment."""
+    if sysconfig.get_config_var("Py_GIL_DISABLED"):
+        sys.exit("cdpr: free-threaded Python is not supported: it has another ABI; use the usual Python.")
     settings = {"build-dir": f"build/{state}", "cmake.define.CDPR_NUMBA_KERNELS": "", "cmake.define.CDPR_ZIG": "OFF"}
+    # Paths of tools that pip installs for one build are wrong in the next.
+    settings["cmake.fresh"] = "false" if can_rebuild() else "true"
     if system_compilers():
         return settings
     use_zig()

@@ -2,7 +2,7 @@
 
    Declared here so that the library is built without Python.h, which Debian and others package apart from Python.
    tests/unit/test_native_abi.py compares these declarations with Python.h. Free-threaded builds have another layout;
-   CMakeLists.txt rejects them. */
+   build_backend.py rejects them. */
 #ifndef CDPR_STABLE_ABI_H
 #define CDPR_STABLE_ABI_H
 
