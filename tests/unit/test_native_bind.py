@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import re
 import struct
 import sys
 import weakref
 
 import numpy as np
 import pytest
+from conftest import ROOT
 
 from cdpr.native import bind as module
 from cdpr.native.bind import bind
@@ -207,6 +209,18 @@ def test_an_instruction_set_that_this_processor_lacks_is_an_error(monkeypatch, w
     monkeypatch.setenv(VARIABLE, wanted)
     with pytest.raises(ValueError, match=rf"^{VARIABLE}: expected one of {', '.join(targets())}, got '{wanted}'\.$"):
         operations()
+
+
+def test_the_example_and_the_message_of_the_page_are_as_there():
+    page = (ROOT / "docs" / "kernels.md").read_text()
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names = {}
+    exec(code, names)
+    assert names["status"] == 0
+    np.testing.assert_array_equal(names["product"], np.cross(np.eye(3), np.ones((3, 3))))
+    with pytest.raises(ValueError, match="expected shape") as raised:
+        bind("cross_products", left=np.eye(3), right=np.ones((2, 3)), product=np.ones((3, 3)))
+    assert f"`{raised.value}`" in " ".join(page.split())
 
 
 def test_fields_are_read_from_the_library():
