@@ -42,11 +42,10 @@ def build_wheel(
     wheel_directory: str, config_settings: Settings | None = None, metadata_directory: str | None = None
 ) -> str:
     """Build a wheel; return its name."""
-    settings = compiler_settings("wheel") | (config_settings or {})
-    if not build_numba_kernels.wanted():
-        return backend.build_wheel(wheel_directory, settings, metadata_directory)
     with tempfile.TemporaryDirectory() as place:
-        settings["cmake.define.CDPR_NUMBA_KERNELS"] = str(build_numba_kernels.compile_kernels(Path(place)))
+        wanted = build_numba_kernels.wanted()
+        kernels = str(build_numba_kernels.compile_kernels(Path(place))) if wanted else ""
+        settings = compiler_settings("wheel") | {"cmake.define.CDPR_NUMBA_KERNELS": kernels} | (config_settings or {})
         return backend.build_wheel(wheel_directory, settings, metadata_directory)
 
 
