@@ -35,17 +35,22 @@ import cdpr
 from cdpr.errors import CdprError
 from cdpr.model import objects
 from cdpr.plugins.registry import registry
+from cdpr.scenario.overrides import CHOICES
+from cdpr.workspace.path import touched
 
 root = Path(sys.argv[1])
 assert Path(cdpr.__file__).is_relative_to(root), cdpr.__file__
 
 
 def run(name, **more):
-    """Return whether it ran."""
+    """Return whether it ran, as `cdpr run` does it."""
     short = {"simulation.duration": 0.02, "simulation.ends_early": True}
+    changes = {CHOICES[role]: value for role, value in more.items()}
     try:
+        scenario = cdpr.load_scenario(root / "scenarios" / f"{name}.yaml", overrides=short | changes)
+        scenario.warnings
         with TemporaryDirectory() as out:  # logs hold pictures, which have kernels of their own
-            cdpr.simulate(root / "scenarios" / f"{name}.yaml", overrides=short, out=out, **more)
+            touched(scenario.robot, cdpr.simulate(scenario, out=out), scenario.obstacles)
         return True
     except CdprError as error:  # an engine or a solver that is not installed here
         print(f"{name} {more}: {error}", file=sys.stderr)

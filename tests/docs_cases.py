@@ -32,7 +32,19 @@ SHORTER = {
     "bench solvers": ["--poses", "2", "--adversaries", "1", "--solvers", "qp,osqp"],
 }
 # Seconds even so: engines and workers in processes of their own, all problems of the kit.
-SLOW = ("compare scenarios/", "bench", "check", "study scenarios/studies/thesis_ch6.yaml", "baseline")
+SLOW = (
+    "baseline",
+    "bench",
+    "check",
+    "compare scenarios/",
+    "info gcode",
+    "size scenarios/winch.yaml --broken",
+    "study scenarios/studies/thesis_ch6.yaml",
+    "tension scenarios/robots/caroca.yaml --solver all",
+    "workspace compare out/w.npz",
+    "workspace export out/proved.npz",
+    "workspace static scenarios/robots/caroca.yaml --method certify",
+)
 # tests/unit/test_docs.py runs its commands in full length, and holds what they tell to the tables.
 WHOLE = "docs/teaching.md"
 # Exit codes other than 0, which the page tells.

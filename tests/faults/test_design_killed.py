@@ -26,7 +26,7 @@ GENTLE = [pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGINT, s
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, *GENTLE])
 def test_a_killed_design_goes_on(how, tmp_path):
-    path, count = write_design(tmp_path, optimizer="evaluations: 400, seed: 5"), 400
+    path, count = write_design(tmp_path, optimizer="evaluations: 200, seed: 5"), 200
     cdpr_here("design", path, "--out", tmp_path / "whole", "--jobs", "1", "--no-report")
     out = tmp_path / "out"
     command = [sys.executable, "-m", "cdpr", "design", str(path), "--out", str(out), "--jobs", str(JOBS), "--no-report"]
@@ -51,6 +51,7 @@ def test_a_killed_design_goes_on(how, tmp_path):
     assert kept(out) == kept(tmp_path / "whole")
 
 
+@pytest.mark.slow
 def test_two_at_work_in_one_folder(tmp_path):
     path = write_design(tmp_path, optimizer="evaluations: 4000")
     out = tmp_path / "out"

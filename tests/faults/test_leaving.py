@@ -36,6 +36,7 @@ cdpr.cli._leave(5)
 """
 
 
+@pytest.mark.slow
 def test_a_thread_that_does_not_end_does_not_crash_the_end():
     pytest.importorskip("mujoco")
     pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")

@@ -154,6 +154,7 @@ def test_what_done_raises_ends_the_workers():
     assert time.monotonic() - started < 60
 
 
+@pytest.mark.slow
 def test_what_workers_are_forked_from_may_be_killed():
     """Who is at work goes with it; those that follow come from another one."""
 
@@ -168,6 +169,7 @@ def test_what_workers_are_forked_from_may_be_killed():
     assert outcomes[-1].status == "finished"
 
 
+@pytest.mark.slow
 def test_what_workers_are_forked_from_may_hang():
     run_cases([case("first")], jobs=1, timeout=60)
     server = forks._known[os.getpid()]

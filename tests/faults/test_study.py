@@ -64,6 +64,7 @@ def rerun_equals(study, out, expected):
     return before
 
 
+@pytest.mark.slow
 def test_faults_cost_their_own_case_and_a_rerun_mends_them(tmp_path):
     faults = ["none", "raise", "kill", "hang", "crash", "none", "exit", "none"]
     study = faulty_study(tmp_path, faults, 0.1)

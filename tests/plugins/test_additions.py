@@ -197,6 +197,7 @@ def test_a_motion(tree):
     np.testing.assert_allclose(load_run(folder / "rise").desired_position[-1], [0.0, 0.0, 1.3])
 
 
+@pytest.mark.slow
 def test_a_column(tree):
     """A line in the table, and the lines that compute it."""
     folder, add, run = tree

@@ -95,6 +95,7 @@ def test_without_what_draws_there_is_a_report_and_one_line_says_what_figures_for
     assert "pip install 'cdpr[plot]'" in line
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_wheel_are_those_of_the_tree(python, tmp_path):
     rows = json.loads(run(python, "-m", "cdpr", "examples", "--json", cwd=tmp_path).stdout)
     assert all(row["file"].startswith(str(python[1])) for row in rows)
@@ -103,6 +104,7 @@ def test_the_examples_of_the_wheel_are_those_of_the_tree(python, tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_all_c(python):
     """Without which no FMU can be exported."""
     of_tree = {path.relative_to(ROOT) for path in (ROOT / "cdpr").rglob("*") if path.suffix in (".c", ".h")}

@@ -175,6 +175,7 @@ def test_which_samples_are_kept_stands_in_the_file(kept, monkeypatch):
     assert "position differs first at t = 0.1 s, by 1.00e-06 m" in found.detail
 
 
+@pytest.mark.slow
 def test_runs_are_not_kept_in_memory(kept, tmp_path, monkeypatch):
     """Each is let go before the next is read."""
     alive, most, read = [], [], baseline_check.read

@@ -58,6 +58,7 @@ def test_only_what_is_asked_for_is_optimised():
     assert list(consult(problems, ["None", "one_norm", "centroid"]).optima) == ["one_norm"]
 
 
+@pytest.mark.slow
 def test_the_exact_solver_agrees():
     problems = make_problems(wall(), 150, 2)
     found = consult(problems, ["min_norm"])

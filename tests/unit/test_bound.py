@@ -54,6 +54,7 @@ def gather(table, vector, block, nest, whole, number, flag, out):
     return whole
 
 
+@pytest.mark.slow
 @given(st.integers(1, 5), st.integers(1, 7), st.integers(-(2**40), 2**40), st.floats(), st.booleans())
 def test_arguments_of_all_kinds_arrive(m, n, whole, number, flag):
     rng = np.random.default_rng(m * 10 + n)

@@ -83,6 +83,7 @@ def test_a_folder_that_is_taken_is_refused(compared):
     assert "not empty" in cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", compared[1], code=8).stderr
 
 
+@pytest.mark.slow
 def test_an_interrupt_leaves_the_folder_to_the_next_comparison(tmp_path, monkeypatch):
     """Whether it was there before or not."""
 

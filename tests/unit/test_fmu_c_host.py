@@ -85,6 +85,7 @@ def test_a_host_in_c_finds_the_same(case, fmi, plain, tmp_path):
         assert [float(line) for line in done.stdout.split()] == driver.state().tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
 @CASES
 def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):

@@ -223,6 +223,7 @@ def comments(text: str) -> list[str]:
     return [line.partition("# comment ")[2].split()[0] for line in text.splitlines() if "# comment " in line]
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(texts(), st.data())
 def test_every_edit_comes_out_and_disturbs_nothing(text: str, data: Any) -> None:

@@ -48,6 +48,7 @@ def read(files, **more):
     return Incoming().read(Board().join(), files=sizes, body=body, **more)
 
 
+@pytest.mark.slow
 def test_hostile_files_end_in_one_message_each(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     (message,) = read({name: content for name, (content, _) in HOSTILE.items()})

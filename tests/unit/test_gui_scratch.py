@@ -65,6 +65,7 @@ def test_a_folder_that_another_window_swept_before_it_was_locked_is_made_anew(pl
     assert list(place.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_window_begins_by_removing_what_others_left(place):
     pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")
     from cdpr.gui.desk import Desk

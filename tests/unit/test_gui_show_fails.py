@@ -12,6 +12,7 @@ from cdpr.gui.board import encoded
 from cdpr.plugins import Controller, PluginOptions
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_badly_leaves_all_usable():
     """No tensions hold the platform at such limits, and the scenario says to stop then."""
     strict = scenario(**{"solver.infeasible": "stop"})
@@ -61,6 +62,7 @@ class Raising(Controller):
             raise ZeroDivisionError("by zero")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("now", [False, True])
 def test_a_plugin_that_raises_is_a_status(now):
     found, name = scenario().plugins.with_class("controller", Raising)
@@ -86,6 +88,7 @@ def test_an_option_without_a_limit_is_told():
         assert status["changeable"] == [{"key": "controller.most", "value": ".inf"}]
 
 
+@pytest.mark.slow
 def test_a_plugin_that_asks_for_the_end_ends_nothing():
     found, name = scenario().plugins.with_class("controller", Raising)
     bad = scenario().with_changes({"controller": {"type": name, "quits": True}}, plugins=found)
@@ -98,6 +101,7 @@ def test_a_plugin_that_asks_for_the_end_ends_nothing():
         assert it.board.latest("frame")["n"] == 0
 
 
+@pytest.mark.slow
 def test_a_fault_of_ours_is_told_and_the_thread_lives(monkeypatch):
     with staged(scenario()) as it:
         it.phase("ready")

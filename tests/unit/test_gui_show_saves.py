@@ -18,6 +18,7 @@ def no_report(monkeypatch):
     monkeypatch.setattr("cdpr.report.pages.run.write_report", lambda run, path: path.touch())
 
 
+@pytest.mark.slow
 def test_runs_too_long_for_the_memory_go_to_a_folder_that_is_gone_in_the_end(tmp_path, monkeypatch, no_report):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     long = scenario(**{"simulation.duration": 120.0})
@@ -85,6 +86,7 @@ def test_a_session_repeats_to_the_bit(backend, tmp_path, no_report):
     assert cdpr.simulate(tmp_path / "run" / "session.yaml").rows.tobytes() == rows
 
 
+@pytest.mark.slow
 def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
     mine, session = tmp_path / "mine.yaml", tmp_path / "session.yaml"
     mine.write_text("# hours of work\n")

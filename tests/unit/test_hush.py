@@ -22,6 +22,7 @@ for name in registry().names("solver"):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(registry().get("solver", "highs").missing), reason="highspy is not installed")
 def test_no_solver_prints_on_stdout_as_it_is_made():
     """HiGHS prints a banner before it can be silenced."""

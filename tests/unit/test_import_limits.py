@@ -81,6 +81,7 @@ def test_seconds_that_are_no_bound_are_refused(seconds):
         bounded(forever, "a.xml", seconds)
 
 
+@pytest.mark.slow
 def test_a_file_that_takes_long_costs_the_others_of_its_folder_nothing(tmp_path, monkeypatch):
     for name in ("a", "b"):
         (tmp_path / f"{name}.yaml").write_text(SUCCESSOR)

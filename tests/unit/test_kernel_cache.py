@@ -107,6 +107,7 @@ def copied(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 @compiled
 def test_the_same_sources_in_another_folder_are_found_compiled(store, tmp_path):
     expected = jit.kernel(kernels.rotate.py_func)(*TURN)
@@ -117,6 +118,7 @@ def test_the_same_sources_in_another_folder_are_found_compiled(store, tmp_path):
     assert answer.strip() == str(expected)
 
 
+@pytest.mark.slow
 @compiled
 def test_a_changed_kernel_is_compiled_anew(store, tmp_path):
     jit.kernel(kernels.rotate.py_func)(*TURN)

@@ -54,6 +54,7 @@ def test_it_can_be_called_later():
     assert caller(5.0) == 16.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [False, True])
 def test_on_disk_it_is_as_it_was_asked_for(asked):
     callee, caller = made()

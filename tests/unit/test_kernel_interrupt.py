@@ -104,6 +104,7 @@ print(double(1.5))
 """
 
 
+@pytest.mark.slow
 @compiled
 def test_an_interrupt_while_numba_is_imported_waits_for_its_end():
     done = subprocess.run([sys.executable, "-c", HALF], capture_output=True, text=True, check=False)

@@ -179,6 +179,7 @@ def test_any_number_of_rows(robot, always, count, jobs):
     expect_same(distribute(robot, at, jobs=jobs), distribute(robot, at, solver=alone(robot)))
 
 
+@pytest.mark.slow
 def test_several_chunks_in_threads(robot, always):
     at = np.tile(poses(robot, 500), (20, 1))
     wanted = distribute(robot, at, solver=alone(robot), jobs=1)
@@ -263,6 +264,7 @@ def eights(draw):
     return n, m, W, wrench, low, high
 
 
+@pytest.mark.slow
 def test_any_eight_are_answered_as_alone():
     counts = []
 

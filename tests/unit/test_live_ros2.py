@@ -300,6 +300,7 @@ def test_nobody_hears_what_it_says_itself(port):
     assert found["run"].events == ()
 
 
+@pytest.mark.slow
 def test_another_domain_is_another_world(port, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "42")
     with seen_of(port, duration=0.1) as (link, _, _), node(port, domain=42) as seen, node(port) as other:

@@ -146,11 +146,11 @@ def no_objects(tmp_path_factory):
     return cache
 
 
-FEW = ("reference", "mujoco")  # the others are slow ones
 BACKENDS = [name for name in ("reference", "mujoco", "bullet", "dart") if not registry().get("backend", name).missing]
-RUNS = [pytest.param("caroca", name, marks=() if name in FEW else pytest.mark.slow) for name in BACKENDS]
+RUNS = [("caroca", name) for name in BACKENDS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scenario", "backend"), [*RUNS, ("winch", "reference")])
 def test_a_run_needs_no_numba_and_logs_the_same(no_objects, tmp_path, scenario, backend):
     words = ["run", f"scenarios/{scenario}.yaml", "--backend", backend, "--set", "simulation.duration=0.01"]
@@ -163,23 +163,26 @@ def test_a_run_needs_no_numba_and_logs_the_same(no_objects, tmp_path, scenario, 
     assert logs[0] == logs[1]
 
 
+@pytest.mark.slow
 def test_other_arguments_are_for_numba(place, compiled):
     code = USE + SAY + "\nprint(limited(-2), limited(x=0.5), fill(np.ones(4)[::2]))" + SAY
     said, then = place.run(code).split("False\n")
     assert (said, then) == (compiled[1], "-2 0.5 None\nTrue\n")
 
 
+@pytest.mark.slow
 def test_what_a_kernel_raises_is_raised(place):
     code = "from modules import limited\ntry:\n    limited(3.0)\nexcept ValueError as error:\n    print(error)"
     assert place.run(code) == "too much\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "damage",
     [
         lambda whole: whole[: len(whole) // 2],
-        pytest.param(lambda whole: b"", marks=pytest.mark.slow),
-        pytest.param(lambda whole: whole[:-100], marks=pytest.mark.slow),
+        lambda whole: b"",
+        lambda whole: whole[:-100],
         lambda whole: whole[:5000] + bytes(8) + whole[5008:],
     ],
 )
@@ -192,6 +195,7 @@ def test_a_damaged_file_is_no_reason_to_fail_and_is_whole_again(place, compiled,
     assert place.run(BLOCKED + USE) == compiled[1]
 
 
+@pytest.mark.slow
 def test_a_library_of_somebody_else_is_not_loaded(place, compiled):
     (file,) = place.left
     shutil.copy(np._core._multiarray_umath.__file__, file)
@@ -234,6 +238,7 @@ def test_two_processes_at_once_leave_what_serves_both(place, compiled):
     assert place.run(BLOCKED + USE) == compiled[1]
 
 
+@pytest.mark.slow
 def test_a_change_of_what_another_package_holds_is_seen(place, compiled):
     """Its code is within what was left, and nothing of the caller's package has changed."""
     place.write(30.0)

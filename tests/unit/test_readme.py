@@ -57,6 +57,7 @@ def test_the_index_names_every_page():
     assert {f"docs/{name}" for name in named} == PAGES.keys() - {"README.md", "docs/README.md"}
 
 
+@pytest.mark.slow
 def test_python_examples_run(monkeypatch, tmp_path):
     """One after the other, as a reader would type them."""
     code = [re.findall(r"^```python\n(.*?)^```$", PAGES[page], re.DOTALL | re.MULTILINE) for page in PYTHON]

@@ -182,6 +182,7 @@ def test_a_safety_that_makes_no_sense(foreseen, safety):
         sizing([foreseen], safety)
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path):
     page = tmp_path / "sub" / "size.html"
     told = cli("size", "scenarios/winch.yaml", "--safety", "6", "--out", str(page))

@@ -135,6 +135,7 @@ def test_templates_of_random_proportions(name):
     assert not failures
 
 
+@pytest.mark.slow
 def test_a_crowded_template_is_reported_with_numbers(tmp_path):
     words = ["new", "robot", str(tmp_path / "r.yaml"), "--suspended", "--platform", "0.4,0.3,0.02"]
     done = CliRunner().invoke(cli, words)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from counted import calls
 from hypothesis import given
 from hypothesis import strategies as st
@@ -58,6 +59,7 @@ def test_many_points_are_those_of_a_quintic_spline():
     np.testing.assert_allclose(a, spline(times, 2), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_large_table_is_right_and_no_loop_of_python():
     times = np.arange(100_000) * 0.01
     share = np.sin(0.3 * times)

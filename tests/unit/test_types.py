@@ -34,6 +34,7 @@ def test_a_users_file_has_types(tmp_path):
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.slow
 def test_every_module_of_a_room_is_an_attribute():
     done = subprocess.run([sys.executable, "-c", ATTRIBUTES], capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("[1. 0. 0. 0.]\n", "")

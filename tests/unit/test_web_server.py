@@ -306,6 +306,7 @@ def test_fragments_are_joined():
         made.ping().wait(PATIENCE)
 
 
+@pytest.mark.slow
 def test_a_silent_client_is_pinged_and_given_up(monkeypatch):
     monkeypatch.setattr(web_socket, "QUIET", 1.0)  # a busy machine answers three pings of the first client meanwhile
     with served() as server, connect(link(server.port), ping_interval=None) as alive:

@@ -311,6 +311,7 @@ def test_a_held_direction_is_not_looked_along():
         region(robot, orientations=[[np.cos(0.1), np.sin(0.1), 0.0, 0.0]])
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_file_that_another_asks_about(tmp_path):
     out = tmp_path / "w.npz"
     done = cli(

@@ -106,6 +106,7 @@ def test_clearances_are_kept_throughout_boxes():
     assert np.array_equal(value > 0.0, proved == INSIDE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("over", [pytest.param("all", marks=pytest.mark.slow), "any"])
 def test_several_attitudes(over):
     robot = robot_of("cogiro")
@@ -118,6 +119,7 @@ def test_several_attitudes(over):
     assert np.array_equal(both, proved == INSIDE)
 
 
+@pytest.mark.slow
 def test_cells_show_the_boxes_and_the_file_holds_them(tmp_path):
     found, _ = certified("cogiro")
     at = found.proofs.at(found.region.positions(np.arange(found.region.cells))).reshape(found.inside.shape)
@@ -168,6 +170,7 @@ def test_a_robot_that_holds_nothing_ends_soon():
     assert found.proofs.shares()["proved_outside"] >= 0.9
 
 
+@pytest.mark.slow
 def test_the_command_proves(tmp_path):
     told = cli("workspace", "static", "scenarios/robots/cogiro.yaml", "--method", "certify", "--undecided", "0.3")
     assert told.returncode == 0

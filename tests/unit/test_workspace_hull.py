@@ -176,6 +176,7 @@ def test_pulleys_have_no_slope():
     assert pulleys.kind.slope_of(robot_of("cogiro_pulleys")) is None
 
 
+@pytest.mark.slow
 def test_the_commands(tmp_path):
     told = cli("workspace", "static", "scenarios/robots/cogiro.yaml", "--method", "hull", "--json", "--cells", "10")
     assert json.loads(told.stdout)["found"]["star_shaped"] == 1.0

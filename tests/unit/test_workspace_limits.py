@@ -146,6 +146,7 @@ def test_cables_that_are_as_near_as_they_are_thick_on_both_sides_touch():
     assert "one and other" in " ".join(workspace(double, "ifcow", region(robot, cells=3), diameter=0.01).about["notes"])
 
 
+@pytest.mark.slow
 def test_the_oracle_is_in_the_summary(tmp_path):
     file = tmp_path / "w.npz"
     done = cli("workspace", "static", "planar", "--cells", "6", "--oracle", "lp", "--out", file)

@@ -132,6 +132,7 @@ def test_a_method_that_is_none_is_told():
         workspace(robot, "static", region(robot, cells=4), method="tree")
 
 
+@pytest.mark.slow
 def test_the_command_says_what_was_asked_and_compare_what_was_told_wrong(tmp_path):
     file = tmp_path / "w.npz"
     command = "workspace", "static", "caroca", "--cells", "40", "--method", "octree", "--out", str(file)

@@ -58,6 +58,7 @@ def test_beyond_the_workspace_the_margin_is_below_zero():
     assert found["margin"]["value"] < 0.0
 
 
+@pytest.mark.slow
 def test_info_tells_them():
     done = cli("info", SCENARIOS / "winch.yaml", "--set", "robot.cable.diameter=0.004", "--json")
     told = json.loads(done.stdout)["motion"]["least"]
@@ -68,6 +69,7 @@ def test_info_tells_them():
     assert f"least stiffness      {told['stiffness']['value']:.4g} N/m" in lines
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["planar", "point_mass", "spherical", "thesis", "cogiro_pulleys"])
 def test_every_kind_of_robot_is_told_of(name):
     done = cli("info", SCENARIOS / f"{name}.yaml")

@@ -82,6 +82,7 @@ def test_names_are_not_markup(static, robot):
     assert "<script>x" not in text
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path):
     done = cli("workspace", "static", ROBOTS / "caroca.yaml", "--cells", "8", "--out", tmp_path / "w.npz")
     assert done.returncode == 0, done.stderr

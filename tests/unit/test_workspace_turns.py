@@ -61,6 +61,7 @@ def test_a_file_holds_turns_and_others_read_them(tmp_path):
     assert b'Name="turn_most"' in (tmp_path / "w.vti").read_bytes()
 
 
+@pytest.mark.slow
 def test_the_command_and_what_is_refused():
     asked = ("workspace", "static", "scenarios/robots/cogiro.yaml", "--method", "turns", "--cells", "8")
     told = cli(*asked, "--about", "ry", "--json")
