@@ -21,10 +21,8 @@ def lines(out):
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-GENTLE = [pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGINT, signal.SIGTERM)]
-
-
-@pytest.mark.parametrize("how", [signal.SIGKILL, *GENTLE])
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
 def test_a_killed_design_goes_on(how, tmp_path):
     path, count = write_design(tmp_path, optimizer="evaluations: 200, seed: 5"), 200
     cdpr_here("design", path, "--out", tmp_path / "whole", "--jobs", "1", "--no-report")

@@ -106,10 +106,10 @@ def test_poses_within_1e_9_of_where_w_lacks_rank_are_reported_not_different():
     for off in (0.0, 2e-9, 1e-6):
         half, middle = np.array([0.5, 0.5, 0.5]), np.array([0.0, off, 1.0])
         found = workspace(robot, "static", Region(middle - half, middle + half, (5, 1, 5), UPRIGHT))
-        told[off] = compare(found, robot, 50)
+        told[off] = compare(found, robot, 12)
         assert told[off].different == []
         assert found.inside.all() == (off == 0.0)
-    assert len(told[2e-9].near) > 10
+    assert len(told[2e-9].near) > 5
     assert told[0.0].near == told[1e-6].near == []
 
 
