@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ highspy = pytest.importorskip("highspy")
 pytestmark = pytest.mark.slow
 
 ROBOTS = ["cogiro", "caroca", "ipanema_1", "planar", "point_mass", "seven"]
-POSES = 17_000  # of each: 102 000 in all
-FEASIBLE_POSES = 850  # of each: 5100, with up to 64 programs each
+CASES = int(os.environ.get("CDPR_WORKSPACE_CASES", "1"))
+POSES = 4000 * CASES  # of each: 24 000 in all
+FEASIBLE_POSES = 200 * CASES  # of each: 1200, with up to 64 programs each
 # N, and of a closure whose vectors have length 1: closer to zero the program's tolerance of 1e-10 N decides, which is
 # magnified by what the largest tension, 1e4 N, is over it. Nearer ones are counted, and must be few.
 UNSURE = 1e-4
