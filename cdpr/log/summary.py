@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 # order reach a thousandth at their usual steps, and damping or a wrong mass that matters is above it.
 BALANCED = 0.01
 
-# Energy, J, that round-off may make or lose at rest; of robots whose strongest cable does less along the characteristic
-# length than a joule, this share of that.
-AT_REST = 1e-6
+# Energy that round-off may make or lose at rest, as a share of the work of the largest tension along the characteristic
+# length: about 2e-6 J for the example robots, and the same share for robots of any size and force.
+AT_REST = 1e-8
 
 PIECE = 4096  # rows that are looked at together: enough that a call of numpy costs little for each
 SUMMED = 4096  # samples whose squares are added up as one block
@@ -245,7 +245,7 @@ class Tally:
         counts as balanced.
         """
         turned_over, residual = self._high["turned over"], self._high["unexplained"]
-        rest = AT_REST * min(1.0, max(self._header.tension_max) * self._header.characteristic_length)
+        rest = AT_REST * self._high.get("tension", 0.0) * self._header.characteristic_length
         return {
             "kinetic_max": self._high["kinetic"],
             "cable_work": self._final["cable_work"],

@@ -19,6 +19,10 @@ ROUND_OFF = 1e-12
 # allows, which weighs moments by a length that is unknown here.
 STRICTER = 0.1
 
+# Share of the largest tension that replaces a newton in what may be left of a wrench, where it is more, from 1 kN on:
+# what is left by moving a tension onto a limit by round-off grows with the tensions.
+LARGE = 1e-3
+
 
 @kernel
 def solution(N: Array, r: int, box: Array, x: Array, tension: Array) -> None:
@@ -83,11 +87,12 @@ def _judge(W: Array, wrench: Array, tension: Array, breach: float, scale: float)
         return OK
     if not breach <= VERTEX_TOLERANCE * scale:
         return INFEASIBLE
+    one = max(1.0, LARGE * scale)  # N
     for j in range(wrench.shape[0]):
         s, size = -wrench[j], 0.0
         for i in range(tension.shape[0]):
             s += W[j, i] * tension[i]
             size = max(size, abs(W[j, i]))
-        if not abs(s) <= STRICTER * RESIDUAL_TOLERANCE * max(abs(wrench[j]), min(size, 1.0)):
+        if not abs(s) <= STRICTER * RESIDUAL_TOLERANCE * max(abs(wrench[j]), one * size):
             return INFEASIBLE
     return OK

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
+from cdpr.tolerances import HELD
 
 # Share of a cable's largest distance from its anchor during the motion below which it passes the anchor. A controller
 # misses the desired motion by about as much, and a cable so short turns by degrees within a control step.
 NEAR = 1e-3
 FINE = 0.5  # of that distance, what a point travels at most in the shortest intervals
-LEAST = 1e-6  # m, added to it: a motion that stays at the anchor has no largest distance
 SAMPLES, REFINEMENTS = 9, 8  # of the interval that is closest: to 4^-8 of its width
+SIDES = 33  # places near an axis at which the sides are compared
 
 # Value of the derivative of a quintic sum(c_j s^j): Bernstein coefficients (5,) of a quartic from c_1 to c_5.
 _BERNSTEIN = np.array(
@@ -41,7 +42,7 @@ def passages(segments: Array, anchors: Array, axes: Array, end: float = np.inf) 
     """Return the passages of a motion until `end` (s), in the order of time.
 
     A cable passes its anchor where it is shorter than NEAR of its largest length. A cable with an axis passes that
-    where it is as near to it and leaves on the other side; motions along the axis pass nothing.
+    where it is as near to it and reaches the other side; motions along the axis pass nothing.
 
     Args:
         segments: (K, 42) of a `Trajectory`.
@@ -91,7 +92,7 @@ class _Tips:
         count, m = self.speed.shape
         k, i = (index.ravel() for index in np.indices((count, m)))
         ends = [np.linalg.norm(self.offset(k, np.full(len(k), s), i, whole=True), axis=1) for s in (0.0, 0.5, 1.0)]
-        near = LEAST + NEAR * np.max(ends, axis=0).reshape(count, m).max(axis=0)
+        near = HELD + NEAR * np.max(ends, axis=0).reshape(count, m).max(axis=0)
         s, h = np.full(len(k), 0.5), 1.0
         leaves: list[tuple[int, float, float, float]] = []
         while len(k):
@@ -119,13 +120,16 @@ class _Tips:
         return at, d
 
     def crossed(self, i: int, low: float, high: float) -> bool:
-        """Return whether cable i ends on opposite sides of its axis at two places, neither an end of the motion."""
+        """Return whether cable i is on opposite sides of its axis somewhere between two places near it.
+
+        Sides are compared at many places: a motion may end right behind the axis, or turn and leave where it came from.
+        """
         count = len(self.segments)
-        if low <= 0.0 or high >= count:
-            return False
-        k = np.minimum(np.array([low, high]).astype(np.intp), count - 1)
-        before, after = self.offset(k, np.array([low, high]) - k, np.array([i, i]))
-        return bool(before @ after < 0.0)
+        places = np.clip(np.linspace(low, high, SIDES), 0.0, count)
+        k = np.minimum(places.astype(np.intp), count - 1)
+        offset = self.offset(k, places - k, np.full(SIDES, i))
+        offset = offset[np.linalg.norm(offset, axis=1) > HELD]
+        return bool((offset @ offset.T < 0.0).any())
 
 
 def _joined(leaves: list[tuple[int, float, float, float]]) -> list[tuple[int, float, float, float, float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -66,6 +67,16 @@ def test_a_motion_along_the_axis_passes_nothing():
     knots = [Knot(t, np.array([0.5, 0.0, z]), np.array([1.0, 0, 0, 0])) for t, z in ((0.0, 1.0), (1.0, 2.0))]
     anchors = np.array([[0.5, 0.0, 3.0, 0.0, 0.0, 0.0]])
     assert passages(through(knots).segments, anchors, np.array([[0.0, 0.0, 1.0]])) == []
+
+
+def test_a_motion_that_ends_right_behind_the_axis_passes_it():
+    knots = [Knot(t, np.array([x, 0.0, 1.0]), np.array([1.0, 0, 0, 0])) for t, x in ((0.0, 0.0), (1.0, 0.501))]
+    anchors, axes = np.array([[0.5, 0.0, 3.0, 0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    (found,) = passages(through(knots).segments, anchors, axes)
+    assert found.axis
+    assert found.distance < 1e-6
+    knots[1] = replace(knots[1], position=np.array([0.5, 0.0, 1.0]))
+    assert passages(through(knots).segments, anchors, axes) == []
 
 
 def _random(rng, axis):

@@ -9,6 +9,8 @@ import pytest
 from command_line import cdpr_here
 
 import cdpr
+from cdpr.tension.status import Status
+from cdpr.tension.verdict import settle
 
 SAME = 1e-9  # relative: round-off of a few thousand operations
 TENSION = (10.0, 900.0)  # N
@@ -52,6 +54,14 @@ def test_tensions_are_in_proportion(tmp_path, length, force, solver):
     assert one["solvers"][0]["status"] == other["solvers"][0]["status"] == "OK"
     first, second = (np.array(each["solvers"][0]["tension_N"]) for each in (one, other))
     assert np.abs(second / pull - first).max() < SAME * TENSION[1]
+
+
+@pytest.mark.parametrize("force", [1.0, 2.0**17])
+def test_a_tension_is_moved_onto_its_limit_at_any_force(force):
+    W, box = np.array([[1.0, -1.0]]), force * np.array([[0.0, 0.0], [10.0, 10.0], [1000.0, 1000.0]])
+    for beyond, status in ((5e-11, Status.OK), (5e-10, Status.INFEASIBLE)):  # shares of the tensions
+        tension = force * np.array([1000.0 * (1.0 + beyond), 1000.0])
+        assert settle(W, W @ tension, box, tension) == status
 
 
 def test_limits_below_a_newton_are_no_hindrance(tmp_path):

@@ -63,8 +63,8 @@ CHOICES = {
     "style": {"platform": "pushed by a wrench", "legs": "cables that push and pull"},
     "version": {"1.9": "the present one", "1.6": "for readers that know no more"},
     "pulleys": {
-        "keep": "refused where the format has none",
-        "points": "replaced by the points where cables arrive at them",
+        "keep": "refused if there are none",
+        "points": "replaced by points",
     },
 }
 

@@ -7,7 +7,7 @@
 
 /* null_space.py, verdict.py and checks.py say what these are. */
 static const double RANK_TOLERANCE = 1e-9, CONSISTENCY_TOLERANCE = 1e-9, ROUNDING = 1e-11, TOO_LARGE = 1e300;
-static const double VERTEX_TOLERANCE = 1e-9, ROUND_OFF = 1e-12, STRICTER = 0.1;
+static const double VERTEX_TOLERANCE = 1e-9, ROUND_OFF = 1e-12, STRICTER = 0.1, LARGE = 1e-3;
 static const double LIMIT_TOLERANCE = 1e-6, RESIDUAL_TOLERANCE = 1e-6, FAR = 0x1p-520;
 
 static double larger(double a, double b) { return b > a ? b : a; }
@@ -158,13 +158,14 @@ int tension_settle(const Problem *problem, const double *box, double *tension) {
     if (!(breach <= VERTEX_TOLERANCE * size)) return INFEASIBLE;
     for (size_t i = 0; i < m; i++) tension[i] = smaller(larger(tension[i], box[m + i]), box[2 * m + i]);
     if (breach <= ROUND_OFF * size) return STATUS_OK;
+    const double one = larger(1.0, LARGE * size);  /* N */
     for (size_t j = 0; j < n; j++) {
         double s = -problem->wrench[j], row = 0.0;
         for (size_t i = 0; i < m; i++) {
             s += problem->W[j * m + i] * tension[i];
             row = larger(row, fabs(problem->W[j * m + i]));
         }
-        const double allowed = STRICTER * RESIDUAL_TOLERANCE * larger(fabs(problem->wrench[j]), smaller(row, 1.0));
+        const double allowed = STRICTER * RESIDUAL_TOLERANCE * larger(fabs(problem->wrench[j]), one * row);
         if (!(fabs(s) <= allowed)) return INFEASIBLE;
     }
     return STATUS_OK;
