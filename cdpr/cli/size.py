@@ -55,7 +55,7 @@ def command(
     A scenario's motion is followed by inverse kinematics and dynamics, with tensions of minimum 2-norm; a run is taken
     as it was. Power of a cable is what it does to the platform; a motor's has the drum's inertia and friction in it.
     """
-    from cdpr.cli.progress import tell_of_compilation
+    from cdpr.cli.progress import Progress, tell_of_compilation
 
     if box is None and not lower is upper is cells is None:
         raise click.UsageError("--lower, --upper and --cells are of the workspace that --wrench-box asks about")
@@ -67,14 +67,21 @@ def command(
     from cdpr.sizing import sizing, with_one_broken
 
     duties, gravities = [], []
-    for each in what:
-        duty, gravity = _duty(each, changes)
-        duties.append(duty)
-        gravities.append(gravity)
-    if box is not None:
-        duties.append(_over(duties[0].robot, gravities[0], box, (lower, upper, cells or CELLS)))
-    if broken:
-        duties += [other for duty in list(duties) for other in with_one_broken(duty)]
+    with Progress("load cases") as progress:
+        total = len(what) + (box is not None)
+        for each in what:
+            duty, gravity = _duty(each, changes)
+            duties.append(duty)
+            gravities.append(gravity)
+            progress(len(duties), total)
+        if box is not None:
+            duties.append(_over(duties[0].robot, gravities[0], box, (lower, upper, cells or CELLS)))
+        if broken:
+            total += sum(duty.robot.m for duty in duties)
+            for duty in list(duties):
+                for other in with_one_broken(duty):
+                    duties.append(other)
+                    progress(len(duties), total)
     figures = sizing(duties, safety).plain()
     if target is not None:
         from cdpr.log.files import replace_markup

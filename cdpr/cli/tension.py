@@ -63,7 +63,7 @@ def command(
     loaded = load_told(file, changes)
     # Only a sound file is worth the time that these take to import.
     from cdpr.cli.look import look, parse_wrench
-    from cdpr.cli.progress import tell_of_compilation
+    from cdpr.cli.progress import Progress, tell_of_compilation
     from cdpr.distribution.comparison import compare, describe
     from cdpr.log.run_json import plain
     from cdpr.mechanics.dynamics import required_wrench
@@ -82,8 +82,8 @@ def command(
     own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
     asked = loaded.controlled if isinstance(loaded, Scenario) else robot
     problem = Problem(asked, at, load)
-    with hushed():
-        answers = compare(problem, _contestants(names, asked, own))
+    with Progress("solvers") as progress, hushed():
+        answers = compare(problem, _contestants(names, asked, own), progress)
     figures = plain(describe(problem, answers, source, whence))
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))

@@ -59,9 +59,22 @@ class Answer:
         return self.tension is not None and not self.reason
 
 
-def compare(problem: Problem, contestants: Sequence[Contestant]) -> list[Answer]:
-    """Let each solver distribute the wrench, and judge its answer from outside."""
-    return [_ask(problem, contestant) for contestant in contestants]
+def compare(
+    problem: Problem, contestants: Sequence[Contestant], progress: Callable[[int, int], None] | None = None
+) -> list[Answer]:
+    """Distribute the wrench with each solver, and judge each result independently.
+
+    Args:
+        problem: Pose and wrench.
+        contestants: The solvers.
+        progress: Called after each solver with the number of solvers that are done and of all.
+    """
+    answers = []
+    for contestant in contestants:
+        answers.append(_ask(problem, contestant))
+        if progress is not None:
+            progress(len(answers), len(contestants))
+    return answers
 
 
 def _ask(problem: Problem, contestant: Contestant) -> Answer:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,9 +108,9 @@ def over_workspace(robot: Robot, region: Region, required: Required, gravity: Ar
     return Duty("workspace", robot, found.tension, length, feasible, None, None, every, wrenches)
 
 
-def with_one_broken(duty: Duty) -> list[Duty]:
-    """Return the same for each cable broken: what the others must bear, by the solver `qp`."""
-    robot, found = duty.robot, []
+def with_one_broken(duty: Duty) -> Iterator[Duty]:
+    """Yield the same for each cable broken: the tensions of the others, by the solver `qp`."""
+    robot = duty.robot
     for i, cable in enumerate(robot.cables):
         lost = np.isnan(duty.tension)
         lost[:, i] = True
@@ -119,8 +119,7 @@ def with_one_broken(duty: Duty) -> list[Duty]:
         tension = np.where(lost, np.nan, told.tension)
         name = f"{duty.name}, {cable.name} broken"
         rest = duty.time, duty.rate, duty.poses, duty.wrenches
-        found.append(Duty(name, robot, tension, duty.length, np.asarray(told.feasible, dtype=bool), *rest))
-    return found
+        yield Duty(name, robot, tension, duty.length, np.asarray(told.feasible, dtype=bool), *rest)
 
 
 def _without(tension: Array, time: Array, broken: Sequence[tuple[int, float]]) -> Array:

@@ -101,6 +101,21 @@ def test_a_bar_is_full_in_the_end():
     assert bar(2.0, "latin-1") == "#" * 24
 
 
+@pytest.mark.parametrize(
+    ("command", "last"),
+    [
+        (["tension", ROBOT, "--solver", "qp,closed_form"], "2 of 2 solvers"),
+        (["size", ROOT / "scenarios" / "planar.yaml", "--broken"], "5 of 5 load cases"),
+    ],
+)
+def test_commands_count_what_they_have_done(command, last, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("cdpr.cli.progress.FILE_SECONDS", 0.0)
+    done = CliRunner().invoke(cli, list(map(str, command)))
+    assert done.exit_code == 0, done.output
+    assert last in done.stderr
+
+
 def test_every_command_is_in_one_group():
     names = [name for group in GROUPS.values() for name in group]
     assert sorted(names) == sorted(COMMANDS)

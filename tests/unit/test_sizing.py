@@ -125,7 +125,7 @@ def test_the_worst_of_several(foreseen, run):
 
 
 def test_with_one_cable_broken_the_others_hold(foreseen):
-    parts = with_one_broken(foreseen)
+    parts = list(with_one_broken(foreseen))
     assert len(parts) == 8
     some = parts[4]
     assert np.isnan(some.tension[:, 4]).all()
