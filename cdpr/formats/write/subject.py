@@ -63,7 +63,7 @@ CHOICES = {
     "style": {"platform": "pushed by a wrench", "legs": "cables that push and pull"},
     "version": {"1.9": "the present one", "1.6": "for readers that know no more"},
     "pulleys": {
-        "keep": "refused if there are none",
+        "keep": "error if unsupported",
         "points": "replaced by points",
     },
 }
