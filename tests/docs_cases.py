@@ -41,7 +41,6 @@ SLOW = (
     "size scenarios/winch.yaml --broken",
     "study scenarios/studies/thesis_ch6.yaml",
     "tension scenarios/robots/caroca.yaml --solver all",
-    "workspace compare out/w.npz",
     "workspace export out/proved.npz",
     "workspace static scenarios/robots/caroca.yaml --method certify",
 )

@@ -16,6 +16,8 @@ from cdpr.jobs.pool import TICK, Case, Executor, Outcome, ready, wait
 
 CONNECTING = 20  # s to find the scheduler
 
+GONE = "the scheduler at {} is gone; the cases that had ended are kept"
+
 NOISY = ("distributed", "tornado")  # what they tell as tracebacks is told here, or mended
 
 J = TypeVar("J")
@@ -78,9 +80,13 @@ def spread(
             futures = {client.submit(run, job, pure=False): key for key, job in islice(waiting, _room(client, ahead))}
             completed = distributed.as_completed(futures)
             for future in completed:
-                fault = future.exception()
+                try:
+                    fault = future.exception()
+                    result = future.result() if fault is None else None
+                except OSError as error:  # its connection broke, which the client has not noticed yet
+                    raise _Lost(GONE.format(address)) from error
                 lost = "" if fault is None else f"lost by the cluster: {one_line(fault)}"
-                done(futures.pop(future), None if lost else future.result(), lost)
+                done(futures.pop(future), result, lost)
                 future.release()  # what it holds may be large
                 for key, job in islice(waiting, _room(client, ahead, len(futures))):
                     futures[added := client.submit(run, job, pure=False)] = key
@@ -90,7 +96,7 @@ def spread(
         except Exception as error:
             if client.status == "running":
                 raise
-            raise _Lost(f"the scheduler at {address} is gone; the cases that had ended are kept") from error
+            raise _Lost(GONE.format(address)) from error
 
 
 def _room(client: Any, ahead: int | None, has: int = 0) -> int | None:

@@ -93,6 +93,6 @@ def _judge(W: Array, wrench: Array, tension: Array, breach: float, scale: float)
         for i in range(tension.shape[0]):
             s += W[j, i] * tension[i]
             size = max(size, abs(W[j, i]))
-        if not abs(s) <= STRICTER * RESIDUAL_TOLERANCE * max(abs(wrench[j]), one * size):
+        if not abs(s) <= STRICTER * RESIDUAL_TOLERANCE * max(abs(wrench[j]), one * min(size, 1.0)):
             return INFEASIBLE
     return OK

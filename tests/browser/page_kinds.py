@@ -10,6 +10,7 @@ import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 from design_cases import BOX, ONE, TWO, design_of
+from pushed_point import pushed_point
 from study_cases import write_study
 from test_report_cases import CASES
 
@@ -31,23 +32,7 @@ TWO_AXES = (
 )
 THREE_AXES = TWO_AXES + "  - {key: controller.kd, values: [10, 20]}\n"
 FOUR_AXES = THREE_AXES + "  - {key: simulation.control_step, values: [0.001, 0.002]}\n"
-SLACK = """
-robot:
-  dof: [x, y, z]
-  platform: {mass: 10}
-  tension: {min: 5, max: 4000}
-  home: {position: [0, 0, 1.0]}
-  cable: {model: elastic, axial_stiffness: 50000, damping: 50}
-  winch: {drum_radius: 0.05, inertia: 0.002}
-  cables:
-  - {frame: [-2, -2, 3], platform: [0, 0, 0]}
-  - {frame: [2, -2, 3], platform: [0, 0, 0]}
-  - {frame: [2, 2, 3], platform: [0, 0, 0]}
-  - {frame: [-2, 2, 3], platform: [0, 0, 0]}
-simulation: {duration: 0.5}
-trajectory: {type: hold}
-events: [{type: wrench, time: 0.1, duration: 0.05, force: [0, 0, 1500]}]
-"""
+SLACK = pushed_point(tension_max=4000, duration=0.5, time=0.1)
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
 
 

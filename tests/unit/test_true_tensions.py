@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from pushed_point import pushed_point
 
 from cdpr import BeyondLimits, Simulation, load_run, simulate
 from cdpr.cli import run as run_command
@@ -23,24 +24,7 @@ from cdpr.report.pages.tables import ending, summary
 
 RUNS = int(os.environ.get("CDPR_TEST_CASES", "3"))  # random runs
 
-PUSHED = """
-robot:
-  name: slacky
-  dof: [x, y, z]
-  platform: {mass: 10}
-  tension: {min: 5, max: 400}
-  home: {position: [0, 0, 1.0]}
-  cable: {model: elastic, axial_stiffness: 50000, damping: 50}
-  winch: {drum_radius: 0.05, inertia: 0.002}
-  cables:
-  - {frame: [-2, -2, 3], platform: [0, 0, 0]}
-  - {frame: [2, -2, 3], platform: [0, 0, 0]}
-  - {frame: [2, 2, 3], platform: [0, 0, 0]}
-  - {frame: [-2, 2, 3], platform: [0, 0, 0]}
-simulation: {backend: reference, duration: 1.5, control_step: 0.001}
-trajectory: {type: hold}
-events: [{type: wrench, time: 0.2, duration: 0.05, force: [0, 0, 1500]}]
-"""
+PUSHED = pushed_point(tension_max=400, duration=1.5, time=0.2)
 
 
 @pytest.fixture(scope="module")
@@ -155,14 +139,20 @@ def test_limits_that_events_change_hold_from_then_on(scenario):
     assert live.header.limit_changes[0][0] == pytest.approx(0.05)
 
 
-def test_limits_that_change_live_hold_in_the_log_too(scenario, tmp_path):
-    overrides = {"events": [], "simulation.duration": 0.15}
-    with Simulation(scenario, overrides=overrides, out=tmp_path / "run") as sim:
+def changed_live(scenario, out, killed=None):
+    """Return a run that live commands change; `killed` becomes a copy of its folder from before its end."""
+    with Simulation(scenario, overrides={"events": [], "simulation.duration": 0.15}, out=out) as sim:
         sim.until(0.03)
         sim.limits(max=20)
         sim.until(0.06)
         sim.stop(0)
-        live = sim.run()
+        if killed is not None:
+            shutil.copytree(out, killed)
+        return sim.run()
+
+
+def test_limits_that_change_live_hold_in_the_log_too(scenario, tmp_path):
+    live = changed_live(scenario, tmp_path / "run")
     loaded = load_run(tmp_path / "run")
     assert loaded.header.limit_changes == live.header.limit_changes
     assert live.summary()["beyond_limits_steps"]["tension_above_max"] > 0
@@ -170,14 +160,7 @@ def test_limits_that_change_live_hold_in_the_log_too(scenario, tmp_path):
 
 
 def test_a_killed_run_is_repaired_with_what_changed_live(scenario, tmp_path):
-    overrides = {"events": [], "simulation.duration": 0.15}
-    with Simulation(scenario, overrides=overrides, out=tmp_path / "run") as sim:
-        sim.until(0.03)
-        sim.limits(max=20)
-        sim.until(0.06)
-        sim.stop(0)
-        shutil.copytree(tmp_path / "run", tmp_path / "killed")
-        live = sim.run()
+    live = changed_live(scenario, tmp_path / "run", killed=tmp_path / "killed")
     assert run_json.read(tmp_path / "killed")["status"] == "running"
     repair(tmp_path / "killed")
     killed = load_run(tmp_path / "killed")

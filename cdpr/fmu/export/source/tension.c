@@ -165,7 +165,7 @@ int tension_settle(const Problem *problem, const double *box, double *tension) {
             s += problem->W[j * m + i] * tension[i];
             row = larger(row, fabs(problem->W[j * m + i]));
         }
-        const double allowed = STRICTER * RESIDUAL_TOLERANCE * larger(fabs(problem->wrench[j]), one * row);
+        const double allowed = STRICTER * RESIDUAL_TOLERANCE * larger(fabs(problem->wrench[j]), one * smaller(row, 1.0));
         if (!(fabs(s) <= allowed)) return INFEASIBLE;
     }
     return STATUS_OK;

@@ -35,7 +35,7 @@ template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& proble
         const T s = sum(-problem.wrench[j], 0, problem.m, [&](int64_t i) { return row[i] * problem.tension[i]; });
         T size = 0.0;
         for (int64_t i = 0; i < problem.m; i++) size = larger(size, absolute(row[i]));
-        const T scale = larger(absolute(problem.wrench[j]), one * size);
+        const T scale = larger(absolute(problem.wrench[j]), one * smaller(size, T(1.0)));
         balanced = balanced & (absolute(s) <= STRICTER * RESIDUAL_TOLERANCE * scale);
         if (!any(balanced)) return balanced;
     }
