@@ -2,7 +2,8 @@
 
 - Without a C and a C++ compiler, builds require ziglang, and only then. Its cache stays in the build folder.
 - CDPR_BUILD_ZIG=1 chooses ziglang in any case, for wheels that run on older Linux systems (manylinux_2_17).
-- An editable install rebuilds the kernel library on import where the system has a compiler, cmake and ninja.
+- An editable install is a line with the checkout's path in site-packages: no hook of imports. The kernel library lies in
+  the checkout; only an install compiles it.
 - Wheels also contain compiled numba kernels (build_numba_kernels.py).
 """
 
@@ -52,10 +53,10 @@ def build_wheel(
 def build_editable(
     wheel_directory: str, config_settings: Settings | None = None, metadata_directory: str | None = None
 ) -> str:
-    """Build a wheel whose modules are those of the checkout; return its name."""
-    rebuild = {"editable.rebuild": "true" if can_rebuild() else "false"}
-    settings = compiler_settings("editable") | rebuild | (config_settings or {})
-    return backend.build_editable(wheel_directory, settings, metadata_directory)
+    """Build a wheel that only names the checkout, and put the kernel library there; return the wheel's name."""
+    named = {"cmake.define.CDPR_EDITABLE": "ON", "wheel.packages": []}
+    settings = compiler_settings("editable") | named | (config_settings or {})
+    return backend.build_wheel(wheel_directory, settings, metadata_directory)
 
 
 def system_compilers() -> bool:
@@ -81,8 +82,7 @@ def compiler_settings(state: str) -> Settings:
     if sysconfig.get_config_var("Py_GIL_DISABLED"):
         sys.exit("cdpr: free-threaded Python is not supported: it has another ABI; use the usual Python.")
     settings = {"build-dir": f"build/{state}", "cmake.define.CDPR_NUMBA_KERNELS": "", "cmake.define.CDPR_ZIG": "OFF"}
-    # Paths of tools that pip installs for one build are wrong in the next.
-    settings["cmake.fresh"] = "false" if can_rebuild() else "true"
+    settings["cmake.fresh"] = "true"  # paths of tools that pip installs for one build are wrong in the next
     if system_compilers():
         return settings
     use_zig()
@@ -111,15 +111,3 @@ def zig_target() -> str:
     return (
         f"{machine}-linux-musl" if "musl" in (sysconfig.get_config_var("SOABI") or "") else f"{machine}-linux-gnu.2.17"
     )
-
-
-def can_rebuild() -> bool:
-    """Return whether the tools of this build will exist when the package is imported."""
-    path = os.pathsep.join(folder for folder in os.get_exec_path() if not is_temporary(Path(folder)))
-    return system_compilers() and all(shutil.which(tool, path=path) for tool in ("cmake", "ninja"))
-
-
-def is_temporary(folder: Path) -> bool:
-    """Return whether a folder of programs belongs to a build environment, or to one that need not be activated."""
-    in_environment = sys.prefix != sys.base_prefix and folder.is_relative_to(sys.prefix)
-    return in_environment or folder.resolve().is_relative_to(Path(tempfile.gettempdir()).resolve())

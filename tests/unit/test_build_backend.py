@@ -1,9 +1,8 @@
-"""Build backend: it requires zig only without a compiler, and rebuilds on import only with tools that last."""
+"""Build backend: it requires zig only without a compiler."""
 
 from __future__ import annotations
 
 import sys
-import tempfile
 from pathlib import Path
 
 import pytest
@@ -36,7 +35,6 @@ def path(monkeypatch, tmp_path):
 
 
 COMPILERS = ("cc", "c++")
-TOOLS = ("cmake", "ninja")
 
 
 @pytest.mark.parametrize(
@@ -68,24 +66,6 @@ def test_zig_can_be_chosen(backend, path, monkeypatch):
     path(*COMPILERS)
     monkeypatch.setenv("CDPR_BUILD_ZIG", "1")
     assert backend.compiler_requirements() != []
-
-
-@pytest.mark.parametrize("missing", [None, "cc", "c++", "cmake", "ninja"])
-def test_a_rebuild_on_import_needs_compilers_and_tools(backend, path, monkeypatch, missing):
-    monkeypatch.setattr(tempfile, "gettempdir", lambda: "/nowhere")  # PATH is in pytest's folder there
-    path(*(name for name in (*COMPILERS, *TOOLS) if name != missing))
-    monkeypatch.setattr(backend, "use_zig", lambda: None)
-    assert backend.can_rebuild() is (missing is None)
-    assert backend.compiler_settings("editable")["cmake.fresh"] == ("false" if missing is None else "true")
-
-
-def test_tools_of_a_build_environment_do_not_count(backend, path, monkeypatch, tmp_path):
-    path(*COMPILERS, *TOOLS)
-    monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
-    assert not backend.can_rebuild()  # pip makes such environments in the folder of temporary files
-    monkeypatch.setattr(tempfile, "gettempdir", lambda: "/nowhere")
-    monkeypatch.setattr(sys, "prefix", str(tmp_path))
-    assert not backend.can_rebuild()  # and other front ends a virtual environment
 
 
 def test_without_a_compiler_and_zig_the_build_ends_with_what_to_install(backend, path, monkeypatch):
