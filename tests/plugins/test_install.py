@@ -76,7 +76,7 @@ def test_changed_headers_are_compiled_by_the_next_install_and_python_files_take_
     shutil.copytree(checkout / "cdpr", other / "cdpr")
     (other / "cdpr" / "more.py").write_text("print('other')\n")
     needed = f"{other}{os.pathsep}{tmp_path / 'needed'}"
-    assert printed(tmp_path, "import cdpr.more", PYTHONPATH=needed) == "other\n"  # which goes before an editable install
+    assert printed(tmp_path, "import cdpr.more", PYTHONPATH=needed) == "other\n"  # goes before an editable install
 
 
 def without_compilers(folder):
