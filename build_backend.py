@@ -2,8 +2,8 @@
 
 - Without a C and a C++ compiler, builds require ziglang, and only then. Its cache stays in the build folder.
 - CDPR_BUILD_ZIG=1 chooses ziglang in any case, for wheels that run on older Linux systems (manylinux_2_17).
-- An editable install is a line with the checkout's path in site-packages: no hook of imports. The kernel library is in the
-  checkout; only an install compiles it.
+- An editable install is a line with the checkout's path in site-packages: no hook of imports. The kernel library is in
+  the checkout; only an install compiles it.
 - Wheels also contain compiled numba kernels (build_numba_kernels.py).
 """
 
