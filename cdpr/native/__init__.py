@@ -19,7 +19,6 @@ def get_include() -> str:
     Example:
         >>> subprocess.run(["g++", "-std=c++17", "-I", cdpr.get_include(), "mine.cpp"])
     """
-    found = find_spec("cdpr.native.library")
-    if found is None or found.origin is None:
+    if find_spec("cdpr.native.library") is None:
         raise ImportError("The kernel library is not built; install cdpr, in a checkout by 'pip install --editable .'.")
-    return str(Path(found.origin).parent / "include")
+    return str(Path(__file__).with_name("include"))
