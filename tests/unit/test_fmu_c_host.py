@@ -70,6 +70,7 @@ def run(host, path, folder, shared=None):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 @CASES
+@pytest.mark.usual("*-3", "caroca-2")
 def test_a_host_in_c_finds_the_same(case, fmi, plain, tmp_path):
     """It also saves, serialises and restores on its way."""
     plant = plant_of(scenario(case))
