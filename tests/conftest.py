@@ -155,6 +155,13 @@ def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     registry.cache_clear()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _older_objects_are_no_garbage() -> None:
+    """As `pytest_collection_finish`, of what earlier files left: a search then looks at a file's own objects."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(autouse=True)
 def _imports_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Import without a process for each file, which `test_import_limits.py` tests."""
