@@ -3,7 +3,7 @@
     python benchmarks/log.py [FOLDER]
 
 "record, new file" less "uncompressed, new file" is what compression in a second thread adds to a row. The rows are
-random numbers, which compress worst.
+those of caroca, which moves all the time; random numbers, which compress worst, are a second case.
 
 The pinv is measured in turn with the rest, in the same process. FOLDER (default: a temporary one) says which
 disk is written to. A new file needs memory for its pages, which the kernel may have to fetch first; a file
@@ -22,43 +22,36 @@ from time import process_time
 
 import numpy as np
 
+import cdpr
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
 from cdpr.log.run import Header
+from cdpr.model.robot import Array
 
-M = 8
 ROWS = 100 * BLOCK
 ROUNDS = 15
 
 
-def measure(where: str | None = None) -> dict[str, dict[str, float]]:
-    """Minima by name: microseconds of processor time a row, and the ratio to the pinv measured just before."""
-    rng = np.random.default_rng(0)
-    anchors = tuple(tuple(row) for row in rng.uniform(-1.0, 1.0, (M, 6)).tolist())
-    names = tuple(f"cable_{i + 1}" for i in range(M))
-    header = Header(
-        *(
-            "benchmark",
-            "robot",
-            "reference",
-            "pd",
-            "qp",
-            0.001,
-            0.001,
-            0,
-            (0.0, 0.0, -9.81),
-            10.0,
-            names,
-            anchors,
-        ),
-        *((1.0,) * M, (100.0,) * M, 1.0, {"box": [0.5, 0.5, 0.5]}, {}, "benchmark\n"),
-    )
-    rows = rng.standard_normal((ROWS, header.layout.width))
+def moving() -> tuple[Header, Array]:
+    """Return the header and the rows (ROWS, width) of a robot with eight cables that moves all the time."""
+    seconds = 0.001 * (ROWS - 1)
+    run = cdpr.simulate("caroca", overrides={"simulation.duration": seconds, "trajectory.duration": seconds})
+    return run.header, np.ascontiguousarray(run.rows[:])
+
+
+def random(header: Header) -> Array:
+    """Return rows (ROWS, width) of random numbers."""
+    rows = np.random.default_rng(0).standard_normal((ROWS, header.layout.width))
     rows[:, 0] = np.arange(ROWS) * header.control_step
-    matrix = rng.standard_normal((6, M))
+    return rows
+
+
+def measure(header: Header, rows: Array, where: str | None = None) -> dict[str, dict[str, float]]:
+    """Minima by name: microseconds of processor time a row, and the ratio to the pinv measured just before."""
+    matrix = np.random.default_rng(0).standard_normal((6, 8))
     form = LogFormat(header)
     old = LogFormat(header, version="3")  # without compression
     block = memoryview(bytes(form.block(rows[:BLOCK], 0)))
@@ -128,5 +121,8 @@ def timed(call: Callable[[], object], repeats: int) -> float:
 
 
 if __name__ == "__main__":
-    for name, figures in measure(sys.argv[1] if len(sys.argv) > 1 else None).items():
-        print(f"{name:28} {figures['us_per_row']:6.2f} us a row {figures['pinv_per_row']:8.4f} pinv")
+    header, rows = moving()
+    for case, table in {"moving": rows, "random": random(header)}.items():
+        print(case)
+        for name, figures in measure(header, table, sys.argv[1] if len(sys.argv) > 1 else None).items():
+            print(f"{name:28} {figures['us_per_row']:6.2f} us a row {figures['pinv_per_row']:8.4f} pinv")

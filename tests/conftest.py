@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 import signal
 import sys
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +32,35 @@ settings.load_profile("cdpr")
 # Tests send signals to what they start, which must not have inherited from a CI in the background that it ignores them.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Of two workers one begins at the end: where no module of tests is compiled yet, each compiles half of them."""
+    config = session.config
+    if os.environ.get("PYTEST_XDIST_WORKER") == "gw1" and config.args == config.getini("testpaths"):
+        for path in sorted((ROOT / "tests" / "unit").glob("test_*.py"), reverse=True):
+            with contextlib.suppress(Exception, pytest.skip.Exception):  # collecting it tells
+                import_module(path.stem)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Of a test marked `usual`, the cases that no pattern names are slow; where none is named (no engine), none is."""
+    tests: dict[tuple[Path, str], list[pytest.Function]] = {}
+    for item in items:
+        if isinstance(item, pytest.Function) and item.get_closest_marker("usual"):
+            tests.setdefault((item.path, item.originalname), []).append(item)
+    for cases in tests.values():
+        rest = [case for case in cases if not named(case)]
+        for case in rest if len(rest) < len(cases) else ():
+            case.add_marker(pytest.mark.slow)
+
+
+def named(case: pytest.Function) -> bool:
+    """Whether a pattern of its mark `usual` names a case of a test."""
+    mark = case.get_closest_marker("usual")
+    return mark is not None and any(fnmatchcase(case.callspec.id, pattern) for pattern in mark.args)
 
 
 def pytest_collection_finish() -> None:
@@ -121,6 +153,13 @@ def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     registry.cache_clear()
     yield
     registry.cache_clear()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _older_objects_are_no_garbage() -> None:
+    """As `pytest_collection_finish`, of what earlier files left: a search then looks at a file's own objects."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import struct
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -20,6 +21,7 @@ from cdpr.log.topics import Group
 from cdpr.model.robot import Array
 
 Bytes = NDArray[np.uint8]
+Count = TypeVar("Count", int, NDArray[np.int64])
 
 # opcode, length, first time, last time, size, crc, length of the compression's name (none), size
 CHUNK_HEAD = struct.Struct("<BQQQQIIQ")
@@ -82,7 +84,7 @@ class Template:
         """Return the length of a chunk's record with n rows, in bytes."""
         return CHUNK_HEAD.size + n * self.row.size
 
-    def index_length(self, n: int) -> int:
+    def index_length(self, n: Count) -> Count:
         """Return the length of the message index that each channel has after a chunk of n rows, in bytes."""
         return _INDEX_HEAD.size + n * _INDEX_ENTRY
 

@@ -11,8 +11,9 @@ from typing import Literal
 
 from cdpr.errors import OutputError, one_line
 from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.chunk_index import Written
 from cdpr.log.files import require_process, unwritable
-from cdpr.log.mcap_file import LogFormat, Piece, Written
+from cdpr.log.mcap_file import LogFormat, Piece
 
 QUEUE = 2  # jobs that wait for the thread, or are at work in it; the caller waits before it adds another
 

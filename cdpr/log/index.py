@@ -8,15 +8,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import BinaryIO
 
+import numpy as np
 from mcap.opcode import Opcode
 
-from cdpr.log.mcap_file import DATA_END, MAGIC, LogFormat, Written
+from cdpr.log.chunk_index import CHANNEL, Written
+from cdpr.log.mcap_file import DATA_END, MAGIC, LogFormat
 
 _FOOTER = struct.Struct(f"<BQQQI{len(MAGIC)}s")
 _RECORD = struct.Struct("<BQ")  # opcode, length
-# Of a chunk index: first and last time, start and length of the chunk, length of the list of channels, first channel
-_CHUNK_INDEX = struct.Struct("<QQQQIH")
-_SIZES = struct.Struct("<QQ")  # its last numbers: sizes of the records, as stored and uncompressed
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,9 @@ def read_index(file: BinaryIO, form: LogFormat) -> Index | None:
     file.seek(summary)
     try:
         chunks, last, end = _chunks(file.read(), form)
-    except (struct.error, LookupError, ValueError):
+    except ValueError:
+        return None
+    if end + len(DATA_END) != summary:
         return None
     file.seek(end)
     expected = form.ending(chunks, last, end)
@@ -60,36 +61,33 @@ def read_index(file: BinaryIO, form: LogFormat) -> Index | None:
 def _chunks(summary: bytes, form: LogFormat) -> tuple[list[Written], int, int]:
     """Return the chunks that a summary names, the last sample, and the byte behind the last chunk.
 
-    Raises ValueError, LookupError or struct.error where it is not one of this format.
+    Raises ValueError where it is not one of this format.
     """
-    groups = {template.group.channel: i for i, template in enumerate(form.templates)}
-    counts = [0] * len(groups)
-    chunks, last, end = [], 0, len(form.description)
-    for content in _records(summary, Opcode.CHUNK_INDEX):
-        first_time, _, start, _, _, channel = _CHUNK_INDEX.unpack_from(content)
-        stored, size = _SIZES.unpack_from(content, len(content) - _SIZES.size)
-        group = groups[channel]
-        template = form.templates[group]
-        n, rest = divmod(size, template.row.size)
-        first = counts[group] * template.group.every
-        if group == 0 and n == 1 and form.every > 1:  # perhaps the last sample of a thinned run, off the grid
-            first = min(first, round(first_time / 1e9 / form.step))
-        if rest or n == 0 or start != end:
-            raise ValueError("not an index of this format")
-        chunks.append(Written(group, first, n, start, stored))
-        counts[group] += n
-        end += form.length(chunks[-1])
-        if group == 0:
-            last = first + (n - 1) * template.group.every
-    return chunks, last, end
+    data = np.frombuffer(summary, np.uint8)
+    places = np.array(list(_places(summary, Opcode.CHUNK_INDEX)), np.int64)
+    channels = data[places[:, None] + CHANNEL + np.arange(2)].view("<u2")[:, 0]
+    table = np.full((len(places), 5), -1)  # the numbers of Written
+    for group, layout in enumerate(form.indexes):
+        chosen = np.flatnonzero(channels == layout.channel)
+        table[chosen] = layout.read(data, places[chosen], group)
+    lengths = np.zeros(len(places), np.int64)
+    for group, layout in enumerate(form.indexes):
+        chosen = table[:, 0] == group
+        lengths[chosen] = layout.length(table[chosen, 2], table[chosen, 4])
+    ends = len(form.description) + np.cumsum(lengths)
+    if (table[:, 0] < 0).any() or (table[:, 3] != ends - lengths).any():
+        raise ValueError("not an index of this format")
+    chunks = list(map(Written._make, table.tolist()))
+    rows = [chunk for chunk in chunks if chunk.group == 0]
+    last = rows[-1].first + (rows[-1].n - 1) * form.every if rows else 0
+    return chunks, last, int(ends[-1]) if len(ends) else len(form.description)
 
 
-def _records(data: bytes, kind: int) -> Iterator[bytes]:
-    """Yield the contents of the records of one kind."""
+def _places(data: bytes, kind: int) -> Iterator[int]:
+    """Yield the bytes at which the records of one kind begin."""
     place = 0
     while place + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, place)
-        place += _RECORD.size
         if opcode == kind:
-            yield data[place : place + length]
-        place += length
+            yield place
+        place += _RECORD.size + length

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from cdpr.errors import LogError
-from cdpr.log.mcap_file import LogFormat, Written
+from cdpr.log.chunk_index import Written
+from cdpr.log.mcap_file import LogFormat
 from cdpr.model.robot import Array
 
 # Tables up to this size are kept in memory, B: 55 s of eight cables at 1 kHz. Larger ones of logged runs stay on disk.

@@ -7,15 +7,15 @@ checksum, numbers, times and every constant byte.
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 from typing import BinaryIO
 
 import numpy as np
 from mcap.opcode import Opcode
 
 from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.chunk_index import Written
 from cdpr.log.compression import compressed_head
-from cdpr.log.mcap_file import BLOCK, LogFormat, Written
+from cdpr.log.mcap_file import BLOCK, LogFormat
 from cdpr.log.rows import LogRows
 from cdpr.model.robot import Array
 
@@ -130,7 +130,7 @@ class Walk:
             raise _DamageError("damaged")
         number = int.from_bytes(records[_NUMBER], "little")
         off_grid = written.n == 1 and self._last < number < written.first
-        return replace(written, first=number) if off_grid else written
+        return written._replace(first=number) if off_grid else written
 
     def _read_tail(self) -> None:
         """Look for a block that was not yet full, behind the last chunk."""

@@ -199,10 +199,20 @@ def _uncollected() -> Iterator[None]:
         yield
     finally:
         if looks:
-            if not gc.get_freeze_count():  # of nobody: what is new becomes old, to be looked at with all the rest
+            if not _frozen_by_others():  # what is new becomes old, to be looked at with all the rest
                 gc.freeze()
                 gc.unfreeze()
             gc.enable()
+
+
+_frozen = False  # once found, for good: Python counts what is frozen by going through all of it
+
+
+def _frozen_by_others() -> bool:
+    """Whether the program that runs us keeps objects out of the search for garbage, which thawing ours would undo."""
+    global _frozen
+    _frozen = _frozen or gc.get_freeze_count() > 0
+    return _frozen
 
 
 @contextlib.contextmanager

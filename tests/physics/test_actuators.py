@@ -40,6 +40,7 @@ def peak(run):
 
 
 @pytest.mark.parametrize("backend", PLANTS)
+@pytest.mark.usual("reference")
 def test_step_of_1_ms_is_within_a_percent_of_a_tenth(backend):
     """Under a step of force, and near what cables inside the plant give: finite is not enough."""
     coarse, fine = (run("winch_fmu.yaml", backend, **{"simulation.physics_step": step}) for step in (1e-3, 1e-4))

@@ -71,6 +71,7 @@ def interpreted(monkeypatch, *args, **overrides):
 
 @compiled
 @spread("backend, case", ENGINES, list(CASES))
+@pytest.mark.usual("mujoco-*", "bullet-winches", "dart-spherical")
 def test_same_bits_whoever_calls(monkeypatch, backend, case):
     name, overrides = CASES[case]
     running = Running(backend, name, **overrides)
@@ -109,6 +110,7 @@ def test_snapshots_restore_to_the_bit(backend):
 
 @compiled
 @pytest.mark.parametrize("backend", ENGINES)
+@pytest.mark.usual("mujoco", "bullet")
 def test_two_in_one_process(backend):
     alone = Running(backend).run()
     pair = Running(backend), Running(backend, "planar")

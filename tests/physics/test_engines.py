@@ -102,11 +102,13 @@ def differences(a, b):
 
 @pytest.mark.parametrize("case", CASES)  # the oracle, which costs most, is asked once a case
 @pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.usual("*-skewed", "*-planar")
 def test_engines_are_semi_implicit_euler(engine, case):
     assert max(differences(case_run(case, engine, ORACLE_RUNS), with_oracle(case))) < SAME_SCHEME
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.usual("skewed", "planar")
 def test_reference_offers_the_engines_scheme(case):
     """`cdpr compare` holds every engine of this scheme against it."""
     name, overrides = CASES[case]
@@ -118,6 +120,7 @@ def test_reference_offers_the_engines_scheme(case):
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("one", "other"), list(combinations(ENGINES, 2)))
+@pytest.mark.usual("mujoco-*-pulleys", "mujoco-*-spherical")
 def test_engines_agree(one, other, case):
     assert max(differences(case_run(case, one), case_run(case, other))) < SAME_SCHEME
 
@@ -134,6 +137,7 @@ SPECIAL = [[0, 0, 0], [1e-3, 0, 0], [0, 0, np.pi], [2.9, 1.2, 0.1], [-0.6, -0.5,
 
 @pytest.mark.parametrize("robot", [samples.free(), samples.spherical()], ids=["free", "spherical"])
 @pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.usual("mujoco-free", "dart-free")
 def test_engines_are_semi_implicit_euler_in_every_attitude(engine, robot):
     """From 200 random attitudes and special ones, at any speed: turns of 1e-6 to 0.1 rad a step, through all zeros."""
     rng = np.random.default_rng(70)
@@ -154,6 +158,7 @@ def test_engines_are_semi_implicit_euler_in_every_attitude(engine, robot):
 
 @pytest.mark.parametrize("dof", [samples.free().dof, samples.spherical().dof], ids=["free", "spherical"])
 @pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.usual("mujoco-free")
 def test_a_slow_turn_does_not_add_up(engine, dof):
     """Steps of 2e-4 rad, in each of which an exponential cut after its square would lose 1.3e-12 rad."""
     robot = dataclasses.replace(samples.ball(), dof=dof)

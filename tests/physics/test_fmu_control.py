@@ -73,6 +73,7 @@ def states(run):
 
 
 @spread("case, fmi", list(CASES), [2, 3])
+@pytest.mark.usual("pid-3", "planar-3", "elastic-3", "caroca-2")
 def test_plant_and_controller_in_one_run_as_cdpr_does(case, fmi, tmp_path):
     loaded = scenario(case)
     run, step = simulate(loaded), loaded.simulation.control_step
@@ -133,6 +134,7 @@ def test_saved_and_reset_it_goes_on_to_the_bit(fmi, tmp_path):
 
 
 @FMI
+@pytest.mark.usual("3")
 def test_a_controller_alone_drives_cdpr_like_the_one_it_is(fmi, tmp_path):
     """It is what `controller: {type: fmu}` takes."""
     loaded = scenario("pid")

@@ -63,6 +63,7 @@ REPEATS = {
 
 
 @pytest.mark.parametrize("case", [pytest.param(x, marks=pytest.mark.slow if x in REPEATS else ()) for x in CASES])
+@pytest.mark.usual("caroca", "planar_skewed", "mixed", "pulleys")
 def test_it_moves_as_reference_does_and_alike_in_both_versions(case, tmp_path):
     plant = plant_of(scenario(case))
     expected = reference(plant, 1000)
@@ -87,6 +88,7 @@ def test_long_steps_are_those_of_reference_too(tmp_path, offset_robot):
     assert np.abs(found - expected).max() < OPEN_LOOP
 
 
+@pytest.mark.slow
 def test_closed_loop_stays_with_reference(tmp_path):
     """A proportional-derivative loop about a moving target, each with the feedback of its own state."""
     loaded = scenario("cogiro")
@@ -157,6 +159,7 @@ def other_plant(plant):
 
 @FMI
 @pytest.mark.parametrize("case", ["caroca", "cogiro_elastic"])
+@pytest.mark.usual("caroca-3", "cogiro_elastic-2")
 def test_parameters_take_effect(case, fmi, tmp_path):
     """Set from outside, they make the FMU of another robot, before and during initialization."""
     plant = plant_of(scenario(case))
@@ -197,6 +200,7 @@ def test_parameters_take_effect(case, fmi, tmp_path):
         ("cogiro_rigid", "winch.inertia", [-1.0] * 8, "winch.inertia must be"),
     ],
 )
+@pytest.mark.usual("*-3", "caroca-mass-*-2")
 def test_unsound_parameters_are_refused(case, name, value, said, fmi, tmp_path, capfd):
     path = write(plant_of(scenario(case)), fmi, tmp_path)
     with pytest.raises(FMICallException), Driver(path, {name: value}):
@@ -206,6 +210,7 @@ def test_unsound_parameters_are_refused(case, name, value, said, fmi, tmp_path, 
 
 @FMI
 @pytest.mark.parametrize("case", ["caroca", "cogiro_elastic", "planar"])
+@pytest.mark.usual("caroca-3", "cogiro_elastic-2")
 def test_saved_states_go_on_to_the_bit(case, fmi, tmp_path):
     """In the same instance, as bytes, and in another instance."""
     plant = plant_of(scenario(case))

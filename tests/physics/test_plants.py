@@ -62,6 +62,7 @@ def pushed(backend, start, other, command, push):
 
 @pytest.mark.parametrize(("name", "options"), [kind for kind in KINDS if kind[0] != "reference"])
 @pytest.mark.parametrize("dof", [None, *PATTERNS])
+@pytest.mark.usual("None-*", "*-mujoco-options0")
 def test_external_wrench_and_reset(offset_robot, name, options, dof):
     """The oracle's answer, free and on a guide, with the centre of mass off the origin."""
     rng = np.random.default_rng(2)
@@ -73,6 +74,7 @@ def test_external_wrench_and_reset(offset_robot, name, options, dof):
 
 
 @pytest.mark.parametrize(("name", "options"), KINDS + LEGS)
+@pytest.mark.usual("*-options[0-5]")
 def test_state_survives_the_engine_in_any_attitude(offset_robot, name, options):
     rng = np.random.default_rng(4)
     backend = plant(name, offset_robot, **options)
@@ -97,6 +99,7 @@ def test_coasting_loses_nothing(name, options):
 
 @pytest.mark.parametrize(("name", "options"), KINDS)
 @pytest.mark.parametrize("dof", [None, ("z",), ("x", "z", "ry")])
+@pytest.mark.usual("None-*", "*-mujoco-options1")
 def test_speeds_beyond_100_are_not_clipped(name, options, dof):
     robot = make_robot(crossed_box(np.random.default_rng(0), 8), inertia=2.0 * np.eye(3))
     backend = plant(name, robot if dof is None else on_guide(robot, dof), **options)
@@ -182,6 +185,7 @@ def resident():
 
 
 @pytest.mark.parametrize("name", BACKENDS)
+@pytest.mark.usual("reference", "mujoco")
 def test_resets_leak_nothing(offset_robot, name):
     backend = plant(name, offset_robot)
     state = random_state(np.random.default_rng(0))
@@ -199,6 +203,7 @@ def test_resets_leak_nothing(offset_robot, name):
 
 
 @pytest.mark.parametrize(("name", "options"), KINDS + [pytest.param(*legs, marks=pytest.mark.slow) for legs in LEGS])
+@pytest.mark.usual("reference-*", "mujoco-options1", "dart-*")
 def test_open_and_close_leak_nothing(offset_robot, name, options):
     state = random_state(np.random.default_rng(0))
 

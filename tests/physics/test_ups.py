@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from plants import installed
 from spread import spread
 from test_engines import SKEWED, closed_loop, differences
@@ -15,6 +16,7 @@ ENGINES = installed("mujoco", "bullet", "dart")
 
 
 @spread("engine, overrides", ENGINES, [{}, SKEWED])
+@pytest.mark.usual("mujoco-*")
 def test_legs_pull_like_cables(engine, overrides):
     cables = closed_loop(overrides, backend=engine)
     legs = closed_loop({**overrides, f"backend_options.{engine}.cables": "ups"}, backend=engine)

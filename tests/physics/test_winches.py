@@ -66,6 +66,7 @@ def tensions(backend):
 
 
 @spread("kind, name, model", KINDS, ALL, [*MODELS, "mixed"])
+@pytest.mark.usual("free-*", "planar-mujoco-*", "planar-reference-*", "spherical-bullet-*")
 def test_semi_implicit_or_exact(name, model, kind):
     """Centre of mass off the origin, friction, an external wrench, a guide: as the equations written anew."""
     robot = on_winches(getattr(samples, kind)(), model)
@@ -106,6 +107,7 @@ def test_rigid_winch_is_reflected_inertia(robot, name):
 
 
 @pytest.mark.parametrize("stiffness", [pytest.param(1e5, marks=pytest.mark.slow), 1e6])
+@pytest.mark.slow
 def test_first_order_bounds(stiffness):
     """A platform that a step of force makes swing on cables whose drums hardly turn, 0.5 s at 1 ms."""
     robot = on_winches(samples.braced(), "elastic", stiffness=stiffness, winch=HELD)
@@ -121,6 +123,7 @@ def test_first_order_bounds(stiffness):
 
 
 @pytest.mark.parametrize("model", MODELS)
+@pytest.mark.usual("rigid")
 def test_order_is_four_on_reference_and_one_on_engines(model):
     """Taut cables and smooth friction: errors at two steps against DOP853, their ratio to the step's."""
     robot = on_winches(samples.braced(), model)
@@ -137,6 +140,7 @@ def test_order_is_four_on_reference_and_one_on_engines(model):
 
 
 @pytest.mark.parametrize("name", ALL)
+@pytest.mark.usual("mujoco", "bullet", "dart")
 def test_slack_elastic_cables_do_not_push(name):
     """Thrown upwards with drums that hold, the platform leaves its upper cables slack, then they catch it."""
     robot = on_winches(samples.braced(), "elastic", winch=HELD)
@@ -217,6 +221,7 @@ def test_energy_is_kept_without_damping_and_lost_with_it(damping):
 
 @pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize("model", MODELS)
+@pytest.mark.usual("*-reference", "elastic-mujoco")
 def test_starts_in_balance(name, model):
     """The first commands are the first tensions: a platform that they hold stays where it is."""
     robot = on_winches(samples.braced(), model)
@@ -262,6 +267,7 @@ def test_between_ideal_and_stiff():
 
 @pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize("model", MODELS)
+@pytest.mark.usual("*-reference", "elastic-mujoco")
 def test_snapshots_steps_and_resets(name, model):
     """Restored, cut into single steps or started anew, it goes the same way to the bit: states, tensions and work."""
     robot = on_winches(samples.braced(), model)
@@ -360,6 +366,7 @@ class Bounce:
 
 
 @pytest.mark.parametrize(("name", "damping"), IMPACT)
+@pytest.mark.usual("reference-50.0", "mujoco-0.0")
 def test_order_where_a_cable_is_pulled_tight(name, damping):
     """`cdpr.cables` states it: first order behind a jump, second behind a kink; engines as everywhere, first."""
     steps = 1e-3 * 0.5 ** np.arange(HALVINGS.get(name, 3))

@@ -68,6 +68,7 @@ def reference():
 
 @pytest.mark.parametrize("isolation", ["inproc", "process"])
 @pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.usual("3-*", "2-inproc")
 def test_an_export_is_the_reference_to_the_bit(fmi, isolation):
     np.testing.assert_array_equal(ride(built({"export": {"fmi": fmi}, "isolation": isolation})), reference())
 
@@ -89,6 +90,7 @@ def test_without_options_the_robot_is_exported(tmp_path):
 
 
 @pytest.mark.parametrize(("fmi", "step"), [(2, 0.001), (3, 0.0005)])
+@pytest.mark.usual("3-*")
 def test_a_file_is_found_beside_the_scenario_and_runs_apart(exported, tmp_path, fmi, step):
     path, sha256 = exported[fmi]
     shutil.copy(path, tmp_path / "plant.fmu")

@@ -40,9 +40,18 @@ def plain(tmp_path_factory):
 @pytest.fixture(scope="module")
 def sanitized(tmp_path_factory):
     """Host and library, compiled anew: strange addresses, leaks, overflows and the like end them."""
-    folder = tmp_path_factory.mktemp("sanitized")
+    return sanitize(tmp_path_factory.mktemp("sanitized"))
+
+
+@pytest.fixture(scope="module")
+def sanitized_in_a_hurry(tmp_path_factory):
+    """The same without optimization, which is most of the compiler's time."""
+    return sanitize(tmp_path_factory.mktemp("in a hurry"), "-O0")
+
+
+def sanitize(folder, *more):
     shared = folder / "cdpr_plant.so"
-    shared.write_bytes(library(sources(), (*FLAGS, *STRICT, "-Wpedantic", *SANITIZE)))
+    shared.write_bytes(library(sources(), (*FLAGS, *STRICT, "-Wpedantic", *SANITIZE, *more)))
     return compile_host(folder, *SANITIZE), shared
 
 
@@ -70,6 +79,7 @@ def run(host, path, folder, shared=None):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 @CASES
+@pytest.mark.usual("*-3", "caroca-2")
 def test_a_host_in_c_finds_the_same(case, fmi, plain, tmp_path):
     """It also saves, serialises and restores on its way."""
     plant = plant_of(scenario(case))
@@ -106,9 +116,9 @@ def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):
         ("mixed", [(f" 16 {DRUM} {NONE} ", f" 16 {DRUM} {INFINITE} "), ("winch.inertia", "winch.inartia")]),
     ],
 )
-def test_a_damaged_configuration_is_refused(case, more, sanitized, tmp_path):
+def test_a_damaged_configuration_is_refused(case, more, sanitized_in_a_hurry, tmp_path):
     """Cut anywhere, or with numbers that lead out of the arrays: a message and no instance."""
-    host, shared = sanitized
+    host, shared = sanitized_in_a_hurry
     path = write(plant_of(scenario(case)), 3, tmp_path)
     with zipfile.ZipFile(path) as archive:
         whole = archive.read("resources/plant.cfg").decode()

@@ -251,6 +251,7 @@ def test_trust(here, cdpr):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("path", sorted((ROOT / "scenarios/robots").glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.usual("*-3", "caroca-2")
 def test_what_cdpr_exports_maps_by_itself(here, path, fmi):
     from cdpr.fmu.export import Plant, fmu_bytes
     from cdpr.fmu.read.archive import open_archive

@@ -62,6 +62,7 @@ def entries(path):
 
 
 @spread("case, fmi", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid"], [2, 3])
+@pytest.mark.usual("planar-3", "cogiro_rigid-3", "caroca-2")
 def test_the_standard_has_nothing_to_say(case, fmi, tmp_path):
     path = write(plant_of(scenario(case)), fmi, tmp_path)
     assert validate_fmu(str(path)) == []
@@ -135,6 +136,7 @@ def test_it_is_compiled_once(tmp_path, monkeypatch):
 
 @FMI
 @pytest.mark.parametrize("name", ["with space", "mit ä und %20", "日本"])
+@pytest.mark.usual("*-3")
 def test_it_works_wherever_it_lies(fmi, name, tmp_path):
     """FMI 2 gives the folder as a percent-encoded URI, FMI 3 as a path."""
     plant = plant_of(scenario("caroca"))

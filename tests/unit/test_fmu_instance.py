@@ -71,6 +71,7 @@ def alive(pid):
 
 @BOTH
 @pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.usual("2-inproc", "3-*")
 def test_inputs_go_in_and_outputs_come_out(files, fmi, isolation):
     fmu = running(files[fmi], isolation)
     instance, inputs = fmu.instance, fmu.mapping.inputs.ports
@@ -101,6 +102,7 @@ def test_closed_it_leaves_nothing_and_is_not_called(files, isolation):
 
 @BOTH
 @pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.usual("2-process", "3-inproc")
 def test_it_may_end_the_simulation(files, fmi, isolation):
     fmu = running(files[fmi], isolation, mode=ENDS)
     fmu.instance.step(2)
@@ -120,6 +122,7 @@ def test_an_fmu_that_does_not_reach_the_time_is_found_out(files, isolation):
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.usual("3")
 def test_a_missing_function_is_named(tmp_path, fmi):
     path = write_controller(tmp_path / "half.fmu", fmi, "-DWITHOUT_STEP")
     before = temporary_folders()
@@ -224,8 +227,8 @@ def check_leaks(path, isolation, first, then):
 
 
 @pytest.mark.parametrize("fmi", [2, pytest.param(3, marks=pytest.mark.slow)])
-def test_forty_cycles_leave_nothing(files, fmi):
-    check_leaks(files[fmi], "inproc", 20, 40)
+def test_twenty_cycles_leave_nothing(files, fmi):
+    check_leaks(files[fmi], "inproc", 10, 20)
 
 
 @pytest.mark.slow

@@ -110,6 +110,7 @@ def test_turns_in_world_axes_from_any_attitude():
 
 
 @pytest.mark.parametrize("dof", [("x", "y", "z", "rx", "ry", "rz"), ("x", "z", "ry")])
+@pytest.mark.usual("dof1")
 def test_the_covariance_is_that_of_many_noisy_fits(dof):
     rng = np.random.default_rng(2)
     sigma, count = 1e-4, 2000

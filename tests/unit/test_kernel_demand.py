@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 import numba
 import pytest
 
@@ -81,3 +83,17 @@ def test_what_lets_threads_run_is_found_on_disk_as_well():
         found = compiler.threaded(inner, "sources of a test", kinds)
         assert found(2.0) == 6.0
         assert sum(found.stats.cache_hits.values()) == hits
+
+
+def test_what_others_froze_is_counted_once(monkeypatch):
+    """Python goes through all of it to count it: for each kernel, that was most of the time of loading them."""
+    counts, left = iter([0, 7]), []
+    monkeypatch.setattr(compiler, "_frozen", False)
+    monkeypatch.setattr(gc, "get_freeze_count", lambda: next(counts))
+    monkeypatch.setattr(gc, "freeze", lambda: left.append("frozen"))
+    monkeypatch.setattr(gc, "unfreeze", lambda: left.append("thawed"))
+    for _ in range(4):
+        with compiler._uncollected():
+            assert not gc.isenabled()
+        assert gc.isenabled()
+    assert left == ["frozen", "thawed"]

@@ -146,6 +146,7 @@ def test_words_of_one_number():
 
 @pytest.mark.parametrize("name", ["caroca", "planar", "point_mass", "seven", "crossed", "twelve"])
 @pytest.mark.parametrize("wrenches", [False, True])
+@pytest.mark.usual("False-caroca", "True-planar", "True-twelve")
 def test_rows_have_the_same_bits(always, name, wrenches):
     robot = loaded(name)
     at = poses(robot, 300)
@@ -174,6 +175,7 @@ def test_most_rows_are_answered_side_by_side(robot, always):
 
 @pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 16, 23])
 @pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.usual("1-*", "2-23")
 def test_any_number_of_rows(robot, always, count, jobs):
     at = poses(robot, count)
     expect_same(distribute(robot, at, jobs=jobs), distribute(robot, at, solver=alone(robot)))
@@ -188,6 +190,7 @@ def test_several_chunks_in_threads(robot, always):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 1.0])
+@pytest.mark.usual("0.1", "1.0")
 def test_rows_at_limits_and_odd_ones_among_others(robot, always, share):
     """Where a row leaves the common way, neither it nor its neighbours notice who has answered."""
     count = 400
@@ -222,6 +225,7 @@ def test_rows_at_limits_and_odd_ones_among_others(robot, always, share):
 
 
 @pytest.mark.parametrize("robot", robots(), ids=lambda robot: f"{robot.n}-{robot.m}")
+@pytest.mark.usual("6-8", "2-3", "6-14")
 def test_misleading_problems_are_answered_as_alone(robot):
     solver = made(robot)
     problems = adversaries(robot, 400, 11)
@@ -313,6 +317,7 @@ def test_options_that_ask_for_more_are_left_to_the_other_kernel(robot, options):
         ({"weights": [1.0] * 8}, False),
     ],
 )
+@pytest.mark.usual("options1-*", "options3-*")
 def test_options_that_have_lanes_change_no_bit(robot, always, options, there):
     at = poses(robot, 100)
     assert (made(robot, **options).lanes is not None) == there

@@ -51,6 +51,7 @@ def test_options_that_are_no_mapping_are_told(robot, wrong):
 
 
 @pytest.mark.parametrize("wrench", [[1e308] * 6, [1e308, 1e308, 0, 0, 0, 0]])
+@pytest.mark.usual("wrench1")
 def test_tensions_that_no_number_holds_are_not_admissible(robot, wrench):
     found = cdpr.admissible(robot, POSE, wrench)
     assert not found.feasible

@@ -120,6 +120,7 @@ def span_pairs(part, name, kernels, library):
 
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: name_in_c(part.kernels))
+@pytest.mark.usual("direct", "drum", "elastic")
 def test_the_c_of_a_part_is_its_kernels_to_the_bit(part, compiled):
     if isinstance(part, type) and issubclass(part, Exit):
         pairs = exit_pairs

@@ -100,6 +100,7 @@ def _random(rng, axis):
 
 
 @pytest.mark.parametrize("axis", [False, True])
+@pytest.mark.usual("True")
 def test_random_passages_are_found_whenever_they_are(axis):
     rng = np.random.default_rng(int(os.environ.get("CDPR_TEST_SEED", "5")))
     for _ in range(MOTIONS):

@@ -67,6 +67,7 @@ ALIKE = {
 
 
 @pytest.mark.parametrize("name", ALIKE)
+@pytest.mark.usual("mass", "belief")
 def test_they_go_all_the_way_together(name, both):
     scenario, vary = ALIKE[name]
     one, other, far = both(scenario, vary, **{"simulation.duration": 0.3})
@@ -77,6 +78,7 @@ def test_they_go_all_the_way_together(name, both):
 
 
 @pytest.mark.parametrize("controller", ["static", "pid"])
+@pytest.mark.usual("pid")
 def test_controllers(controller, both):
     one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, "controller.type": controller})
     assert far == [(0, 300)]
@@ -84,6 +86,7 @@ def test_controllers(controller, both):
 
 
 @pytest.mark.parametrize("solver", ["dykstra", "centroid"])
+@pytest.mark.usual("dykstra")
 def test_solvers_without_lanes_are_asked_for_each(solver, both):
     one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, "solver.type": solver})
     assert far[-1][1] == 300
@@ -91,6 +94,7 @@ def test_solvers_without_lanes_are_asked_for_each(solver, both):
 
 
 @pytest.mark.parametrize("option", ["about: previous", "change: 5.0"])
+@pytest.mark.usual("change*")
 def test_a_solver_that_follows_is_not_asked_side_by_side(option, both):
     key, value = option.split(": ")
     given = float(value) if value[0].isdigit() else value
@@ -154,6 +158,7 @@ DIFFERENT = {
 
 
 @pytest.mark.parametrize("name", DIFFERENT)
+@pytest.mark.usual("controllers")
 def test_cases_that_are_made_differently_go_alone(name, both):
     one, other, _ = both("caroca", DIFFERENT[name], **{"simulation.duration": 0.2})
     assert_same(one, other)
@@ -163,6 +168,7 @@ ALONE = {"cogiro_pulleys": GAINS, "winch": GAINS, "planar": GAINS}
 
 
 @pytest.mark.parametrize("name", ALONE)
+@pytest.mark.usual("planar", "winch")
 def test_what_lanes_do_not_know_goes_alone(name, both):
     one, other, far = both(name, ALONE[name], **{"simulation.duration": 0.2})
     assert far == []

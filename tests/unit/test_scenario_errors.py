@@ -74,6 +74,7 @@ def test_the_cases_cover_the_schema():
 
 
 @spread("case, third", list(CASES), range(3))
+@pytest.mark.usual("*-0")
 def test_a_wrong_value_for_a_number(case, third):
     text, path, mark = CASES[case]
     for value in BAD[third::3]:
@@ -259,9 +260,9 @@ def test_wrong_sections_do_not_hide_the_checks_of_the_others():
 
 
 def test_a_file_of_garbage_prints_no_more_than_anyone_reads():
-    found = problems(BASE + "".join(f"junk_{i}: 1\n" for i in range(1000)))
+    found = problems(BASE + "".join(f"junk_{i}: 1\n" for i in range(300)))
     assert len(found) == 101
-    assert found[-1] == "and 900 more problems"
+    assert found[-1] == "and 200 more problems"
 
 
 @pytest.mark.parametrize(

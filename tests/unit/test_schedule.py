@@ -312,6 +312,7 @@ def test_real_time_and_the_record_on_disk(tmp_path):
 
 
 @pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+@pytest.mark.usual("reference", "mujoco")
 def test_the_scenarios_run_on_every_backend(backend):
     """What their comments say of them."""
     pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, "numpy"))

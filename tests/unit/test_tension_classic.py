@@ -130,6 +130,7 @@ def test_the_scaled_rule_is_exact_with_one_redundant_cable(seed, load):
 
 @pytest.mark.parametrize("rule", ["published", "scaled"])
 @pytest.mark.parametrize("m", [7, 8, 9, 12])
+@pytest.mark.usual("8-*", "9-*", "12-*")
 def test_improved_closed_form_is_nearly_the_exact_nearest_to_the_middle(rule, m):
     answered, equal = 0, 0
     for robot, W, wrench in feasible(m, m, 100):

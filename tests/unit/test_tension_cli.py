@@ -204,6 +204,7 @@ def test_lies_are_told():
 
 
 @pytest.mark.parametrize("absurd", [1e12, 1e200, -1.7e308])
+@pytest.mark.usual("1e+200")
 def test_absurd_answers_spoil_neither_table_nor_picture(absurd):
     pytest.importorskip("matplotlib")
     from cdpr.report.figures.null_space import draw_null_space
@@ -269,6 +270,7 @@ def test_a_missing_package_is_an_error_only_where_the_solver_is_named(monkeypatc
         (CAROCA, ["--set", "tension.max=300"], [">no tensions are admissible<", ">x₂ (N)<"]),
     ],
 )
+@pytest.mark.usual("file0-*", "file3-*")
 def test_picture_and_figures_are_written(tmp_path, file, arguments, expected):
     pytest.importorskip("matplotlib")
     svgs = []

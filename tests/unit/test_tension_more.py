@@ -92,6 +92,7 @@ def test_improved_puncture_answers_where_the_improved_closed_form_does_and_is_no
 
 
 @pytest.mark.parametrize("name", ["closed_form", "puncture", "improved_closed_form", "dykstra", "improved_puncture"])
+@pytest.mark.usual("improved_puncture", "dykstra")
 def test_the_outer_ball_proves_infeasibility_and_nothing_else(name):
     """Thesis 6.29 with its radii mended: most loads beyond all limits are told, no feasible one is."""
     told = beyond = 0
@@ -193,6 +194,7 @@ def test_options_in_the_benchmark():
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "bullet", "dart"])
+@pytest.mark.usual("mujoco")
 def test_legs_have_mass_and_damping_on_request(engine):
     """Both change the motion, their defaults do not; on massless cables both are refused."""
     if registry().get("backend", engine).missing:

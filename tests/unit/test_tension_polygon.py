@@ -223,6 +223,7 @@ def test_a_polygon_of_some_breadth_stays_one():
 
 @pytest.mark.parametrize("ball", [True, False])
 @pytest.mark.parametrize("r", [1, 2, 3])
+@pytest.mark.usual("1-*", "3-True")
 def test_the_safest_point_is_a_linear_programs(ball, r):
     """Radius of the largest ball, or largest slack; negative by as much where the set is empty."""
     for seed in range(20):

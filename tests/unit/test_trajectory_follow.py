@@ -7,6 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
+from conftest import EXAMPLES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_trajectory_paths import UPRIGHT, assert_smooth, samples
@@ -162,6 +163,7 @@ def distance(points, path):
 
 @pytest.mark.parametrize(("tolerance", "feed"), [(1e-4, 0.02), (1e-3, 0.06), (2e-2, 0.3)])
 @pytest.mark.parametrize("pieces", [polyline(CORNERS), slot()], ids=["corners", "slot"])
+@pytest.mark.usual("corners-0.001-*", "slot-0.0001-*")
 def test_rounded_corners_stay_within_their_tolerance(pieces, tolerance, feed):
     """At feeds at which it pays to round them."""
     motion = follow(0.0, course(pieces, feed, tolerance=tolerance), LIMITS, UPRIGHT)
@@ -206,7 +208,7 @@ def test_a_polygon_is_passed_without_stops():
 seeds = st.integers(0, 2**32 - 1)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=min(40, EXAMPLES // 2), deadline=None)
 @given(seeds)
 def test_any_path_keeps_the_limits(seed):
     """Lines and arcs of all sizes, feeds and tolerances in any order, also there and back and on the spot."""
@@ -306,6 +308,7 @@ def test_what_would_take_too_much_memory_is_refused():
 
 @pytest.mark.parametrize("limits", list(itertools.product([1e-12, 1e12], repeat=3)))
 @pytest.mark.parametrize("tolerance", [0.0, 1e6])
+@pytest.mark.usual("0.0-*", "1000000.0-limits[05]")
 def test_limits_of_any_size(limits, tolerance):
     """As far apart as scenarios may have them."""
     pieces = together([polyline(CORNERS[:3]), arc(0.1, 7.0, center=(0.9, 1.0, 0.0))])

@@ -86,6 +86,7 @@ def true_circle(times, start, duration, position, center, normal, turns, pitch):
 
 @pytest.mark.parametrize("turns", [0.01, -0.25, 1.0, -3.0, 40.0])
 @pytest.mark.parametrize("radius", [0.01, 1.0, 10.0])
+@pytest.mark.usual("10.0-*", "0.01--3.0")
 def test_a_helix_is_met_within_the_stated_error(turns, radius):
     rng = np.random.default_rng(3)
     normal = rng.normal(size=3)

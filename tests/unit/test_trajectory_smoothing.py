@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from conftest import EXAMPLES
 from hypothesis import example, given, settings
 from scipy.interpolate import make_lsq_spline
 from test_trajectory_follow import CORNERS, LIMITS, arc, assert_kept, course, jumps, polyline, seeds
@@ -69,7 +70,7 @@ def polygon(rng):
     return points[np.concatenate([[True], np.diff(points, axis=0).any(axis=1)])]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=min(25, EXAMPLES // 2), deadline=None)
 @given(seeds)
 @example(9)  # stops beside lines too short to be rounded, while another row is slower rounded
 @example(82)  # lines shorter than knots are apart, between longer ones
