@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
-from offline import has_compiler, pip
+from offline import ONE_TARGET, has_compiler, pip
 
 pytestmark = pytest.mark.slow
 PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
@@ -56,7 +56,7 @@ def cross(folder, **more):
 def test_changed_headers_are_compiled_by_the_next_install_and_python_files_take_effect_at_once(checkout, tmp_path):
     if not has_compiler():
         pytest.skip("this system lacks a C++ compiler")
-    done = pip(tmp_path, "install", "--editable", checkout)
+    done = pip(tmp_path, "install", *ONE_TARGET, "--editable", checkout)
     assert done.returncode == 0, done.stdout + done.stderr
     assert cross(tmp_path)[-1] == "1.0"
     header = checkout / "cdpr" / "native" / "include" / "cdpr" / "cross_products.hpp"
@@ -64,7 +64,7 @@ def test_changed_headers_are_compiled_by_the_next_install_and_python_files_take_
     assert "    return 0;\n" in text
     header.write_text(text.replace("    return 0;\n", "    problem.product[2] *= 3.0;\n    return 0;\n"))
     assert cross(tmp_path)[-1] == "1.0"
-    done = pip(tmp_path, "install", "--editable", checkout)
+    done = pip(tmp_path, "install", *ONE_TARGET, "--editable", checkout)
     assert done.returncode == 0, done.stdout + done.stderr
     assert cross(tmp_path)[-1] == "3.0"
     (checkout / "cdpr" / "more.py").write_text("print('more')\n")
@@ -95,7 +95,7 @@ def test_an_install_without_a_compiler_compiles_by_zig(checkout, tmp_path):
     path, home = without_compilers(tmp_path / "bin"), tmp_path / "home"
     home.mkdir()
     hidden = {"PATH": path, "HOME": str(home), "CC": "", "CXX": ""}
-    done = pip(tmp_path, "install", "--editable", checkout, **hidden)
+    done = pip(tmp_path, "install", *ONE_TARGET, "--editable", checkout, **hidden)
     assert done.returncode == 0, done.stdout + done.stderr
     compiler, product = cross(tmp_path, **hidden)
     assert compiler.startswith("Clang")
