@@ -48,6 +48,7 @@ def largest_margin(W):
     return -answer.fun
 
 
+@pytest.mark.slow
 def test_positive_null_vectors_agree_with_a_linear_program():
     rng = np.random.default_rng(3)
     found = {True: 0, False: 0}

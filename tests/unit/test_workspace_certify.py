@@ -10,6 +10,7 @@ from fractions import Fraction
 import exact
 import numpy as np
 import pytest
+from spread import sampled
 from test_workspace import cli, robot_of
 
 from cdpr.distribution import distribute
@@ -59,7 +60,8 @@ def contradicted(found, robot, positions, proved):
     )
 
 
-@pytest.mark.parametrize(
+@sampled(
+    lambda name: name in ("planar", "point_mass", "seven"),
     "name",
     [
         "cogiro",
