@@ -275,6 +275,7 @@ def test_twists_that_change_no_length(dof):
         assert not np.delete(twists, robot.rows, axis=1).any()
 
 
+@pytest.mark.slow
 def test_a_preview_regards_events():
     """A push is balanced, a broken cable is left out, changed limits hold, a stop shortens the path."""
     events = (
