@@ -53,6 +53,7 @@ SLOW = (
     "study scenarios/studies/thesis_ch6.yaml",
     "tension scenarios/robots/caroca.yaml --solver all",
     "validate 'scenarios/*.yaml'",
+    "validate gcode",
     "view gcode",
     "workspace compare",
     "workspace export out/proved.npz",
