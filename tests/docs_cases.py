@@ -31,18 +31,36 @@ SHORTER = {
     "workspace compare": ["--count", "20"],
     "bench solvers": ["--poses", "2", "--adversaries", "1", "--solvers", "qp,osqp"],
 }
-# Seconds even so: engines and workers in processes of their own, all problems of the kit.
+# Seconds even so: engines and workers in processes of their own, all problems of the kit, kernels that only they need.
+# What takes the file that one of these writes is among them.
 SLOW = (
     "baseline",
     "bench",
     "check",
     "compare scenarios/",
+    "design",
+    "fmu export scenarios/planar.yaml -o loop.fmu",
     "info gcode",
+    "run gcode",
+    "run scenarios/caroca.yaml --set believed",
+    "run scenarios/caroca.yaml --set robot.cable.diameter",
+    "run scenarios/cogiro_pulleys.yaml",
+    "run scenarios/remote_plant.yaml",
+    "run scenarios/thesis.yaml",
+    "run scenarios/winch.yaml --set robot.cable.model=rigid",
     "size scenarios/winch.yaml --broken",
+    "study scenarios/studies/thesis_belief.yaml",
     "study scenarios/studies/thesis_ch6.yaml",
     "tension scenarios/robots/caroca.yaml --solver all",
+    "validate 'scenarios/*.yaml'",
+    "validate gcode",
+    "view gcode",
+    "workspace compare",
     "workspace export out/proved.npz",
+    "workspace ifcow scenarios/robots/caroca.yaml --cable-diameter 0.01 --method rays",
     "workspace static scenarios/robots/caroca.yaml --method certify",
+    "workspace static scenarios/robots/cogiro.yaml --method turns",
+    "workspace wrench-feasible",
 )
 # tests/unit/test_docs.py runs its commands in full length, and holds what they tell to the tables.
 WHOLE = "docs/teaching.md"

@@ -69,7 +69,7 @@ def _imports(node: ast.AST, typed: bool = False) -> Iterator[tuple[str, str, boo
         elif isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
             yield from _imports(ast.Module(child.body, []), True)
             yield from _imports(ast.Module(child.orelse, []), typed)
-        else:
+        elif isinstance(child, (ast.stmt, ast.excepthandler, ast.match_case)):  # no expression holds one
             yield from _imports(child, typed)
 
 

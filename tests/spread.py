@@ -1,8 +1,8 @@
-"""Combinations of what a test is asked with: some always, the rest among the slow tests."""
+"""What a test is asked with: some of it always, the rest among the slow tests."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import product
 from typing import Any
 
@@ -21,3 +21,19 @@ def spread(names: str, *axes: Sequence[Any]) -> pytest.MarkDecorator:
         values = [axis[place] for place, axis in zip(places, axes, strict=True)]
         cases.append(pytest.param(*values, marks=pytest.mark.slow if sum(places) % shortest else ()))
     return pytest.mark.parametrize(names, cases)
+
+
+def sampled(
+    keep: int | Callable[..., bool], names: str | Sequence[str], values: Iterable[Any], **more: Any
+) -> pytest.MarkDecorator:
+    """As `pytest.mark.parametrize`; all are slow but the first `keep`, or but those to which it says yes.
+
+    For values that show the same of the program in other places, which the first do by default.
+    """
+    several = len([name for name in names.split(",") if name.strip()] if isinstance(names, str) else names) > 1
+    param, cases = type(pytest.param()), []
+    for place, value in enumerate(values):
+        case = value if isinstance(value, param) else pytest.param(*(value if several else (value,)))
+        kept = place < keep if isinstance(keep, int) else keep(*case.values)
+        cases.append(case if kept else pytest.param(*case.values, id=case.id, marks=(*case.marks, pytest.mark.slow)))
+    return pytest.mark.parametrize(names, cases, **more)

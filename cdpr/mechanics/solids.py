@@ -274,7 +274,8 @@ def _square(x: Vector, start: Vector, end: Vector) -> float:
     d = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     r = (x[0] - start[0], x[1] - start[1], x[2] - start[2])
     square, along = dot(d, d), dot(r, d)
-    s = choose(along <= 0.0, 0.0, choose(along >= square, 1.0, along / square))
+    # As plain Python, which an uncompiled kernel is, the division would raise where it does not count.
+    s = choose(along <= 0.0, 0.0, choose(along >= square, 1.0, along / choose(square > 0.0, square, 1.0)))
     away = (r[0] - s * d[0], r[1] - s * d[1], r[2] - s * d[2])
     return dot(away, away)
 
@@ -287,7 +288,8 @@ def between(start: Vector, end: Vector, first: Vector, last: Vector) -> float:
     r = (start[0] - first[0], start[1] - first[1], start[2] - first[2])
     dd, ee, de, dr, er = dot(d, d), dot(e, e), dot(d, e), dot(d, r), dot(e, r)
     square = dd * ee - de * de
-    s, t = (de * er - ee * dr) / square, (dd * er - de * dr) / square
+    by = choose(square > 0.0, square, 1.0)  # of parallel segments, for plain Python: the ends decide there
+    s, t = (de * er - ee * dr) / by, (dd * er - de * dr) / by
     away = (r[0] + s * d[0] - t * e[0], r[1] + s * d[1] - t * e[1], r[2] + s * d[2] - t * e[2])
     within = (square > 0.0) & (s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0)
     sure = within & (square > PARALLEL * dd * ee)

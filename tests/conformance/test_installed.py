@@ -8,6 +8,7 @@ import re
 import pytest
 from command_line import cdpr_here
 from pydantic import ValidationError
+from spread import sampled
 
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
 from cdpr.testing import backend_checks, check_solver, controller_checks, solver_checks
@@ -23,13 +24,17 @@ def needs_options(entry):
     return False
 
 
-# Rational numbers, and libraries that are wrapped as daqp, highs and piqp are.
-COSTLY = {"exact", "clarabel", "osqp", "qpsolvers"}
+# By default the kit is asked of these, which stand for all kinds: our own and a library's, with memory and without.
+ALWAYS = {
+    "backend": {"reference", "mujoco"},
+    "solver": {"qp", "closed_form", "daqp"},
+    "controller": {"computed_torque", "static"},
+}
 
 
 def is_slow(role, name, check):
-    """The costly ones, and the search for leaks, of which one solver shows that the others are asked."""
-    return role == "solver" and (name in COSTLY or (check == "nothing_leaks" and name != "qp"))
+    """The others, and the search for leaks, of which one solver shows that the others are asked."""
+    return name not in ALWAYS[role] or (role == "solver" and check == "nothing_leaks" and name != "qp")
 
 
 CASES = [
@@ -70,10 +75,15 @@ def test_options_keep_what_is_declared(name, options):
 
 
 REFERENCE = registry().get("backend", "reference")
+# Where the scheme differs.
+SCHEME = {"coasting_keeps_velocity", "order_is_as_declared", "long_fall", "tumbling_keeps_energy_and_momentum"}
 
 
-@pytest.mark.parametrize(
-    "check", backend_checks("reference", options=REFERENCE.info.options(scheme="semi_implicit_euler")), ids=str
+@sampled(
+    lambda check: str(check) in SCHEME,
+    "check",
+    backend_checks("reference", options=REFERENCE.info.options(scheme="semi_implicit_euler")),
+    ids=str,
 )
 def test_reference_with_the_scheme_of_the_engines(check):
     check()
@@ -85,6 +95,7 @@ def test_command_prints_a_table():
     assert done.stdout.splitlines()[-1].startswith("controller 'static': ")
 
 
+@pytest.mark.slow
 def test_command_prints_json():
     done = cdpr_here("check", "solver", "pseudo_inverse", "--json")
     told = json.loads(done.stdout)

@@ -49,6 +49,7 @@ def test_unbroken_wrapper_passes():
     assert [result for result in results if result.outcome == "failed"] == []
 
 
+@pytest.mark.slow
 def test_a_backend_without_guides_is_not_applicable():
     results = {result.id: result for result in check_backend(backend_mutants.NoGuides)}
     assert results["held_directions_stay"].outcome == "n/a"

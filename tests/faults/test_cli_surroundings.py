@@ -16,6 +16,7 @@ import warnings
 import pytest
 from conftest import ROOT
 from log_cases import make_header
+from spread import sampled
 
 from cdpr.cli import main
 from cdpr.cli.streams import printable_streams, streams
@@ -176,7 +177,7 @@ def test_loading_a_plugin_swaps_no_stream_of_a_program():
         assert sys.stdout is before
 
 
-@pytest.mark.parametrize("size", [10, 100_000])
+@sampled(1, "size", [10, 100_000])
 @pytest.mark.parametrize("error", [None, CdprError("found out")])
 def test_a_full_disk_under_the_results_is_told_once(size, error, monkeypatch, capfd):
     """What is left in the buffers must not fail once more, nor reach who has the descriptor's number next."""

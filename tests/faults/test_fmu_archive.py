@@ -280,6 +280,7 @@ def test_a_huge_description(tmp_path, monkeypatch):
     )
 
 
+@pytest.mark.slow
 def test_a_deep_description(tmp_path):
     names = [f"a{i * i % 99991}" for i in range(200_000)]  # various: it must not shrink like a bomb
     xml = "".join(f"<{name}>" for name in names) + "".join(f"</{name}>" for name in reversed(names))

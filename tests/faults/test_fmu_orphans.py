@@ -179,6 +179,7 @@ def _make_many(root, number):
         made.remove()
 
 
+@pytest.mark.slow
 def test_many_at_once_never_remove_each_others(root):
     context = multiprocessing.get_context("fork")
     many = [context.Process(target=_make_many, args=(str(root), 60)) for _ in range(4)]

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from conftest import ROOT
+from spread import sampled
 
 import cdpr
 from cdpr.errors import Diverged
@@ -89,7 +90,7 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@sampled(1, "backend", ["reference", "mujoco"])
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
 def test_each_fault_is_found_in_its_own_step(backend, fault):
     scenario = cdpr.load_scenario(

@@ -64,14 +64,8 @@ def wait_for_rows(process, folder):
         time.sleep(0.005)
 
 
-@pytest.mark.parametrize(
-    ("number", "code"),
-    [
-        pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow),
-        (signal.SIGTERM, 143),
-        pytest.param(signal.SIGHUP, 143, marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143)])
 def test_a_stopped_run_is_closed_and_told(number, code, tmp_path):
     command = [sys.executable, "-m", "cdpr", "run", CAROCA, "--no-report", "--out", str(tmp_path / "run")]
     process = subprocess.Popen(
@@ -163,6 +157,7 @@ def assert_opens_after_repair(folder, steps, lost):
     np.testing.assert_array_equal(run.rows, whole.rows)
 
 
+@pytest.mark.slow
 def test_a_killed_run_opens_after_repair(tmp_path):
     assert_opens_after_repair(*killed(tmp_path, 0.13), ROWS_LOST)
 

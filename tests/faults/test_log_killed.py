@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from log_cases import make_header, make_rows, same_bits, write_log
+from spread import sampled
 
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.mcap_file import BLOCK
@@ -45,7 +46,7 @@ for n in range(50, len(rows), 50):
 """
 
 
-@pytest.mark.parametrize("number", [3, 77])
+@sampled(1, "number", [3, 77])
 def test_a_killed_run_loses_nothing_that_was_flushed(tmp_path: Path, number: int) -> None:
     tests = str(Path(__file__).parent.parent)
     script = CHILD.format(tests=tests, out=str(tmp_path / "run"))

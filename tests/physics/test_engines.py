@@ -208,6 +208,7 @@ def test_tendons_with_runge_kutta_are_of_order_four_under_a_wrench():
 
 
 @spread("engine, case", ENGINES, ["caroca", "skewed", "planar", "point_mass", "spherical"])
+@pytest.mark.usual("mujoco-*", "dart-skewed")
 def test_engine_error_is_first_order(engine, case):
     """At a fixed control period the distance to the reference falls 8 to 12 times per decade of the physics step."""
     errors = []

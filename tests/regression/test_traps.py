@@ -10,6 +10,7 @@ import pytest
 from cdpr_traps import TrapOptions
 from cdpr_traps.backend import TRAPS, Wrapped, make
 from compare_cases import ENGINES, SOUND, comparison, load
+from spread import sampled
 
 import cdpr
 from cdpr.errors import Diverged
@@ -80,7 +81,8 @@ def test_guards(trap):
         assert cdpr.simulate(scenario, backend="traps").status == "finished"
 
 
-@pytest.mark.parametrize(
+@sampled(
+    lambda trap, engine: trap in ("none", "damping", "frame"),
     ("trap", "engine"),
     [
         pytest.param(trap, engine, marks=() if engine == ENGINES[0] else pytest.mark.slow)
@@ -94,6 +96,7 @@ def test_comparison(trap, engine):
     assert outcomes <= {"agrees", "disagrees"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("trap", "caught"), [("none", False), ("damping", True)])
 def test_by_order_alone(trap, caught):
     """A fault that does not shrink with the step shows without any knowledge of the scheme."""
@@ -127,7 +130,7 @@ class Friction(Wrapped):
         self.put(state)
 
 
-@pytest.mark.parametrize("fault", [Late, Friction])
+@sampled(1, "fault", [Late, Friction])
 def test_what_an_order_does_not_show_is_told_and_a_scheme_shows_it(monkeypatch, fault):
     monkeypatch.setitem(TRAPS, "none", fault)
     for scheme, outcome in (("", "agrees"), ("semi_implicit_euler", "disagrees")):
@@ -137,7 +140,7 @@ def test_what_an_order_does_not_show_is_told_and_a_scheme_shows_it(monkeypatch, 
         assert (LIMIT_ALONE in notes(row)) is (scheme == "")
 
 
-@pytest.mark.parametrize("name", SOUND)
+@sampled(2, "name", SOUND)
 def test_sound_engines_agree(name):
     """All installed engines, a second of each scenario and what happens in it."""
     seconds = {"external_wrench": 2.5, "cable_break": 1.2}.get(name, 1.0)

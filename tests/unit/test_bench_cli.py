@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from unittest import mock
 
 import bench_cases as cases
 import pytest
@@ -16,7 +17,7 @@ from conftest import ROOT
 from test_report_html import NAMESPACES, Page
 
 from cdpr import bench
-from cdpr.bench import benchmark
+from cdpr.bench import benchmark, measures
 from cdpr.cli import bench as command_module
 from cdpr.cli.bench import ROBOTS, command
 from cdpr.distribution import adversaries
@@ -44,8 +45,15 @@ def printed(figures):
         return out.getvalue().decode()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _short_paths():
+    """Of a path as many answers as show that it is asked: what they tell is tested in test_bench_measures.py."""
+    with mock.patch.object(measures, "STEPS", 30):
+        yield
+
+
 @pytest.fixture(scope="module")
-def zoo():
+def zoo(_short_paths):
     """Figures with every kind of row, under names that HTML could take amiss."""
     rows = [
         plugin(cases.MinimumNorm, ODD, objective="min_norm"),
@@ -92,6 +100,7 @@ def test_names_and_columns_fit_into_the_table():
     assert max(map(len, lines)) <= 120
 
 
+@pytest.mark.slow
 def test_json_holds_what_run_returns():
     said = json.loads(solvers(POINT, "--poses", "20", "--seed", "5", "--solvers", "qp", "--json").stdout)
     (row,) = said["robots"][0]["results"]
@@ -135,6 +144,7 @@ def test_page(zoo, tmp_path):
     assert all(title in page.words for title in COLUMNS)
 
 
+@pytest.mark.slow
 def test_figures_are_pictures_of_their_own(zoo, tmp_path):
     write_bench(zoo, tmp_path)
     for name in ("1_wall.svg", "2_carriage.svg"):

@@ -9,6 +9,7 @@ import bench_cases as cases
 import numpy as np
 import pytest
 from bench_cases import plugin, plugins, wall
+from spread import sampled
 
 from cdpr.bench import benchmark, measures, oracle, run
 from cdpr.bench.measures import jumps
@@ -38,6 +39,13 @@ def _asked_once():
         yield
 
 
+@pytest.fixture
+def no_paths(monkeypatch):
+    """For what the poses alone tell: a path takes 400 answers."""
+    none = {"paths": 0, "with_jump": 0, "largest_N": None}
+    monkeypatch.setattr(measures, "jumps", lambda paths, answer: none)
+
+
 def measured(solver, poses=POSES, **properties):
     (row,) = run([wall()], None, poses, plugins=plugins(plugin(solver, **properties)))["robots"][0]["results"]
     return row
@@ -59,6 +67,7 @@ def test_a_sound_solver():
     assert row["infeasible"] > 5
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_wrong_ok():
     row = measured(cases.AlwaysOk)
     assert row["misclassified"] == row["invalid_ok"] == row["infeasible"]
@@ -66,6 +75,7 @@ def test_wrong_ok():
     assert row["on_infeasible"] == {"OK": 1.0}
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_a_solver_that_ignores_limits_and_says_so_is_not_wrong_but_covers_less():
     row = measured(cases.PseudoInverse, respects_bounds=False)
     assert row["misclassified"] == 0
@@ -74,6 +84,7 @@ def test_a_solver_that_ignores_limits_and_says_so_is_not_wrong_but_covers_less()
     assert row["worst_residual"] < 1e-13
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_bound_violation():
     row = measured(cases.PseudoInverse)
     assert row["misclassified"] == row["infeasible"]
@@ -91,6 +102,7 @@ def test_feasible_called_infeasible():
     assert row["jumps"]["paths"] == 0
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_residual():
     row = measured(cases.Unbalanced)
     assert row["coverage"] == 0.0
@@ -106,12 +118,7 @@ def test_ok_with_nothing_written():
     assert row["gap"] is None
 
 
-@pytest.fixture
-def no_paths(monkeypatch):
-    """Gaps are told by the poses alone; a path takes 400 answers, here linear programs of a library."""
-    monkeypatch.setattr(measures, "jumps", lambda paths, answer: None)
-
-
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_paths")
 def test_gap_of_a_suboptimal_solver():
     best = measured(MinimumNorm, objective="min_norm")
@@ -123,7 +130,8 @@ def test_gap_of_a_suboptimal_solver():
 
 
 @pytest.mark.usefixtures("no_paths")
-@pytest.mark.parametrize(
+@sampled(
+    1,
     ("objective", "best", "other"),
     [("one_norm", cases.LeastSum, cases.Roomiest), ("max_slack", cases.Roomiest, cases.LeastSum)],
 )
@@ -177,6 +185,7 @@ def test_the_second_steepest_place_may_be_the_one_that_jumps():
     assert steepest(curve, 100, 26, places=3).change == pytest.approx(9.0)
 
 
+@pytest.mark.usefixtures("no_paths")
 @pytest.mark.parametrize(
     ("solver", "text"),
     [
@@ -199,6 +208,7 @@ def test_unsupported():
     assert measured(cases.Unsupporting) == {"solver": "fake", "outcome": "unsupported", "detail": ""}
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_a_solver_that_is_not_installed_is_listed_with_its_remedy():
     missing = PluginInfo("absent", "absent:Absent", "", requires=("no_such_package",), extra="cdpr[none]")
     found = run([wall()], None, 20, plugins=plugins(missing, plugin(MinimumNorm)))
@@ -209,6 +219,7 @@ def test_a_solver_that_is_not_installed_is_listed_with_its_remedy():
     assert overview(found)[0]["coverage"] is None
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_times():
     time = measured(cases.Sleeping, poses=20)["time"]
     assert time["median_us"] >= 2000.0
@@ -242,6 +253,7 @@ def test_all_but_the_times_is_the_same_each_time(monkeypatch):
     assert figures() == figures()
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_an_interrupt_keeps_what_is_complete():
     solvers = plugins(plugin(MinimumNorm, "a"), plugin(cases.Interrupted, "b"), plugin(MinimumNorm, "c"))
     found = run([wall(), cases.carriage()], None, 20, plugins=solvers)
@@ -250,6 +262,7 @@ def test_an_interrupt_keeps_what_is_complete():
     assert [row["solver"] for row in robot["results"]] == ["a"]
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_progress_ends_at_its_total():
     calls = []
     run([wall(), wall()], ["qp", "closed_form"], 5, progress=lambda *step: calls.append(step))
@@ -273,6 +286,7 @@ def test_wrong_arguments():
             run(robots, solvers, poses)
 
 
+@pytest.mark.usefixtures("no_paths")
 def test_what_a_stranger_declares_is_text():
     found = run([wall()], None, 2, plugins=plugins(plugin(MinimumNorm, colour={1, 2}, exact=True)))
     assert found["solvers"][0]["properties"] == {"colour": "{1, 2}", "exact": True}

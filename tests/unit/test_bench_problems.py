@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bench_cases import wall
 from conftest import GRAVITY, ROOT
+from spread import sampled
 
 from cdpr.bench.oracle import consult
 from cdpr.bench.problems import HEAVY_EVERY, TILT, box, make_paths, make_problems, random_pose
@@ -76,7 +77,7 @@ def test_no_solver_can_change_them():
         found.wrench[0] = 1.0
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@sampled(2, "name", ROBOTS)
 def test_some_are_infeasible_for_every_default_robot(name):
     share = consult(make_problems(robot(name), 100, 1)).infeasible.mean()
     assert 0.05 <= share <= 0.5

@@ -10,12 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
+from spread import sampled
 from test_workspace import poses_of, robot_of
 
 from cdpr.errors import CdprError
 from cdpr.mechanics import solids
 from cdpr.mechanics.clearance import clearance
 from cdpr.model import rotations
+from cdpr.model.jit import without_compiling
 from cdpr.model.shapes import Box, Cylinder, Mesh, Obstacle, Sphere
 
 # m: of two ways to the same distance, whose numbers are some metres; the oracle's own tolerance.
@@ -62,6 +64,16 @@ def test_between_segments(seed, kind):
     assert found == pytest.approx(distance(ends), abs=SAME if kind != "near parallel" else 1e-7)
 
 
+@pytest.mark.parametrize(
+    ("last", "expected"), [((1.0, 2.0, 0.0), 2.0), ((0.0, 2.0, 0.0), 2.0), ((5.0, 2.0, 0.0), 2.0)], ids=str
+)
+def test_parallel_segments_raise_nothing_as_plain_python(last, expected):
+    """As a kernel that is not compiled yet runs for a few calls; points, too."""
+    with without_compiling():
+        assert solids.between.py_func((0.0,) * 3, (1.0, 0.0, 0.0), (0.0, 2.0, 0.0), last) == expected
+        assert solids.between.py_func((0.0,) * 3, (0.0,) * 3, (0.0, 2.0, 0.0), last) == expected
+
+
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
 @given(seed=st.integers(0, 10**6))
 def test_from_solids(shape, seed):
@@ -87,7 +99,7 @@ def test_from_solids(shape, seed):
     assert found == pytest.approx(min(outside(shape, local(low))[0], values[k]), abs=SAME)
 
 
-@pytest.mark.parametrize("name", ["caroca", "cogiro", "twelve", "planar"])
+@sampled(1, "name", ["caroca", "cogiro", "twelve", "planar"])
 def test_the_least_of_all_pairs_is_told_with_its_names(name):
     robot = replace(robot_of(name), platform=replace(robot_of(name).platform, shape=None))
     among, poses = clearance(robot, diameter=0.012), poses_of(robot, 40)
@@ -136,9 +148,7 @@ def test_cables_that_share_an_anchor_touch_where_they_lie_along_each_other():
     assert among.name(which[0]) == f"{first.name} and {second.name}"
 
 
-@pytest.mark.parametrize(
-    "shape", [Box((1.2, 0.6, 0.4)), Sphere(0.5), Cylinder(0.5, 0.4)], ids=lambda s: type(s).__name__
-)
+@sampled(1, "shape", [Box((1.2, 0.6, 0.4)), Sphere(0.5), Cylinder(0.5, 0.4)], ids=lambda s: type(s).__name__)
 def test_a_cable_from_the_surface_goes_through_the_platform_or_not(shape):
     """Points of the cable are inside of the shape, or none is."""
     rng = np.random.default_rng(1)

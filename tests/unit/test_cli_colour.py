@@ -10,6 +10,7 @@ import sys
 import pytest
 from click.testing import CliRunner
 from conftest import ROOT
+from spread import sampled
 
 from cdpr.cli import COMMANDS, GROUPS, cli
 from cdpr.cli.colour import bar, coloured
@@ -101,7 +102,8 @@ def test_a_bar_is_full_in_the_end():
     assert bar(2.0, "latin-1") == "#" * 24
 
 
-@pytest.mark.parametrize(
+@sampled(
+    1,
     ("command", "last"),
     [
         (["tension", ROBOT, "--solver", "qp,closed_form"], "2 of 2 solvers"),

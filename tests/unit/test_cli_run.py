@@ -88,6 +88,7 @@ def test_exit_codes(arguments, code, text, tmp_path):
     assert text in done.stderr
 
 
+@pytest.mark.slow
 def test_a_run_needs_no_matplotlib(tmp_path):
     (tmp_path / "matplotlib.py").write_text("raise ImportError('blocked')")
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)

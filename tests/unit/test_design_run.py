@@ -13,6 +13,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 from design_cases import BOX, ONE, TWO, design_of, kept, write_design
 from sealed_files import edit_file, edit_lines
+from spread import sampled
 
 import cdpr
 from cdpr.checksums import sealed
@@ -103,7 +104,7 @@ def test_a_robot_with_a_mesh_finds_it_again(tmp_path):
     assert robot.m == given.m
 
 
-@pytest.mark.parametrize(("search", "goals"), SEARCHES)
+@sampled(1, ("search", "goals"), SEARCHES)
 def test_the_seed_alone_decides(search, goals, tmp_path):
     design = design_of(tmp_path, BOX + goals, f"{search}, evaluations: 40, seed: 3, population: 8")
     files = [run_design(design, tmp_path / f"jobs{jobs}", jobs=jobs).folder for jobs in (1, 3)]
@@ -112,7 +113,7 @@ def test_the_seed_alone_decides(search, goals, tmp_path):
     assert kept(run_design(other, tmp_path / "other").folder) != kept(files[0])
 
 
-@pytest.mark.parametrize(("search", "goals"), SEARCHES)
+@sampled(1, ("search", "goals"), SEARCHES)
 def test_a_resumed_design_is_an_uninterrupted_one(search, goals, tmp_path):
     design = design_of(tmp_path, BOX + goals, f"{search}, evaluations: 40, population: 8")
     run_design(design, tmp_path / "whole")
@@ -291,7 +292,7 @@ def bowl(point):
     return max(0.0, 0.5 - point[0]), (float(((point - 0.3) ** 2).sum()),)
 
 
-@pytest.mark.parametrize("kind", ["differential_evolution", "cma"])
+@sampled(1, "kind", ["differential_evolution", "cma"])
 def test_a_search_finds_the_corner_of_a_bowl(kind):
     for seed in range(3):
         asked = Spender(bowl, 1200)

@@ -148,6 +148,7 @@ def test_a_command_held_10_ms_is_unstable_above_gain_200(gain, step, status):
     assert run.status == status
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gain", "stable"), [(3315, True), (3485, False)])
 def test_who_believes_1_kg_of_17_may_hold_commands_up_to_17_times_that(gain, stable):
     """What swings itself up ends at the limits of the legs, 66501 N."""

@@ -13,6 +13,7 @@ import pytest
 from conftest import ROOT
 from docs_cases import PAGES
 from export_cases import subject_of
+from spread import sampled
 
 import cdpr
 from cdpr.formats.write import TARGETS
@@ -64,7 +65,8 @@ def test_mujoco_has_the_masses_and_the_lengths(name):
     assert data.sensor(f"{robot.cables[0].name}_tension").data[0] == robot.tension_max[0]
 
 
-@pytest.mark.parametrize(
+@sampled(
+    2,
     ("name", "duration"),
     # Held open loop the last two lean over by themselves: what was rounded grows a hundredfold a second.
     [("caroca", 4.0), ("planar", 4.0), ("cogiro", 4.0), ("spherical", 2.0), ("off_centre_mass", 2.0)],

@@ -14,6 +14,7 @@ import yaml
 from click.testing import CliRunner
 from command_line import cdpr_here
 from conftest import ROOT
+from spread import sampled
 
 import cdpr
 from cdpr import health
@@ -60,7 +61,7 @@ def run(*words, code=0):
     return done.stdout
 
 
-@pytest.mark.parametrize("sizes", SIZES)
+@sampled(3, "sizes", SIZES)
 def test_a_new_robot_holds_its_weight_and_passes_all_checks(here, sizes):
     run("new", "robot", "a-robot.yaml", *shlex.split(sizes))
     warnings = []
@@ -81,7 +82,7 @@ def wrench_rows(robot):
     return np.hstack([units, np.cross(robot.anchors[:, 3:], units)]).T[robot.rows]
 
 
-@pytest.mark.parametrize("sizes", ["", "--planar --straight --frame 4,1,3 --platform 0.4,0.1,0.2", "--cables 4"])
+@sampled(1, "sizes", ["", "--planar --straight --frame 4,1,3 --platform 0.4,0.1,0.2", "--cables 4"])
 def test_a_new_scenario_runs_as_it_is(here, sizes):
     run("new", "scenario", *shlex.split(sizes))
     finished = cdpr.simulate("scenario.yaml", overrides={"simulation.control_step": 0.01})
@@ -92,7 +93,7 @@ def test_a_new_scenario_runs_as_it_is(here, sizes):
     assert np.linalg.norm(finished.position[-1] - finished.position[0]) > 0.05
 
 
-@pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.stem)
+@sampled(lambda path: path.stem in ("caroca", "planar", "seven"), "path", ROBOTS, ids=lambda path: path.stem)
 def test_a_new_scenario_for_any_robot(here, path):
     run("new", "scenario", "sub.yaml", "--robot", str(path))
     scenario = load_scenario("sub.yaml")

@@ -205,6 +205,7 @@ def test_a_robot_that_is_named_no_more_hinders_nothing(folder: Path) -> None:
         desk.revert()
 
 
+@pytest.mark.slow
 def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:
     code = (
         "import json, sys; from cdpr.gui.desk import Desk; desk = Desk('caroca'); json.dumps(desk.form());"

@@ -86,6 +86,7 @@ def test_python_files_that_come_along_are_not_run(tmp_path):
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow
 def test_what_is_shown_and_made_is_limited(monkeypatch):
     monkeypatch.setattr("cdpr.gui.incoming.MOST_LINES", 2)
     (message,) = read({"crane.yaml": SUCCESSOR.encode()})

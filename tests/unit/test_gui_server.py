@@ -16,6 +16,7 @@ import pytest
 from click.testing import CliRunner
 from conftest import ROOT
 from show_cases import PATIENCE, QUIET, Looker, wait
+from spread import sampled
 
 pytest.importorskip("websockets")
 
@@ -133,9 +134,10 @@ def test_a_form_is_edited_applied_and_undone(looker):
         (b"\xff\xfe", "no JSON"),
     ],
 )
-def test_what_makes_no_sense_is_answered_with_one_message(looker, text, says):
-    looker.socket.send(text)
-    told = looker.get("message")
+def test_what_makes_no_sense_is_answered_with_one_message(window, text, says):
+    with look(window) as opened:
+        opened.send(text)
+        told = Looker(opened).get("message")
     assert told["level"] == "error"
     assert re.search(says, told["text"]), told
     assert "Traceback" not in told["text"]
@@ -253,7 +255,7 @@ def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
     stuck.close()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@sampled(1, "number", [signal.SIGINT, signal.SIGTERM])
 def test_the_command_ends_as_it_is_told(number):
     command = [sys.executable, "-m", "cdpr", "gui", CAROCA, "--no-open", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:

@@ -219,6 +219,7 @@ def test_what_windows_ask_for_waits_in_no_endless_line():
         assert it.said() == []
 
 
+@pytest.mark.slow
 def test_it_closes_whatever_it_does():
     with staged(scenario(**{"simulation.duration": 600.0})) as it:
         it.phase("ready")

@@ -14,6 +14,7 @@ from caspr_cases import CABLES, bodies, cable, cables, evaluated, model, numbers
 from command_line import cdpr_here
 from conftest import ROOT
 from plugin_cases import SUCCESSOR, THESIS, wirex
+from spread import sampled
 
 import cdpr
 from cdpr.errors import CdprError
@@ -226,7 +227,7 @@ def refusal(file):
         return str(error), []
 
 
-@pytest.mark.parametrize("bad", ["nan", "1e400", "zzz"])
+@sampled(1, "bad", ["nan", "1e400", "zzz"])
 @pytest.mark.parametrize("name", HOSTILE)
 def test_no_number_that_is_none_comes_through(tmp_path, name, bad):
     """Each number in turn: it makes no difference, or ends in one line that says where."""

@@ -70,6 +70,7 @@ def test_a_process_that_dies_is_told():
         bounded(lambda: os.kill(os.getpid(), signal.SIGKILL), "a.xml")
 
 
+@pytest.mark.slow
 def test_its_cpu_time_is_limited():
     with pytest.raises(FormatError, match=r"a\.xml: reading it takes more than 1 s of CPU time.*--seconds N"):
         bounded(forever, "a.xml", 1.0)

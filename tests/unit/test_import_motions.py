@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from caspr_cases import HEAD, JOINTS, bodies, evaluated, model, numbers
+from spread import sampled
 
 import cdpr
 from cdpr.errors import CdprError
@@ -66,8 +67,8 @@ def at(scenario, time):
     return Sample(found[:3], found[3:7], found[7:10], found[10:13])
 
 
-@pytest.mark.parametrize("kind", SPLINES)
-@pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "T_XYZ", "PLANAR_XZ", "S_FIXED_XYZ"])
+@sampled(2, "kind", SPLINES)
+@sampled(2, "joint", ["SPATIAL_EULER_XYZ", "T_XYZ", "PLANAR_XZ", "S_FIXED_XYZ"])
 def test_points_are_reached_when_they_should_be(tmp_path, kind, joint):
     rng = np.random.default_rng(5)
     q = rng.uniform(-0.3, 0.3, (3, len(JOINTS[joint])))
@@ -83,8 +84,8 @@ def test_points_are_reached_when_they_should_be(tmp_path, kind, joint):
         assert np.allclose(rotations.matrix(found.quaternion), R, atol=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["cubic_spline_trajectory", "quintic_spline_trajectory"])
-@pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "S_FIXED_XYZ", "PLANAR_YZ"])
+@sampled(1, "kind", ["cubic_spline_trajectory", "quintic_spline_trajectory"])
+@sampled(1, "joint", ["SPATIAL_EULER_XYZ", "S_FIXED_XYZ", "PLANAR_YZ"])
 def test_rates_are_those_of_the_poses(tmp_path, kind, joint):
     """Between points, with rates that are not zero there; of three angles CASPR takes none."""
     rng = np.random.default_rng(6)
@@ -246,8 +247,8 @@ def test_no_motion_alone(tmp_path):
         import_file(tmp_path / "x_trajectories.xml")
 
 
-@pytest.mark.parametrize("kind", SPLINES)
-@pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "S_EULER_XYZ"])
+@sampled(2, "kind", SPLINES)
+@sampled(1, "joint", ["SPATIAL_EULER_XYZ", "S_EULER_XYZ"])
 def test_three_angles_go_the_shortest_way(tmp_path, kind, joint):
     """R_s exp(s log(R_s^T R_e)), whose share s is that of a coordinate from 0 to 1."""
     n = len(JOINTS[joint])
@@ -266,7 +267,7 @@ def test_three_angles_go_the_shortest_way(tmp_path, kind, joint):
         assert np.allclose(rotations.matrix(at(turn, time).quaternion), wanted, atol=1e-7)
 
 
-@pytest.mark.parametrize("ends", [(0.0, 4.0), (-3.0, 3.0), (0.0, 7.0)])
+@sampled(1, "ends", [(0.0, 4.0), (-3.0, 3.0), (0.0, 7.0)])
 def test_more_than_half_a_turn_is_one(tmp_path, ends):
     text = trajectory("quintic_spline_trajectory", [0.0, 2.0], [[0.0, 0.0, ends[0]], [0.0, 0.0, ends[1]]])
     scenario, _ = imported(tmp_path, "PLANAR_XY", text)

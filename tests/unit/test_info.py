@@ -48,6 +48,7 @@ def largest_margin(W):
     return -answer.fun
 
 
+@pytest.mark.slow
 def test_positive_null_vectors_agree_with_a_linear_program():
     rng = np.random.default_rng(3)
     found = {True: 0, False: 0}
@@ -274,6 +275,7 @@ def test_twists_that_change_no_length(dof):
         assert not np.delete(twists, robot.rows, axis=1).any()
 
 
+@pytest.mark.slow
 def test_a_preview_regards_events():
     """A push is balanced, a broken cable is left out, changed limits hold, a stop shortens the path."""
     events = (

@@ -12,6 +12,7 @@ import numba
 import numpy as np
 import pytest
 from conftest import ROOT
+from spread import sampled
 
 from cdpr.model import jit, kernel_cache, kernel_store, kernels, linking
 
@@ -186,6 +187,7 @@ def test_each_signature_has_a_file_and_is_loaded_again(store, stranger):
     assert sum(again.stats.cache_hits.values()) == 2
 
 
+@pytest.mark.slow
 @compiled
 def test_a_change_beside_a_strangers_kernel_is_seen(store, stranger):
     assert fresh()(np.ones(1)) == 2.0
@@ -194,9 +196,7 @@ def test_a_change_beside_a_strangers_kernel_is_seen(store, stranger):
 
 
 @compiled
-@pytest.mark.parametrize(
-    "damage", [lambda whole: whole[: len(whole) // 2], lambda whole: b"", lambda whole: whole[::-1]]
-)
+@sampled(1, "damage", [lambda whole: whole[: len(whole) // 2], lambda whole: b"", lambda whole: whole[::-1]])
 def test_a_damaged_file_is_compiled_again(store, stranger, damage):
     fresh()(np.ones(1))
     (file,) = store.glob("stranger.first-*")
@@ -241,6 +241,7 @@ def test_what_has_no_file_is_not_kept(store):
     assert not list(store.iterdir())
 
 
+@pytest.mark.slow
 @compiled
 def test_of_what_lies_on_disk_the_code_for_compilers_is_read_when_one_asks(store):
     jit.kernel(kernels.rotate.py_func)(*TURN)
@@ -336,7 +337,7 @@ def test_processes_at_once_keep_kernels_and_what_they_call_apart(store, tmp_path
 
 @compiled
 @pytest.mark.filterwarnings("ignore:.* is damaged")
-@pytest.mark.parametrize("damage", [lambda file: file.write_bytes(b"?"), lambda file: file.unlink()])
+@sampled(1, "damage", [lambda file: file.write_bytes(b"?"), lambda file: file.unlink()])
 def test_what_is_called_apart_is_compiled_again_where_its_file_is_damaged(store, apart, damage):
     apart(2.0)(np.ones(1))
     (file,) = store.glob("stranger_helper.scaled-*")

@@ -7,6 +7,7 @@ import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 from live_cases import CAROCA, PLANNED, QUIET, SHORT, WINCH, busy, quiet, simulated
+from spread import sampled
 
 import cdpr
 
@@ -47,7 +48,7 @@ def test_what_is_done_is_an_event(what):
     assert run.summary()["tension_N"] == planned.summary()["tension_N"]
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+@sampled(1, "backend", ["reference", "mujoco", "bullet", "dart"])
 def test_a_session_repeats_itself(backend, tmp_path):
     pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "reference": "numpy"}.get(backend, backend))
     with cdpr.Simulation(CAROCA, backend=backend, overrides={**QUIET, **PLANNED}) as sim:
@@ -107,7 +108,7 @@ def test_a_branch_forgets_what_was_done_after_it():
         assert sim.run().events == run.events
 
 
-@pytest.mark.parametrize("controller", ["computed_torque", "static", "pid", "cable_length"])
+@sampled(2, "controller", ["computed_torque", "static", "pid", "cable_length"])
 def test_options_go_back_with_a_snapshot(controller):
     with cdpr.Simulation(CAROCA, controller=controller, overrides=SHORT) as sim:
         sim.step(5)

@@ -313,6 +313,7 @@ def test_nothing_is_written_where_nobody_can_listen(tmp_path):
     assert "--real-time goes without --live" in done.stderr
 
 
+@pytest.mark.slow
 def test_without_websockets_the_remedy_is_told(tmp_path):
     code = "import sys; sys.modules['websockets'] = None; from cdpr.cli import main; main()"
     words = ["run", str(FILE), "--live", "foxglove", "--out", str(tmp_path / "run")]

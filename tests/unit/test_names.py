@@ -121,15 +121,15 @@ def homes() -> dict[str, set[str]]:
 
 def strings(text: str, names: set[str]) -> Iterator[Found]:
     """Yield the names that stand as a whole string in a Python file; docstrings and messages are longer."""
-    tree = ast.parse(text)
+    nodes = list(ast.walk(ast.parse(text)))
     compared = {
         id(inner)
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Compare)
         and any(isinstance(side, ast.Attribute) and side.attr in HOLDERS for side in (node.left, *node.comparators))
         for inner in ast.walk(node)
     }
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in names:
             yield Found(node.value, node.lineno, id(node) in compared)
 

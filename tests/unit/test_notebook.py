@@ -65,6 +65,7 @@ def test_any_run_is_shown(case):
     assert not len(run.rows) or data_of(framed(html))["scenes"]
 
 
+@pytest.mark.slow
 def test_a_long_run_stays_small():
     run = make_run(rows=30_000)  # 30 s: as many pictures as there ever are
     html = run._repr_html_()
@@ -172,6 +173,7 @@ def test_the_course_says_nothing_of_the_machine_it_was_written_on():
     assert all((COURSE.parent / to).exists() for to in links)
 
 
+@pytest.mark.slow
 def test_the_course_runs_cell_by_cell(tmp_path, monkeypatch, capsys):
     """As a notebook would: one namespace, and what stands last in a cell is shown."""
     monkeypatch.chdir(tmp_path)

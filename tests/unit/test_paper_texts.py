@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from spread import sampled
 from test_report_cases import CASES, make_run
 
 pytest.importorskip("matplotlib")
@@ -52,7 +53,7 @@ def collisions(figure):
     return over, cut
 
 
-@pytest.mark.parametrize("width", ["ieee", "ieee-wide", "60 mm"])
+@sampled(1, "width", ["ieee", "ieee-wide", "60 mm"])
 @pytest.mark.parametrize("name", NAMES)
 def test_no_text_lies_over_another(name, width):
     assert collisions(make_run().plot(name, width=width)) == ([], [])

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from pydantic import BaseModel
+from spread import sampled
 
 from cdpr.cli import cli
 from cdpr.errors import PluginError
@@ -161,7 +162,8 @@ def test_installed_but_broken_is_told_apart():
 HEAVY = ("numba", "scipy", "matplotlib", "mujoco", "pybullet", "dartpy", "pyarrow")
 
 
-@pytest.mark.parametrize(
+@sampled(
+    3,
     ("code", "heavy"),
     [
         ("import cdpr", (*HEAVY, "numpy", "pydantic")),
@@ -186,6 +188,7 @@ UNUSED_BY_A_RUN = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_run_of_compiled_parts_loads_only_what_it_needs(tmp_path):
     words = ["run", "scenarios/caroca.yaml", "--set", "simulation.duration=0.01", "--no-report", "--out"]
     main = "from cdpr.cli import cli; cli.main({!r}, standalone_mode=False)"

@@ -18,6 +18,7 @@ import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 from remote_cases import GOOD, NONE, PLANT, SCENARIOS, SHORT, scenario
+from spread import sampled
 
 import cdpr
 from cdpr.errors import BackendDied, CdprError
@@ -129,7 +130,7 @@ FAILING = {
 }
 
 
-@pytest.mark.parametrize("case", FAILING)
+@sampled(lambda case: case != "endless greeting", "case", FAILING)
 def test_a_peer_that_fails_ends_the_run(tmp_path, case):
     program, said = FAILING[case]
     quick = {"controller.timeout": 0.3, "controller.start_timeout": 0.5 if case == "no greeting" else 10.0}

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from remote_cases import NONE, PLANT, scenario
+from spread import sampled
 
 import cdpr
 from cdpr.errors import BackendDied
@@ -53,7 +54,8 @@ def gone(process):
     return False
 
 
-@pytest.mark.parametrize(
+@sampled(
+    1,
     ("name", "program"),
     [
         ("remote_controller", "hello()\nwhile True: a = frame()[0]; begun(); time.sleep(0.01); answer(a, *WEIGHT)"),

@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from spread import sampled
 from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
 from cdpr.errors import OutputError
@@ -103,7 +104,7 @@ SLOW = {
 }
 
 
-@pytest.mark.parametrize("case", [pytest.param(x, marks=pytest.mark.slow) if x in SLOW else x for x in CASES])
+@sampled(2, "case", [pytest.param(x, marks=pytest.mark.slow) if x in SLOW else x for x in CASES])
 def test_the_page_and_its_figures_are_sound_and_need_nothing_else(case: str) -> None:
     run = CASES[case]()
     text = rendered(case)

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from command_line import cdpr_here
+from spread import sampled
 from test_report_cases import CASES, make_run
 
 import cdpr
@@ -68,7 +69,7 @@ def test_an_svg_has_outlines_for_letters(run, tmp_path):
     assert "cdpr" not in root.attrib.values()
 
 
-@pytest.mark.parametrize("kind", ["pdf", "svg", "png"])
+@sampled(lambda kind: kind == "svg", "kind", ["pdf", "svg", "png"])
 def test_the_same_run_gives_the_same_bytes(run, tmp_path, kind, monkeypatch):
     first = saved(run.plot("tension", width="ieee"), tmp_path, kind)
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
@@ -92,7 +93,7 @@ def test_it_is_as_wide_as_asked(run, width, inches):
     assert run.plot("tension", "position", width=width).get_figwidth() == pytest.approx(inches)
 
 
-@pytest.mark.parametrize(("width", "inches"), [("ieee", 3.5), ("ieee-wide", 7.16)])
+@sampled(1, ("width", "inches"), [("ieee", 3.5), ("ieee-wide", 7.16)])
 def test_its_file_is_as_wide_as_the_figure(run, tmp_path, width, inches):
     figure = run.plot("tension", "position", width=width)
     (box,) = re.findall(rb"/MediaBox \[ ?0 0 ([0-9.]+) [0-9.]+ ?\]", saved(figure, tmp_path, "pdf"))
@@ -179,13 +180,14 @@ def test_the_overview_goes_on_paper_too(run):
     assert len(run.plot(width="ieee").axes) == len(run.plot().axes) == 4
 
 
-@pytest.mark.parametrize("case", CASES)
+@sampled(3, "case", CASES)
 def test_any_run_goes_on_paper(case, tmp_path):
     if case == "100000 rows":
         pytest.skip("takes long, and is drawn as the others are")
     assert saved(CASES[case]().plot("tension", "position_error", width="ieee"), tmp_path, "svg").startswith(b"<?xml")
 
 
+@pytest.mark.slow
 def test_the_command_line_draws_figures_of_a_run(tmp_path):
     from matplotlib import figure as plain
 

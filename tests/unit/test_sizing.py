@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from conftest import ROOT
+from spread import sampled
 from test_workspace import cli, robot_of
 
 import cdpr
@@ -124,6 +125,7 @@ def test_the_worst_of_several(foreseen, run):
     assert row["by"] == ("foreseen" if parts[0].tension[3] >= parts[1].tension[3] else "run")
 
 
+@pytest.mark.slow
 def test_with_one_cable_broken_the_others_hold(foreseen):
     parts = list(with_one_broken(foreseen))
     assert len(parts) == 8
@@ -196,7 +198,8 @@ def test_the_command(tmp_path):
     assert len(figures["duties"]) == 9
 
 
-@pytest.mark.parametrize(
+@sampled(
+    lambda words, code, message: message != "sized apart",
     ("words", "code", "message"),
     [
         (["scenarios/robots/caroca.yaml"], 2, "is a robot"),

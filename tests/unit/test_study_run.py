@@ -106,6 +106,7 @@ def test_a_column_is_what_pyarrow_makes_of_it(cells):
     assert str(ours.to_pylist()) == str(theirs.to_pylist()) == str(cells)
 
 
+@pytest.mark.slow
 def test_a_table_is_written_without_pandas():
     """It takes as long to import as 60 short cases."""
     pytest.importorskip("pyarrow")

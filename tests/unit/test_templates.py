@@ -14,6 +14,7 @@ import re
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from spread import sampled
 
 from cdpr.cli import cli
 from cdpr.errors import CdprError
@@ -109,9 +110,7 @@ def made(sizes):
     return data, RobotSection.model_validate_json(json.dumps(data)).to_robot()
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if "straight" in name else ()) for name in LAYOUTS]
-)
+@sampled(2, "name", [pytest.param(name, marks=pytest.mark.slow if "straight" in name else ()) for name in LAYOUTS])
 def test_templates_of_random_proportions(name):
     planar, failures = "planar" in name, []
     for frame, platform in proportions(CASES, seed=len(name)):

@@ -82,6 +82,7 @@ def test_the_tool_moves_as_the_motion_says(places, arm):
     check(moved, wanted, arm, np.linspace(-0.1, wanted.end + 0.1, 41))
 
 
+@pytest.mark.slow
 def test_hundreds_of_turns_are_soon_followed(tmp_path):
     """Each of the thousands of pieces by itself would take a minute."""
     motion = {"type": "circle", "tool": "nozzle", "duration": 2.0, "center": [0.0, 0.2, 0.7], "turning": True}

@@ -75,6 +75,7 @@ def test_a_lightly_damped_robot_gets_gains_that_are_stable(tmp_path):
     assert run.summary()["slack_samples"] == 0
 
 
+@pytest.mark.slow
 def test_a_vibration_that_grows_slowly_is_found(tmp_path):
     tried = written(tmp_path, **SLOW)
     controller = yaml.safe_load(tried.text)["controller"]
@@ -88,6 +89,7 @@ def test_a_vibration_that_grows_slowly_is_found(tmp_path):
     assert -decay_rate(slow, start) == pytest.approx(growth, rel=0.05)
 
 
+@pytest.mark.slow
 def test_growth_of_a_run_is_that_of_the_linearised_loop(tmp_path):
     tried = written(tmp_path, **SLOW)
     changes = {"controller.kp": 6.25, "controller.kd": 5.0, "trajectory": {"type": "hold"}}
@@ -112,6 +114,7 @@ def test_robots_with_ideal_cables_keep_the_defaults(tmp_path):
     assert "kp: 100.0" in tried.text
 
 
+@pytest.mark.slow
 def test_random_elastic_robots_are_stable_or_said_not_to_be(tmp_path):
     rng = np.random.default_rng(int(os.environ.get("CDPR_TEST_SEED", "3")))
     stable = 0
@@ -146,6 +149,7 @@ def test_cables_without_damping_are_reported(tmp_path):
     assert "give robot.cable.damping" in tried.note
 
 
+@pytest.mark.slow
 def test_the_window_shows_the_note_until_the_next_edit(tmp_path):
     tried = written(tmp_path, damping=0.0)
     desk = Desk("caroca")

@@ -189,6 +189,7 @@ def test_of_a_mesh_the_box_around_it():
     assert solid(None) is None
 
 
+@pytest.mark.slow
 def test_rows_that_are_drawn_are_few_and_hold_each_event():
     run = infeasible_run()
     rows = frames(run)

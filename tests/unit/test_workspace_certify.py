@@ -10,6 +10,7 @@ from fractions import Fraction
 import exact
 import numpy as np
 import pytest
+from spread import sampled
 from test_workspace import cli, robot_of
 
 from cdpr.distribution import distribute
@@ -59,7 +60,8 @@ def contradicted(found, robot, positions, proved):
     )
 
 
-@pytest.mark.parametrize(
+@sampled(
+    lambda name: name in ("planar", "point_mass"),
     "name",
     [
         "cogiro",
@@ -137,6 +139,7 @@ def test_cells_show_the_boxes_and_the_file_holds_them(tmp_path):
         assert np.array_equal(a, b)
 
 
+@pytest.mark.slow
 def test_threads_and_programs_agree():
     found, robot = certified("planar")
     alone = workspace(robot, "static", found.region, method="certify", undecided=0.2, jobs=1)

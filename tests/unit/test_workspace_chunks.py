@@ -15,6 +15,7 @@ import pytest
 from command_line import cdpr_here
 from scipy import ndimage
 from sealed_files import edit_file
+from spread import sampled
 from study_cases import wait_until
 from workspace_cases import content
 
@@ -75,7 +76,8 @@ def same(one, other):
     return json.dumps(one) == json.dumps(other)
 
 
-@pytest.mark.parametrize(
+@sampled(
+    1,
     ("kind", "given"),
     [
         ("static", {}),
@@ -201,7 +203,7 @@ DAMAGE = {
 }
 
 
-@pytest.mark.parametrize("how", DAMAGE)
+@sampled(2, "how", DAMAGE)
 def test_damaged_chunks_are_computed_again(robot, place, whole, tmp_path, how):
     folder = tmp_path / "w"
     chunks(robot, place, folder)

@@ -7,6 +7,7 @@ import importlib
 
 import numpy as np
 import pytest
+from spread import sampled
 from test_workspace import poses_of, robot_of
 
 from cdpr.mechanics import clearance as clearances
@@ -38,7 +39,7 @@ def poses_for(robot):
     return poses
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@sampled(2, "name", ROBOTS)
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_margins(name, question, monkeypatch):
     robot, (mode, required) = robot_of(name), QUESTIONS[question]

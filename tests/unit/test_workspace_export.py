@@ -148,9 +148,8 @@ def unpacked(text):
     return b"".join(content)
 
 
-@pytest.mark.parametrize(
-    ("name", "kind", "corners"), [pytest.param("cogiro", 11, 8, marks=pytest.mark.slow), ("planar", 8, 4)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "kind", "corners"), [("cogiro", 11, 8), ("planar", 8, 4)])
 def test_vtu(tmp_path, name, kind, corners):
     robot = robot_of(name)
     found = workspace(robot, "static", region(robot, cells=5), method="certify", undecided=0.1)
@@ -234,6 +233,7 @@ def test_of_two_workspaces_the_surface_is_half_way(cogiro):
     assert volume(corners, triangles) == pytest.approx(cogiro.volume, rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_command_and_its_errors(tmp_path, cogiro):
     cogiro.save(tmp_path / "w.npz")
     done = cli("workspace", "export", tmp_path / "w.npz", "--out", tmp_path / "new" / "w.vti")

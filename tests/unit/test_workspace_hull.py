@@ -8,6 +8,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from spread import sampled
 from test_workspace import cli, robot_of
 
 from cdpr.errors import CdprError
@@ -73,7 +74,7 @@ def test_of_nothing_there_is_none():
     assert (found.volume, len(found.corners), found.seen) == (0.0, 0, 0.0)
 
 
-@pytest.mark.parametrize("name", ["cogiro", pytest.param("caroca", marks=pytest.mark.slow), "ipanema_1"])
+@sampled(1, "name", ["cogiro", pytest.param("caroca", marks=pytest.mark.slow), "ipanema_1"])
 def test_volumes_are_those_of_fine_grids(name):
     robot = robot_of(name)
     grid = workspace(robot, "wrench-feasible", region(robot, cells=100), method="octree", required=BOX)
@@ -88,7 +89,7 @@ def test_volumes_are_those_of_fine_grids(name):
     assert np.abs(there.value[within]).max() < 0.02 * found.value[found.inside].max()
 
 
-@pytest.mark.parametrize(("name", "ends"), [("planar", 2), ("planar_point_mass", 2), ("carriage", None)])
+@sampled(1, ("name", "ends"), [("planar", 2), ("planar_point_mass", 2), ("carriage", None)])
 def test_in_a_plane(name, ends):
     robot = robot_of(name)
     place = region(robot, cells=300)
@@ -138,6 +139,7 @@ def test_free_stretches_against_dense_sampling(name, diameter):
     assert found.volume == pytest.approx(length * np.prod(place.spacing[:2]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("over", ["all", "any"])
 def test_rays_of_several_attitudes_and_threads(over, tmp_path):
     robot = robot_of("cogiro")

@@ -70,6 +70,7 @@ def test_closure_does_not_depend_on_limits():
     assert np.array_equal(workspace(weighted, "closure", place).inside, plain.inside)
 
 
+@pytest.mark.slow
 def test_what_lies_in_the_range_of_a_matrix_without_rank_is_feasible():
     """Four cables in a plane, of a point that may leave it: wrenches in the plane are exerted, no others are."""
     robot = flat()
@@ -99,6 +100,7 @@ def test_payload_in_a_plane_without_rank():
     assert not workspace(robot, "payload", place, at_least=1e4).inside.any()
 
 
+@pytest.mark.slow
 def test_poses_within_1e_9_of_where_w_lacks_rank_are_reported_not_different():
     """A hair off the plane the program's tolerance carries what W, which has rank there, does not."""
     robot = flat()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from spread import sampled
 from test_workspace import cli, robot_of
 
 from cdpr.errors import CdprError
@@ -28,7 +29,7 @@ def both(name, kind, cells, **asked):
     return workspace(robot, kind, place, **asked), workspace(robot, kind, place, method="octree", **asked)
 
 
-@pytest.mark.parametrize("name", ["cogiro", "caroca", "ipanema_1"])
+@sampled(1, "name", ["cogiro", "caroca", "ipanema_1"])
 def test_it_is_the_grid_at_a_fifth_of_the_poses(name):
     grid, tree = both(name, "wrench-feasible", 80, required=BOX)
     asked = tree.evaluated
@@ -55,7 +56,7 @@ def test_clearances_are_never_told_wrong(name):
     assert not tree.evaluated.all()
 
 
-@pytest.mark.parametrize("kind", ["payload", "stable", "stiffness", "dexterity"])
+@sampled(1, "kind", ["payload", "stable", "stiffness", "dexterity"])
 def test_values_may_be_missing_or_infinite(kind):
     asked = {"axial_stiffness": 1e5} if kind in ("stable", "stiffness") else {}
     grid, tree = both("caroca", kind, 40, at_least={"dexterity": 0.1}.get(kind), **asked)
