@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import os
 import signal
 import sys
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -32,16 +30,6 @@ settings.load_profile("cdpr")
 # Tests send signals to what they start, which must not have inherited from a CI in the background that it ignores them.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection(session: pytest.Session) -> None:
-    """Of two workers one begins at the end: where no module of tests is compiled yet, each compiles half of them."""
-    config = session.config
-    if os.environ.get("PYTEST_XDIST_WORKER") == "gw1" and config.args == config.getini("testpaths"):
-        for path in sorted((ROOT / "tests" / "unit").glob("test_*.py"), reverse=True):
-            with contextlib.suppress(Exception, pytest.skip.Exception):  # collecting it tells
-                import_module(path.stem)
 
 
 @pytest.hookimpl(tryfirst=True)

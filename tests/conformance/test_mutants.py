@@ -29,6 +29,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("check", "mutant", "properties", "ids"), BROKEN)
+@pytest.mark.usual("check_backend-*", "check_controller-*")
 def test_broken_plugin_is_caught(check, mutant, properties, ids):
     results = check(mutant, properties=properties, options=OPTIONS.get(check), only=ids)
     assert {result.id: result.outcome for result in results} == dict.fromkeys(ids, "failed")

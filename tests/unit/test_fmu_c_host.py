@@ -116,6 +116,7 @@ def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):
         ("mixed", [(f" 16 {DRUM} {NONE} ", f" 16 {DRUM} {INFINITE} "), ("winch.inertia", "winch.inartia")]),
     ],
 )
+@pytest.mark.usual("mixed-more1")
 def test_a_damaged_configuration_is_refused(case, more, sanitized_in_a_hurry, tmp_path):
     """Cut anywhere, or with numbers that lead out of the arrays: a message and no instance."""
     host, shared = sanitized_in_a_hurry

@@ -111,6 +111,7 @@ def test_exact_takes_no_rounding_for_a_constraint():
 FLAT = np.array([[-2, 0, -1, 0, 0, 0], [-2, 0, 1, 0, 0, 0], [2, 0, -1, 0, 0, 0], [2, 0, 1, 0, 0, 0.0]])
 
 
+@pytest.mark.slow
 def test_closure_and_proofs_where_rank_is_lost():
     robot = make_robot(FLAT, mass=3.0, limits=(1.0, 200.0), dof=("x", "z", "ry"))
     box = region(robot, cells=8)

@@ -61,7 +61,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("name", KINDS)
-@pytest.mark.usual("caroca", "believed", "winch", "planar")
+@pytest.mark.usual("caroca", "winch", "planar")
 def test_a_case_is_what_simulate_gives_to_the_bit(name):
     path = SCENARIOS / f"{name}.yaml"
     overrides = {**SHORT, "simulation.backend": "reference"}

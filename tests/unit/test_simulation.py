@@ -269,6 +269,7 @@ def test_an_interrupt_ends_it_as_interrupted(tmp_path):
     assert (run.status, len(run.rows)) == ("interrupted", 7)
 
 
+@pytest.mark.slow
 def test_the_line_of_the_readme():
     code = f"import cdpr; sim = cdpr.Simulation({BREAK!r}); sim.step(100); s = sim.snapshot(); print(sim.time)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -109,6 +109,7 @@ def hold(problems, every=1):
     assert not wrong, f"{len(wrong)} mistakes, such as {wrong[:5]}"
 
 
+@pytest.mark.slow
 def test_no_mistake_in_some_dozen():
     hold(cases(1, 40))
 

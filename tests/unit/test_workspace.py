@@ -222,6 +222,7 @@ def test_locked_cables_are_given_and_the_others_bound_the_rest():
             assert feasible(W, carried, locked.tension_min, locked.tension_max) == (found.value[k] > 0.0)
 
 
+@pytest.mark.slow
 def test_where_w_lacks_rank_there_is_no_margin_and_a_solver_says_whether_the_platform_is_held():
     robot = robot_of("crossed")
     pose = robot.home[None] if robot.home is not None else poses_of(robot, 1)

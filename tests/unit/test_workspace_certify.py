@@ -10,7 +10,6 @@ from fractions import Fraction
 import exact
 import numpy as np
 import pytest
-from spread import sampled
 from test_workspace import cli, robot_of
 
 from cdpr.distribution import distribute
@@ -60,18 +59,9 @@ def contradicted(found, robot, positions, proved):
     )
 
 
-@sampled(
-    lambda name: name in ("planar", "point_mass"),
-    "name",
-    [
-        "cogiro",
-        pytest.param("caroca", marks=pytest.mark.slow),
-        "ipanema_1",
-        "planar",
-        "point_mass",
-        "planar_point_mass",
-        "seven",
-    ],
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["cogiro", "caroca", "ipanema_1", "planar", "point_mass", "planar_point_mass", "seven"]
 )
 def test_nothing_is_proved_that_is_not_so(name):
     found, robot = certified(name)
@@ -165,6 +155,7 @@ def test_what_cannot_be_proved_is_refused(name, kind, asked, message):
         workspace(robot, kind, region(robot, cells=4), method="certify", **asked)
 
 
+@pytest.mark.slow
 def test_a_robot_that_holds_nothing_ends_soon():
     robot = robot_of("cogiro")
     weak = tuple(dataclasses.replace(cable, tension_min=100.0, tension_max=100.5) for cable in robot.cables)
@@ -247,6 +238,7 @@ def test_clearances_in_rational_arithmetic(verdict):
     assert failed == 0
 
 
+@pytest.mark.slow
 def test_questions_without_anything_are_those_of_the_weight():
     robot = robot_of("cogiro")
     place = region(robot, cells=4)

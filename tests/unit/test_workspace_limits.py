@@ -122,6 +122,7 @@ def test_infinite_values_of_an_octree_are_silent(recwarn):
     assert not recwarn.list
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["about", "inside", "orientations", "lower", "value", "x", "box_level"])
 def test_a_changed_file_is_told(tmp_path, name):
     robot = robot_of("planar")
