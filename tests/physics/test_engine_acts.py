@@ -181,6 +181,7 @@ print(np.array_equal(running.again(), whole))
 
 @compiled
 @mujoco
+@pytest.mark.slow
 def test_an_error_of_mujoco_ends_the_run_not_the_process(tmp_path):
     """Where MuJoCo gives up, it ends the process of a C program that has no handler, and leaves a file behind."""
     path = [str(ROOT / "tests"), str(ROOT / "tests" / "physics")]

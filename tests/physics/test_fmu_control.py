@@ -73,7 +73,7 @@ def states(run):
 
 
 @spread("case, fmi", list(CASES), [2, 3])
-@pytest.mark.usual("planar-3", "caroca-2")
+@pytest.mark.usual("planar-3")
 def test_plant_and_controller_in_one_run_as_cdpr_does(case, fmi, tmp_path):
     loaded = scenario(case)
     run, step = simulate(loaded), loaded.simulation.control_step

@@ -57,6 +57,7 @@ def expected():
     return np.array(rows)
 
 
+@pytest.mark.slow
 def test_it_follows_its_equations_and_alike_in_both_versions(robot, tmp_path):
     found = []
     for fmi in (2, 3):

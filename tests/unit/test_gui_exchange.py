@@ -220,6 +220,7 @@ def test_what_is_said_of_files_is_short(window, message):
             Looker(opened).get("nothing")
 
 
+@pytest.mark.slow
 def test_what_is_exported_is_what_the_command_writes(looker, tmp_path):
     looker.send(do="export", to="sdf", style="legs", version="1.6")
     file = answer(looker, "export")

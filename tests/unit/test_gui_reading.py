@@ -78,6 +78,7 @@ def test_a_model_reads_nothing_but_what_came_with_it(tmp_path, monkeypatch):
     assert "root:x" not in json.dumps(message)
 
 
+@pytest.mark.slow
 def test_python_files_that_come_along_are_not_run(tmp_path):
     evil = f"open({str(tmp_path / 'run')!r}, 'w')".encode()
     names = ("json.py", "yaml.py", "sitecustomize.py", "cdpr.py", "mujoco.py")

@@ -131,6 +131,7 @@ def place(compiled, tmp_path):
     return copy
 
 
+@pytest.mark.slow
 def test_the_next_process_needs_no_numba(compiled):
     place, said = compiled
     assert place.run(BLOCKED + USE) == said

@@ -66,6 +66,7 @@ def test_lockstep_is_deterministic(tmp_path):
     assert children() == []
 
 
+@pytest.mark.slow
 def test_a_plant_elsewhere_is_the_plant_here(tmp_path):
     """The peer is cdpr's own reference, asked over the wire: the same bits."""
     program = """

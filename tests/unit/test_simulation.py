@@ -30,6 +30,7 @@ def installed(backend):
 
 
 @pytest.mark.parametrize("controller", ["computed_torque", "static", "pid", "cable_length"])
+@pytest.mark.usual("computed_torque", "pid")
 def test_rows_are_those_of_simulate(controller):
     whole = cdpr.simulate(CAROCA, controller=controller, overrides=BUSY)
     with cdpr.Simulation(CAROCA, controller=controller, overrides=BUSY) as sim:

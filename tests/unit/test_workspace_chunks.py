@@ -299,6 +299,7 @@ def test_what_memory_or_the_disk_does_not_hold_is_told(robot, place, whole, tmp_
         chunks(robot, wide, tmp_path / "w")
 
 
+@pytest.mark.slow
 def test_commands_read_folders(whole, robot, tmp_path):
     done = cdpr_here("workspace", "static", CAROCA, "--cells", "20", "--chunks", tmp_path / "w", "--json")
     told = json.loads(done.stdout)

@@ -111,6 +111,7 @@ def test_the_surface_is_the_hull_and_the_file_holds_it(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "diameter"), [("caroca", 0.02), ("cogiro", 0.3)])
+@pytest.mark.usual("cogiro-*")
 def test_free_stretches_against_dense_sampling(name, diameter):
     robot = robot_of(name)
     place = region(robot, cells=(6, 5, 50))
