@@ -135,6 +135,7 @@ static int execute(PyObject *module) {
     PyObject *type = PyType_FromSpec(&bound_spec);
     if (!type || PyModule_AddObjectRef(module, "Bound", type) < 0) return -1;
     Py_DecRef(type);
+    if (PyModule_AddStringConstant(module, "sources", CDPR_SOURCES) < 0) return -1;
     return PyModule_AddStringConstant(module, "compiler", COMPILER);
 }
 
