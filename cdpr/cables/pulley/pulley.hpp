@@ -10,7 +10,7 @@ namespace cdpr {
 inline namespace CDPR_TARGET {
 
 struct Pulley {
-    static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4;
+    static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4, COUNT = 7;
 
     // The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn.
     static constexpr double TURN = 6.283185307179586, FIRST = -1.5707963267948966;

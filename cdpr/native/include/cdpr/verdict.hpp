@@ -1,4 +1,4 @@
-// Whether tensions are an answer. SPDX-License-Identifier: Apache-2.0
+// Verdict on tensions: admissible or not. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/checks.hpp>
