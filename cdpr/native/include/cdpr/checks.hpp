@@ -57,7 +57,7 @@ template <class T> CDPR_INLINE T newton(const Acceptance<T>& problem) {
 
 // Write margin, N, and number of cables at a limit. A locked cable, whose limits are equal, counts only where it does
 // not have that tension.
-template <class T> CDPR_INLINE void room(const Acceptance<T>& problem, T tolerance, T& margin, T& at_limit) {
+template <class T> CDPR_INLINE void limit_margin(const Acceptance<T>& problem, T tolerance, T& margin, T& at_limit) {
     margin = INFINITE;
     at_limit = 0.0;
     for (int64_t i = 0; i < problem.m; i++) {
@@ -92,7 +92,7 @@ template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> s
         squares(problem, unit, residual, load);
     }
     const T one = newton(problem), tolerance = LIMIT_TOLERANCE * one;
-    room(problem, tolerance, margin, at_limit);
+    limit_margin(problem, tolerance, margin, at_limit);
     const T missed = square_root(residual) / unit;
     const T allowed = RESIDUAL_TOLERANCE * larger(one, square_root(load) / unit);
     problem.report[1] = select(sound, missed, problem.report[1]);

@@ -2,7 +2,8 @@
 //
 // Conventions: `cdpr.model`. A row of `lines` holds the anchors A_i on the frame, world, and B_i on the platform,
 // platform axes, m; where some cable leaves from something else than a point, also the kind of its exit (parts.hpp) and
-// that exit's numbers, `w` in all; rows of less than six are BAD_INPUT. Pott (2018), chapter 3: l_i = A_i - p - R B_i, u_i = l_i / |l_i|, W_i = [u_i; R B_i x u_i].
+// that exit's numbers, `w` in all; rows of less than six are BAD_INPUT. Pott (2018), chapter 3: l_i = A_i - p - R B_i,
+// u_i = l_i / |l_i|, W_i = [u_i; R B_i x u_i].
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -30,7 +31,7 @@ template <class T> struct Line {
     CDPR_INLINE Vector<T> exit() const {
         return leaves_a_point() ? anchor() : exit_point(row[EXIT], anchor(), row + NUMBERS, count(), tip);
     }
-    CDPR_INLINE Led<T> lead() const {
+    CDPR_INLINE ExitResult<T> lead() const {
         if (leaves_a_point()) return {anchor(), 0.0};
         return cdpr::lead(row[EXIT], anchor(), row + NUMBERS, count(), tip);
     }
@@ -75,7 +76,7 @@ template <class T> inline int geometry(Geometry<T>& cables) {
     const int64_t m = cables.m;
     for (int64_t i = 0; i < m; i++) {
         const Line<T> cable = line(cables.lines, cables.w, i, p, q);
-        const Led<T> exit = cable.lead();
+        const ExitResult<T> exit = cable.lead();
         const Vector<T> l = cable.chord(exit.point);
         const T norm = length(l);
         const Vector<T> u = l / norm, moment = cross(cable.lever, u);
@@ -86,7 +87,7 @@ template <class T> inline int geometry(Geometry<T>& cables) {
         column[3 * m] = moment.x;
         column[4 * m] = moment.y;
         column[5 * m] = moment.z;
-        cables.length[i] = norm + exit.wound;
+        cables.length[i] = norm + exit.wrapped_length;
         cables.rate[i] = -dot(u, v) - dot(moment, omega);
     }
     return 0;
@@ -136,7 +137,7 @@ template <class T> struct CableWrench {
     int64_t m;
     int64_t w;
     static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"), in<T>("pose", "7"), in<T>("tension", "m"),
-                                       out<T>("wrench", "6"),    size("m"),          size("w")};
+                                       out<T>("wrench", "6"),         size("m"),          size("w")};
 };
 
 template <class T> inline int cable_wrench(CableWrench<T>& cables) {
@@ -163,7 +164,7 @@ template <class T> struct Exits {
     const T* velocity;  // (m, 3), of the tips, m/s
     T* point;           // (m, 3), where the cables leave the frame, m, world
     T* moving;          // (m, 3), velocity of these points, m/s
-    T* wound;           // (m), length of cable that lies on the exit, m
+    T* wrapped_length;  // (m), length of cable that lies on the exit, m
     int64_t m;
     int64_t w;
     static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
@@ -171,7 +172,7 @@ template <class T> struct Exits {
                                        in<T>("velocity", "m", "3"),
                                        out<T>("point", "m", "3"),
                                        out<T>("moving", "m", "3"),
-                                       out<T>("wound", "m"),
+                                       out<T>("wrapped_length", "m"),
                                        size("m"),
                                        size("w")};
 };
@@ -181,10 +182,10 @@ template <class T> inline int exits(Exits<T>& cables) {
     for (int64_t i = 0; i < cables.m; i++) {
         const Vector<T> tip = vector(cables.tip + 3 * i), none = {0.0, 0.0, 0.0};
         const Line<T> cable = {cables.lines + i * cables.w, cables.w, none, none, tip};
-        const Led<T> exit = cable.lead();
+        const ExitResult<T> exit = cable.lead();
         store(exit.point, cables.point + 3 * i);
         store(cable.velocity_of_exit(vector(cables.velocity + 3 * i)), cables.moving + 3 * i);
-        cables.wound[i] = exit.wound;
+        cables.wrapped_length[i] = exit.wrapped_length;
     }
     return 0;
 }
