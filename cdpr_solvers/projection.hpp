@@ -1,4 +1,4 @@
-// The solution of W t = wrench nearest to a point, and what it is worth. SPDX-License-Identifier: Apache-2.0
+// The solution of W t = wrench nearest to a point, and its verdict. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/null_space.hpp>
@@ -48,10 +48,10 @@ template <class T> CDPR_INLINE T nearest_to_middle(const TensionProblem<T>& prob
     return select(bounded, select(far, T(double(INFEASIBLE)), T(double(OK))), T(double(UNSUPPORTED)));
 }
 
-// Settle a solution; return OK, NOT_FOUND, or INFEASIBLE if it is the only one (r = 0). NOT_FOUND also where, moved
-// onto limits, it no more balances the wrench as exactly as these methods promise.
+// Clip a solution to the limits; return OK, NOT_FOUND, or INFEASIBLE if it is the only one (r = 0). NOT_FOUND also
+// where, moved onto limits, it no more balances the wrench as exactly as these methods promise.
 template <class T> CDPR_INLINE T admitted(const TensionProblem<T>& problem, int64_t r) {
-    const T status = settle(problem);
+    const T status = clip_to_limits(problem);
     if (r <= 0) return status;
     T lack = 0.0, rows = 0.0;
     for (int64_t j = 0; j < problem.n; j++) {

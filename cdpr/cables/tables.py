@@ -91,13 +91,13 @@ def exits(lines: Array, tips: ArrayLike, velocities: ArrayLike | None = None) ->
         ValueError: The shapes do not match.
 
     Example:
-        >>> points, _, wound = exits(line_table(robot), tips)
+        >>> points, _, wrapped_length = exits(line_table(robot), tips)
     """
     tip = np.ascontiguousarray(tips, dtype=np.float64)
     velocity = np.zeros(tip.shape) if velocities is None else np.ascontiguousarray(velocities, dtype=np.float64)
-    point, moving, wound = np.empty(tip.shape), np.empty(tip.shape), np.empty(len(tip))
-    bind("exits", lines=lines, tip=tip, velocity=velocity, point=point, moving=moving, wound=wound)()
-    return point, moving, wound
+    point, moving, wrapped_length = np.empty(tip.shape), np.empty(tip.shape), np.empty(len(tip))
+    bind("exits", lines=lines, tip=tip, velocity=velocity, point=point, moving=moving, wrapped_length=wrapped_length)()
+    return point, moving, wrapped_length
 
 
 def chain_tensions(
@@ -105,7 +105,7 @@ def chain_tensions(
     command: ArrayLike,
     length: ArrayLike,
     rate: ArrayLike,
-    swing: ArrayLike,
+    length_acceleration: ArrayLike,
     unwound: ArrayLike,
     speed: ArrayLike,
 ) -> tuple[Array, Array]:
@@ -118,7 +118,7 @@ def chain_tensions(
         command: (m,) N, tension that the winch would hold at rest.
         length: (m,) m, of the cable from its winch's end of the exit to the platform.
         rate: (m,) m/s, by which the length changes.
-        swing: (m,) m/s^2, by which the rate would change if the platform did not accelerate.
+        length_acceleration: (m,) m/s^2, by which the rate would change if the platform did not accelerate.
         unwound: (m,) m, unstretched length; only read of cables that stretch.
         speed: (m,) rad/s, of the winches, positive where they wind in; only read of cables that stretch.
 
@@ -130,9 +130,16 @@ def chain_tensions(
         ValueError: The shapes do not match.
 
     Example:
-        >>> tension, mass = chain_tensions(chain_table(robot), command, length, rate, swing, unwound, speed)
+        >>> tension, mass = chain_tensions(chain_table(robot), command, length, rate, np.zeros(8), unwound, speed)
     """
-    given = {"command": command, "length": length, "rate": rate, "swing": swing, "unwound": unwound, "speed": speed}
+    given = {
+        "command": command,
+        "length": length,
+        "rate": rate,
+        "length_acceleration": length_acceleration,
+        "unwound": unwound,
+        "speed": speed,
+    }
     tension, mass = np.empty(len(chains)), np.empty(len(chains))
     bind("chain_tensions", chains=chains, **_arrays(given), tension=tension, mass=mass)()
     return tension, mass

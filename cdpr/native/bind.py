@@ -27,6 +27,8 @@ Array = np.ndarray[Any, Any]
 DTYPES = {"double*": np.dtype(np.float64), "int64*": np.dtype(np.int64), "lanes*": np.dtype(np.float64)}
 ALIGNMENT = 8  # bytes
 
+Span = tuple[int, int, Field]  # where the elements of an array begin and end in memory, and what it is for
+
 
 def bind(name: str, /, **given: Any) -> Bound:
     """Bind an operation to its arrays and numbers.
@@ -41,7 +43,8 @@ def bind(name: str, /, **given: Any) -> Bound:
 
     Raises:
         TypeError: A name is missing or unknown, or a value has the wrong type.
-        ValueError: The operation is unknown, or an array's shape, memory layout, alignment or write access is wrong.
+        ValueError: The operation is unknown, or an array's shape, memory layout, alignment or write access is wrong, or
+            what is written shares memory with another array.
     """
     from cdpr.native.library import Bound
 
@@ -52,16 +55,20 @@ def bind(name: str, /, **given: Any) -> Bound:
         raise TypeError(f"{name}: {_wrong_names(operation, given)}")
     sizes = _sizes(operation, given)
     values: list[float] = []
+    spans: list[Span] = []
     arrays: list[Array] = []
     for field in operation.fields:
         if field.is_array:
             array = _sized(operation, field, given, sizes)
             arrays.append(array)
-            values.append(address(array))
+            start = address(array)
+            values.append(start)
+            spans.append((start, start + array.nbytes, field))
         elif field.role == "size":
             values.append(sizes[field.name])
         else:
             values.append(_number(f"{name}: {field.name}", field, given[field.name]))
+    _check_overlaps(name, spans)
     return Bound(operation.address, struct.pack(operation.layout, *values), tuple(arrays))
 
 
@@ -138,12 +145,27 @@ def _sized(operation: Operation, field: Field, given: dict[str, Any], sizes: dic
     return array
 
 
+def _check_overlaps(name: str, spans: list[Span]) -> None:
+    """Reject an array that is written and shares memory with another one: kernels read what they have overwritten."""
+    for start, end, field in spans:
+        if field.role == "in" or start == end:
+            continue
+        for other_start, other_end, other in spans:
+            if start < other_end and other_start < end and other is not field and other_start != other_end:
+                raise ValueError(
+                    f"{name}: {field.name}: shares memory with {other.name}; write to an array of its own."
+                )
+
+
 def _number(where: str, field: Field, value: Any) -> float:
     if field.type == "int64":
         return _integer(where, value)
     if not isinstance(value, float | int | np.floating | np.integer):
         raise TypeError(f"{where}: expected a number, got {type(value).__name__}.")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"{where}: expected a number of at most 1.8e308 in size, got a larger one.") from None
 
 
 def _integer(where: str, value: Any) -> int:

@@ -25,20 +25,45 @@ typedef struct {
     PyObject *arrays; /* kept alive, for the struct holds their addresses */
 } Bound;
 
+/* Return the operation at an address, NULL if this processor has no such one. */
+static const cdpr_entry *entry_at(unsigned long long address) {
+    const cdpr_table *found[CDPR_TARGETS];
+    const int count = cdpr_tables(found);
+    for (int i = 0; i < count; i++) {
+        for (Py_ssize_t j = 0; j < found[i]->count; j++) {
+            if ((uintptr_t)found[i]->entries[j].call == address) return &found[i]->entries[j];
+        }
+    }
+    return NULL;
+}
+
 static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) {
     unsigned long long operation;
     char *words;
     Py_ssize_t size;
     PyObject *given, *arrays;
+    const cdpr_entry *entry;
     Bound *bound;
-    (void)named;
+    if (named && PyDict_Size(named)) {
+        PyErr_SetString(PyExc_TypeError, "Bound takes no keywords");
+        return NULL;
+    }
     if (!PyArg_ParseTuple(args, "KOO", &operation, &given, &arrays)) return NULL;
     if (PyBytes_AsStringAndSize(given, &words, &size) < 0) return NULL;
+    entry = entry_at(operation);
+    if (!entry) {
+        PyErr_SetString(PyExc_ValueError, "Bound: no operation of this library has that address");
+        return NULL;
+    }
+    if (size != (Py_ssize_t)entry->size) {
+        PyErr_SetString(PyExc_ValueError, "Bound: the struct of that operation has another size");
+        return NULL;
+    }
     bound = (Bound *)PyType_GenericAlloc(type, 0);
     if (!bound) return NULL;
     Py_IncRef(arrays);
     bound->arrays = arrays;
-    bound->operation = (cdpr_operation)(uintptr_t)operation;
+    bound->operation = entry->call;
     bound->place = PyMem_Malloc((size_t)size);
     if (!bound->place) {
         PyErr_SetString(PyExc_MemoryError, "no memory for an operation's struct");
@@ -91,11 +116,20 @@ static PyType_Slot bound_slots[] = {
 
 static PyType_Spec bound_spec = {"cdpr.native.library.Bound", sizeof(Bound), 0, Py_TPFLAGS_DEFAULT, bound_slots};
 
+/* Set an item of a new tuple. Return the tuple; NULL, without the tuple, where there is no item for lack of memory. */
+static PyObject *with_item(PyObject *tuple, Py_ssize_t i, PyObject *item) {
+    if (item && PyTuple_SetItem(tuple, i, item) == 0) return tuple;
+    Py_DecRef(tuple);
+    return NULL;
+}
+
 static PyObject *shape_of(const cdpr_field *field) {
     Py_ssize_t count = 0;
     while (field->shape[count]) count++;
     PyObject *shape = PyTuple_New(count);
-    for (Py_ssize_t i = 0; shape && i < count; i++) PyTuple_SetItem(shape, i, Py_BuildValue("s", field->shape[i]));
+    for (Py_ssize_t i = 0; shape && i < count; i++) {
+        shape = with_item(shape, i, Py_BuildValue("s", field->shape[i]));
+    }
     return shape;
 }
 
@@ -103,7 +137,9 @@ static PyObject *fields_of(const cdpr_entry *entry) {
     PyObject *fields = PyTuple_New(entry->count);
     for (Py_ssize_t i = 0; fields && i < entry->count; i++) {
         const cdpr_field *field = &entry->fields[i];
-        PyTuple_SetItem(fields, i, Py_BuildValue("sssN", field->name, field->type, field->role, shape_of(field)));
+        PyObject *shape = shape_of(field);
+        PyObject *row = shape ? Py_BuildValue("sssN", field->name, field->type, field->role, shape) : NULL;
+        fields = with_item(fields, i, row);
     }
     return fields;
 }
@@ -113,8 +149,9 @@ static PyObject *entries_of(const cdpr_table *table) {
     for (Py_ssize_t i = 0; entries && i < table->count; i++) {
         const cdpr_entry *entry = &table->entries[i];
         const unsigned long long address = (uintptr_t)entry->call;
-        PyTuple_SetItem(entries, i,
-                        Py_BuildValue("sKLN", entry->name, address, (long long)entry->size, fields_of(entry)));
+        PyObject *fields = fields_of(entry);
+        PyObject *row = fields ? Py_BuildValue("sKLN", entry->name, address, (long long)entry->size, fields) : NULL;
+        entries = with_item(entries, i, row);
     }
     return entries;
 }
@@ -126,15 +163,19 @@ static PyObject *tables(PyObject *module, PyObject *none) {
     (void)module;
     (void)none;
     for (Py_ssize_t i = 0; all && i < count; i++) {
-        PyTuple_SetItem(all, i, Py_BuildValue("sN", found[i]->target, entries_of(found[i])));
+        PyObject *entries = entries_of(found[i]);
+        all = with_item(all, i, entries ? Py_BuildValue("sN", found[i]->target, entries) : NULL);
     }
     return all;
 }
 
 static int execute(PyObject *module) {
     PyObject *type = PyType_FromSpec(&bound_spec);
-    if (!type || PyModule_AddObjectRef(module, "Bound", type) < 0) return -1;
+    int added;
+    if (!type) return -1;
+    added = PyModule_AddObjectRef(module, "Bound", type);
     Py_DecRef(type);
+    if (added < 0) return -1;
     if (PyModule_AddStringConstant(module, "sources", CDPR_SOURCES) < 0) return -1;
     return PyModule_AddStringConstant(module, "compiler", COMPILER);
 }

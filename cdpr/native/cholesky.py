@@ -32,5 +32,5 @@ def solve_positive_definite(matrix: ArrayLike, right: ArrayLike, damping: float 
     A = np.ascontiguousarray(matrix, dtype=np.float64)
     b = np.ascontiguousarray(right, dtype=np.float64)
     solution = np.empty(b.shape)
-    bind("positive_definite", matrix=A, right=b, solution=solution, damping=float(damping))()
+    bind("positive_definite", matrix=A, right=b, solution=solution, damping=damping)()
     return solution

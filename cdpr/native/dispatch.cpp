@@ -29,7 +29,7 @@ bool has(unsigned word, unsigned bits) { return (word & bits) == bits; }
 // Register states that the operating system saves (XCR0).
 unsigned saved_states() {
     unsigned low, high;
-    __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
     return low;
 }
 

@@ -4,6 +4,11 @@
 
 #include "include/cdpr/table.h"
 
+#if defined(__x86_64__) && !defined(CDPR_ONE_TARGET) && defined(__SSE3__)
+#error \
+    "cdpr: what selects the instruction set must run on every processor; remove options such as -mavx from CFLAGS and CXXFLAGS"
+#endif
+
 enum { CDPR_TARGETS = 3 };
 
 #ifdef __cplusplus

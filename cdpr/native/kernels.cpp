@@ -6,6 +6,7 @@
 #include <cdpr/cross_products.hpp>
 #include <cdpr/entry.hpp>
 #include <cdpr/geometry.hpp>
+#include <cdpr/instruction_set.hpp>
 #include <cdpr/positive_definite.hpp>
 #include <cdpr/rotations.hpp>
 #include <cdpr_solvers/closed_form.hpp>

@@ -1,4 +1,7 @@
-"""Symbolic dimensions of kernel arrays: sums of products of sizes and integers, such as "2*m + 1"."""
+"""Symbolic dimensions of kernel arrays: sums of products of sizes and integers, such as "2*m + 1".
+
+A size may have a least value: "w >= 6".
+"""
 
 from __future__ import annotations
 
@@ -10,15 +13,18 @@ class Dimension:
     """Length of an array along one axis.
 
     Attributes:
-        text: As declared, such as "2*m + 1".
+        text: As declared, such as "2*m + 1" or "w >= 6".
         symbol: The size that it is, such as "m"; None where it is an expression or an integer.
         symbols: The names of the sizes in it.
+        least: The length that an array has at least.
     """
 
     def __init__(self, text: str) -> None:
         self.text = text
-        self.symbol = text if text.isidentifier() else None
-        self._terms = [[factor.strip() for factor in term.split("*")] for term in text.split("+")]
+        sums, _, least = (part.strip() for part in text.partition(">="))
+        self.least = int(least or 0)
+        self.symbol = sums if sums.isidentifier() else None
+        self._terms = [[factor.strip() for factor in term.split("*")] for term in sums.split("+")]
         self.symbols = frozenset(factor for term in self._terms for factor in term if not factor.isdigit())
         self._length = None if self.symbols else self.evaluate({})
 
@@ -30,4 +36,4 @@ class Dimension:
 
     def allows(self, length: int) -> bool:
         """Return whether an array may have this length for some sizes."""
-        return self._length is None or self._length == length
+        return length >= self.least and self._length in (None, length)

@@ -1,7 +1,8 @@
 /* The part of CPython's stable ABI (3.11) that binder.c uses. SPDX-License-Identifier: Apache-2.0
 
    Declared here so that the library is built without Python.h, which Debian and others package apart from Python.
-   tests/unit/test_native_abi.py compares these declarations with Python.h. Free-threaded builds have another layout;
+   tests/unit/test_native_declarations.py compares these declarations with Python.h: included after it, this file gives
+   the functions only, and the compiler rejects a difference. Free-threaded builds have another layout;
    build_backend.py rejects them. */
 #ifndef CDPR_STABLE_ABI_H
 #define CDPR_STABLE_ABI_H
@@ -10,6 +11,7 @@
 #include <stdint.h>
 
 /* clang-format off */
+#ifndef Py_PYTHON_H
 typedef intptr_t Py_ssize_t;
 typedef struct PyObject { Py_ssize_t ob_refcnt; struct PyObject *ob_type; } PyObject;
 typedef PyObject PyTypeObject;
@@ -37,8 +39,9 @@ typedef struct {
 
 enum { METH_NOARGS = 4, T_OBJECT_EX = 16, T_ULONGLONG = 18, READONLY = 1, Py_TPFLAGS_DEFAULT = 0 };
 enum { Py_mod_exec = 2, Py_tp_call = 50, Py_tp_dealloc = 52, Py_tp_doc = 56, Py_tp_new = 65, Py_tp_members = 72 };
+#endif
 
-extern PyObject *PyExc_TypeError, *PyExc_MemoryError;
+extern PyObject *PyExc_TypeError, *PyExc_ValueError, *PyExc_MemoryError;
 PyObject *PyType_GenericAlloc(PyTypeObject *, Py_ssize_t), *PyType_FromSpec(PyType_Spec *);
 PyObject *PyModuleDef_Init(PyModuleDef *), *Py_BuildValue(const char *, ...);
 PyObject *PyTuple_New(Py_ssize_t), *PyLong_FromLong(long), *PyTuple_GetItem(PyObject *, Py_ssize_t), *PyErr_Occurred(void);

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import re
 import struct
@@ -14,6 +13,7 @@ import pytest
 from conftest import ROOT
 
 from cdpr.native import bind as module
+from cdpr.native import library
 from cdpr.native.bind import bind
 from cdpr.native.operations import VARIABLE, Field, Operation, operations, targets
 
@@ -30,23 +30,32 @@ FIELDS = (
     ("gain", "double", "value", ()),
     ("rounds", "int64", "value", ()),
 )
-FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+ADDRESS = 8  # of no function
 seen = []
 
 
-@FUNCTION
-def record(place, time):
-    """Stands for a kernel: notes the words of its struct and the time."""
-    seen.append((ctypes.string_at(place, 8 * len(FIELDS)), time))
-    return 7
+class Recorder:
+    """Stands for an operation that is bound: notes the words of its struct and the time."""
+
+    def __init__(self, words, arrays):
+        self.words, self.arrays = words, arrays
+
+    def __call__(self, time=0.0):
+        seen.append((self.words, time))
+        return 7
 
 
 @pytest.fixture(autouse=True)
 def recorder(monkeypatch):
     seen.clear()
-    address = ctypes.cast(record, ctypes.c_void_p).value
-    made = Operation("recorder", address, tuple(Field(*field) for field in FIELDS))
+    made = Operation("recorder", ADDRESS, tuple(Field(*field) for field in FIELDS))
     monkeypatch.setattr(module, "operations", lambda: {**operations(), "recorder": made})
+    real = library.Bound
+
+    def bound(operation, words, arrays):
+        return Recorder(words, arrays) if operation == ADDRESS else real(operation, words, arrays)
+
+    monkeypatch.setattr(library, "Bound", bound)
 
 
 def arguments(n=2, m=4, **more):
@@ -61,6 +70,10 @@ def arguments(n=2, m=4, **more):
         "k": 9,
         **more,
     }
+
+
+def products(n=2):
+    return {name: np.zeros((n, 3)) for name in ("left", "right", "product")}
 
 
 def read_only(array):
@@ -83,13 +96,6 @@ def test_the_kernel_gets_addresses_sizes_and_values_in_the_order_of_its_struct()
     assert seen == [(expected, 0.0), (expected, 1.25)]
 
 
-def test_the_addresses_are_those_that_a_compiled_pipeline_calls():
-    call = bind("recorder", **arguments())
-    assert FUNCTION(call.operation)(call.place, 2.0) == 7
-    assert call() == 7
-    assert seen[0] == (seen[1][0], 2.0)
-
-
 def test_work_that_is_left_out_is_made_and_kept():
     call = bind("recorder", **arguments())
     assert call.arrays[-1].shape == (10, 5)
@@ -98,9 +104,9 @@ def test_work_that_is_left_out_is_made_and_kept():
 
 
 def test_arrays_live_as_long_as_what_is_bound():
-    given = arguments()
-    kept = weakref.ref(given["answer"])
-    call = bind("recorder", **given)
+    given = products()
+    kept = weakref.ref(given["product"])
+    call = bind("cross_products", **given)
     del given
     gc.collect()
     assert kept() is not None
@@ -110,12 +116,14 @@ def test_arrays_live_as_long_as_what_is_bound():
 
 
 def test_what_is_bound_frees_its_memory():
-    given = arguments(scratch=np.zeros((10, 5)))
-    bind("recorder", **given)
-    before = sys.getrefcount(given["answer"]), sys.getrefcount(type(bind("recorder", **given)))
+    def counts():
+        return sys.getrefcount(given["product"]), sys.getrefcount(type(bind("cross_products", **given)))
+
+    given = products()
+    before = counts()
     for _ in range(100):
-        bind("recorder", **given)()
-    assert (sys.getrefcount(given["answer"]), sys.getrefcount(type(bind("recorder", **given)))) == before
+        bind("cross_products", **given)()
+    assert counts() == before
 
 
 @pytest.mark.parametrize(
@@ -151,6 +159,11 @@ def test_what_is_bound_frees_its_memory():
         ({"rounds": 2.0}, TypeError, "recorder: rounds: expected an integer, got float."),
         ({"rounds": 2**63}, ValueError, "recorder: rounds: expected an integer of 64 bits, got 9223372036854775808."),
         ({"gain": "fast"}, TypeError, "recorder: gain: expected a number, got str."),
+        (
+            {"gain": 10**400},
+            ValueError,
+            "recorder: gain: expected a number of at most 1.8e308 in size, got a larger one.",
+        ),
         ({"gain": "1.0"}, TypeError, "recorder: gain: expected a number, got str."),
     ],
 )
@@ -177,13 +190,35 @@ def test_an_unknown_operation_is_named_with_those_that_exist():
 @pytest.mark.parametrize("words", [(1.0, 2.0), ("now",)])
 def test_a_call_takes_at_most_the_time(words):
     with pytest.raises(TypeError):
-        bind("recorder", **arguments())(*words)
-    assert seen == []
+        bind("cross_products", **products())(*words)
 
 
 def test_a_call_takes_no_keywords():
     with pytest.raises(TypeError, match="at most the time"):
-        bind("recorder", **arguments())(time=1.0)
+        bind("cross_products", **products())(time=1.0)
+
+
+@pytest.mark.parametrize("start", [-3, -1, 0, 2, 3])
+@pytest.mark.parametrize("name", ["left", "right"])
+def test_what_is_written_must_share_no_memory_with_what_is_read(name, start):
+    memory = np.zeros(12)
+    given = products() | {name: memory[3:9].reshape(2, 3), "product": memory[3 + start : 9 + start].reshape(2, 3)}
+    with pytest.raises(ValueError, match=rf"^cross_products: product: shares memory with {name}; write to"):
+        bind("cross_products", **given)
+
+
+def test_nor_with_what_is_written_or_scratch():
+    memory = np.zeros(50)
+    given = arguments(scratch=memory.reshape(10, 5), state=memory[48:])
+    with pytest.raises(ValueError, match=r"^recorder: state: shares memory with scratch;"):
+        bind("recorder", **given)
+
+
+def test_arrays_may_touch_and_inputs_may_be_one_array():
+    memory = np.arange(18.0)
+    left, product = memory[:6].reshape(2, 3), memory[6:12].reshape(2, 3)
+    assert bind("cross_products", left=left, right=left, product=product)() == 0
+    assert (product == 0.0).all()
 
 
 def test_empty_arrays_and_read_only_inputs_are_allowed():

@@ -20,7 +20,7 @@ compiled = pytest.mark.skipif(
 )
 
 GROUP = 8  # cables of one kind: a lane each, in one group
-COLUMNS = ("command", "length", "rate", "swing", "unwound", "speed", "tension")
+COLUMNS = ("command", "length", "rate", "length_acceleration", "unwound", "speed", "tension")
 
 
 def chains(rng):
@@ -38,7 +38,7 @@ def chains(rng):
 def expected_tension(row, x):
     winch, span = (import_module(part.kernels) if part.kernels else None for part in parts(row))
     if span is None:
-        return winch.held(row[3:11], x["command"], x["rate"], x["swing"])
+        return winch.held(row[3:11], x["command"], x["rate"], x["length_acceleration"])
     stretching = x["rate"] + row[3] * x["speed"]
     return span.pull(row[11:], x["length"], x["unwound"], stretching, row[2]), 0.0
 
@@ -105,11 +105,11 @@ def test_exits_have_the_bits_of_numba_and_of_each_lane(kind):
             *point[k], wound[k] = kernels.lead(row, P)
             moving[k] = kernels.carry(row, P, V)
     one = {"lines": table[None], "tip": tip[None], "velocity": velocity[None]}
-    shapes = {"point": (COUNT, 3), "moving": (COUNT, 3), "wound": (COUNT,)}
+    shapes = {"point": (COUNT, 3), "moving": (COUNT, 3), "wrapped_length": (COUNT,)}
     found = run("exits", one, shapes)[0]
     eights = {key: value[0].reshape(8, COUNT // 8, -1) for key, value in one.items()}
     lanes = run_lanes("exits", eights, {key: (COUNT // 8, *shape[1:]) for key, shape in shapes.items()})[0]
-    for key, wanted in (("point", point), ("moving", moving), ("wound", wound)):
+    for key, wanted in (("point", point), ("moving", moving), ("wrapped_length", wound)):
         assert_same_bits(found[key][0], wanted)
         assert_same_bits(lanes[key].reshape(wanted.shape), wanted)
 

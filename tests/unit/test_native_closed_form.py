@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import kernel_cases
 import numba
 import numpy as np
 import pytest
 from kernel_cases import COUNT, HOSTILE, assert_same_bits, rubbish, run, run_lanes
 
+from cdpr.native.operations import targets
 from cdpr.tension.null_space import form_rows, work_rows
 from cdpr.tension.status import Status
 from cdpr_solvers.closed_form import closed_form, closed_form_tension
@@ -87,6 +89,23 @@ def test_solvers_have_the_bits_of_numba_and_of_each_lane(name):
         count += EACH
     assert count >= COUNT
     assert (statuses[[Status.OK, Status.INFEASIBLE, Status.BAD_INPUT]] > 100).all()
+
+
+@pytest.mark.skipif(len(targets()) == 1, reason="this processor has one instruction set")
+@pytest.mark.parametrize("go", [run, run_lanes])
+def test_an_answer_that_differs_between_instruction_sets_is_found(monkeypatch, go):
+    def with_a_newton(target, *given):
+        answers, codes = run_on(target, *given)
+        if target == targets()[0]:
+            k = np.flatnonzero(answers["status"].reshape(len(codes), -1)[:, 0] == Status.OK)[0]
+            answers["tension"][k].flat[0] += 1.0
+        return answers, codes
+
+    run_on, inputs = kernel_cases._run_on, problems(np.random.default_rng(1), 3, 5)
+    go("closed_form", inputs, {"tension": (5,), "status": (1,)})
+    monkeypatch.setattr(kernel_cases, "_run_on", with_a_newton)
+    with pytest.raises(AssertionError):
+        go("closed_form", inputs, {"tension": (5,), "status": (1,)})
 
 
 def test_functions_answer_what_they_say():

@@ -85,6 +85,9 @@ NUMBERS = ["METH_NOARGS", "T_OBJECT_EX", "T_ULONGLONG", "READONLY", "Py_TPFLAGS_
 NUMBERS += ["Py_tp_call", "Py_tp_dealloc", "Py_tp_doc", "Py_tp_new", "Py_tp_members"]
 
 
+THEIRS = "#define Py_LIMITED_API 0x030b0000\n#include <Python.h>\n#include <structmember.h>"
+
+
 def layouts(folder, header, *more):
     """Offsets, sizes and constants that a compiler sees with a header."""
     lines = [f'printf("{name} %zu\\n", sizeof({name}));' for name in SIZES]
@@ -104,13 +107,42 @@ def python_include():
 
 
 def test_the_stable_abi_is_that_of_python_h(tmp_path):
-    theirs = "#define Py_LIMITED_API 0x030b0000\n#include <Python.h>\n#include <structmember.h>"
-    expected = layouts(tmp_path, theirs, f"-I{python_include()}")
+    expected = layouts(tmp_path, THEIRS, f"-I{python_include()}")
     assert layouts(tmp_path, '#include "stable_abi.h"', f"-I{NATIVE}") == expected
 
 
+def declared_after_python_h(folder, ours):
+    """What the compiler says to our declarations after those of Python.h."""
+    (folder / "ours.h").write_text(ours)
+    (folder / "both.c").write_text(f'{THEIRS}\n#include "ours.h"\n')
+    words = [tool("gcc"), "-Wall", "-Wextra", "-Werror", f"-I{python_include()}", "-fsyntax-only", folder / "both.c"]
+    return subprocess.run(words, capture_output=True, text=True, check=False)
+
+
 def test_functions_are_declared_as_in_python_h(tmp_path):
-    """binder.c compiles with Python.h in place of ours, and ours declares no more than it calls."""
+    done = declared_after_python_h(tmp_path, (NATIVE / "stable_abi.h").read_text())
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("PyLong_FromLong(long)", "PyLong_FromLong(int)"),
+        ("double PyFloat_AsDouble", "float PyFloat_AsDouble"),
+        ("PyTuple_New(Py_ssize_t)", "PyTuple_New(int)"),
+        ("*PyExc_TypeError", "**PyExc_TypeError"),
+    ],
+)
+def test_a_declaration_that_differs_from_python_h_does_not_compile(tmp_path, old, new):
+    ours = (NATIVE / "stable_abi.h").read_text()
+    assert old in ours
+    done = declared_after_python_h(tmp_path, ours.replace(old, new))
+    assert done.returncode != 0
+    assert "conflicting types" in done.stderr
+
+
+def test_no_more_is_declared_than_is_called(tmp_path):
+    """And binder.c compiles with Python.h in place of ours."""
     words = [tool("gcc"), "-DCDPR_WITH_PYTHON_H", "-Wall", "-Wextra", "-Werror", "-fPIC", f"-I{python_include()}"]
     subprocess.run([*words, "-c", NATIVE / "binder.c", "-o", tmp_path / "binder.o"], check=True, capture_output=True)
     declared = set(re.findall(r"\b(Py\w+)\(", (NATIVE / "stable_abi.h").read_text())) - {"Py_TYPE"}

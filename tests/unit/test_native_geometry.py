@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import replace
 
 import numba
@@ -16,6 +17,9 @@ from cdpr.mechanics import geometry
 from cdpr.mechanics.cable_geometry import cable_geometry, cable_wrench, wrench_matrix_rate
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import quaternion, store, vector
+from cdpr.native import library
+from cdpr.native.operations import operations
+from cdpr.tension.status import Status
 
 compiled = pytest.mark.skipif(
     numba.config.DISABLE_JIT, reason="interpreted kernels raise where compiled ones divide by 0"
@@ -75,6 +79,53 @@ def test_geometry_has_the_bits_of_numba_and_of_each_lane(width):
             assert_same_bits(go("cable_wrench", given, {"wrench": (6,)})[0]["wrench"], wanted["wrench"])
 
 
+def calls(table):
+    """The Python functions of tables of anchors."""
+    m = len(table)
+    return [
+        lambda: cable_geometry(table, np.zeros(13)),
+        lambda: wrench_matrix_rate(table, np.zeros(13)),
+        lambda: cable_wrench(table, np.zeros(7), np.zeros(m)),
+        lambda: exits(table, np.zeros((m, 3))),
+    ]
+
+
+@pytest.mark.parametrize("width", range(6))
+def test_a_row_without_both_anchors_is_one_clear_error(width):
+    for call in calls(np.zeros((200, width))):
+        with pytest.raises(ValueError, match=rf"lines: expected shape \(m, w >= 6\), got \(200, {width}\)\."):
+            call()
+
+
+@pytest.mark.parametrize("width", range(6))
+@pytest.mark.parametrize("name", ["geometry", "matrix_rate", "cable_wrench", "exits"])
+def test_a_compiled_pipeline_gets_bad_input_for_such_a_row(name, width):
+    """Packed by hand: `bind` would reject it. Nothing is read or written, for all addresses are 0."""
+    for suffix, code in (("", Status.BAD_INPUT), ("_lanes", 0xFF)):
+        operation = operations()[name + suffix]
+        sizes = {"m": 200, "w": width}
+        words = struct.pack(operation.layout, *(sizes.get(field.name, 0) for field in operation.fields))
+        assert library.Bound(operation.address, words, ())() == code
+
+
+@pytest.mark.parametrize("width", [*range(6, 15), 20])
+def test_a_pulley_without_all_its_numbers_answers_nan(width):
+    """What lies behind the row in memory is the rest of these numbers."""
+    whole = np.zeros((1, 20))
+    whole[0, :6], whole[0, 7:14] = (1.0, 2.0, 3.0, 0.1, 0.0, 0.0), PULLEY.numbers()
+    memory = whole.ravel().copy()
+    for kind in (0, 1):
+        memory[6] = kind
+        table = memory[:width].reshape(1, width)
+        state = np.eye(13)[3]
+        matrix, length, rate = cable_geometry(table, state)
+        wrapped = exits(table, np.zeros((1, 3)), np.ones((1, 3)))
+        known = kind == 0 or width == 6 or width >= 14
+        answers = [matrix, length, rate, *wrapped, wrench_matrix_rate(table, state)]
+        answers.append(cable_wrench(table, state[:7], np.ones(1)))
+        assert [bool(np.isfinite(answer).all()) for answer in answers] == [known] * len(answers)
+
+
 def with_pulleys(robot):
     cables = tuple(replace(cable, exit=PULLEY if i % 2 else None) for i, cable in enumerate(robot.cables))
     return replace(robot, cables=cables)
@@ -101,9 +152,9 @@ def test_functions_agree_with_each_other_and_with_differences(offset_robot, chan
     further = cable_geometry(table, ahead)
     np.testing.assert_allclose((further[1] - length) / step, rate, atol=1e-4)
     np.testing.assert_allclose((further[0] - matrix) / step, wrench_matrix_rate(table, state), atol=1e-4)
-    points, moving, wound = exits(table, rng.uniform(-0.1, 0.1, (robot.m, 3)))
+    points, moving, wrapped_length = exits(table, rng.uniform(-0.1, 0.1, (robot.m, 3)))
     assert np.isfinite(points).all()
     assert (moving == 0.0).all()
-    assert (wound > 0.0).any() == (table.shape[1] > 6)
+    assert (wrapped_length > 0.0).any() == (table.shape[1] > 6)
     with pytest.raises(ValueError, match=r"geometry: state: expected shape \(13,\)"):
         cable_geometry(table, state[:7])

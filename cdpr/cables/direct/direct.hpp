@@ -1,14 +1,14 @@
 // A motor that holds the commanded tension. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/held.hpp>
+#include <cdpr/winch_tension.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
 struct Direct {
-    template <class T> static CDPR_INLINE Held<T> held(const T*, T command, T, T) { return {command, 0.0}; }
-    template <class T> static CDPR_INLINE T turn(const T*, T, T, T) { return 0.0; }
+    template <class T> static CDPR_INLINE WinchTension<T> held(const T*, T command, T, T) { return {command, 0.0}; }
+    template <class T> static CDPR_INLINE T drum_acceleration(const T*, T, T, T) { return 0.0; }
 };
 
 }  // namespace CDPR_TARGET

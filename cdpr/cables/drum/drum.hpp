@@ -4,7 +4,7 @@
 // kg m^2; viscous friction, N m s; Coulomb friction, N m, and the speed, rad/s, at which it reaches 76 % of that.
 #pragma once
 
-#include <cdpr/held.hpp>
+#include <cdpr/winch_tension.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -18,16 +18,17 @@ struct Drum {
     }
 
     // Return the tension, N, at which the drum goes with a cable that does not stretch, and its inertia as a mass along
-    // the cable, I / r^2, kg. The cable's length changes by `rate`, m/s, and by `swing`, m/s^2, were the platform not
-    // accelerated.
-    template <class T> static CDPR_INLINE Held<T> held(const T* numbers, T command, T rate, T swing) {
+    // the cable, I / r^2, kg. The cable's length changes by `rate`, m/s, and by `length_acceleration`, m/s^2, were the
+    // platform not accelerated.
+    template <class T>
+    static CDPR_INLINE WinchTension<T> held(const T* numbers, T command, T rate, T length_acceleration) {
         const T radius = numbers[RADIUS];
         const T mass = numbers[INERTIA] / (radius * radius);
-        return {command - friction(numbers, -rate / radius) / radius + mass * swing, mass};
+        return {command - friction(numbers, -rate / radius) / radius + mass * length_acceleration, mass};
     }
 
     // Return the acceleration of the drum, rad/s^2, under the tension of its cable, N.
-    template <class T> static CDPR_INLINE T turn(const T* numbers, T command, T tension, T speed) {
+    template <class T> static CDPR_INLINE T drum_acceleration(const T* numbers, T command, T tension, T speed) {
         return (numbers[RADIUS] * (command - tension) - friction(numbers, speed)) / numbers[INERTIA];
     }
 };

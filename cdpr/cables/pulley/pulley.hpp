@@ -4,13 +4,13 @@
 // of the axis, and a unit vector square to it for points on the axis, where no plane is determined.
 #pragma once
 
-#include <cdpr/led.hpp>
+#include <cdpr/exit_result.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
 struct Pulley {
-    static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4;
+    static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4, COUNT = 7;
 
     // The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn.
     static constexpr double TURN = 6.283185307179586, FIRST = -1.5707963267948966;
@@ -40,7 +40,7 @@ struct Pulley {
     }
 
     // Return that point, and the length of cable on the groove, m; NaN where it would turn by more than 270 degrees.
-    template <class T> static CDPR_INLINE Led<T> lead(Vector<T> anchor, const T* numbers, Vector<T> tip) {
+    template <class T> static CDPR_INLINE ExitResult<T> lead(Vector<T> anchor, const T* numbers, Vector<T> tip) {
         const Plane<T> at = plane(anchor, numbers, tip);
         const Truth<T> beyond = (at.z < T(0.0)) & (at.sine < T(0.0)) & (at.cosine > T(0.0));
         const T angle = select(beyond, T(NOT_A_NUMBER), angle_of(at.sine, at.cosine));

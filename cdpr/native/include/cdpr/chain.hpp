@@ -31,33 +31,38 @@ template <class T> CDPR_INLINE ChainRow<T> chain_row(const T* chains, int64_t i)
 
 // Tensions of all cables.
 template <class T> struct ChainTensions {
-    const T* chains;   // (m, 19)
-    const T* command;  // (m), N: the tension that the winch would hold at rest
-    const T* length;   // (m), m, between winch and platform
-    const T* rate;     // (m), m/s, by which that changes
-    const T* swing;    // (m), m/s^2, by which the rate would change if the platform did not accelerate
-    const T* unwound;  // (m), m, unstretched length, of cables that stretch
-    const T* speed;    // (m), rad/s, of their winches, positive where they wind in
-    T* tension;        // (m), N, without what the winches' inertia takes when the platform accelerates
-    T* mass;           // (m), kg, that inertia as a mass along the cable
+    const T* chains;               // (m, 19)
+    const T* command;              // (m), N: the tension that the winch would hold at rest
+    const T* length;               // (m), m, between winch and platform
+    const T* rate;                 // (m), m/s, by which that changes
+    const T* length_acceleration;  // (m), m/s^2, by which the rate would change if the platform did not accelerate
+    const T* unwound;              // (m), m, unstretched length, of cables that stretch
+    const T* speed;                // (m), rad/s, of their winches, positive where they wind in
+    T* tension;                    // (m), N, without what the winches' inertia takes when the platform accelerates
+    T* mass;                       // (m), kg, that inertia as a mass along the cable
     int64_t m;
-    static constexpr Field fields[] = {in<T>("chains", "m", "19"), in<T>("command", "m"),
-                                       in<T>("length", "m"),       in<T>("rate", "m"),
-                                       in<T>("swing", "m"),        in<T>("unwound", "m"),
-                                       in<T>("speed", "m"),        out<T>("tension", "m"),
-                                       out<T>("mass", "m"),        size("m")};
+    static constexpr Field fields[] = {in<T>("chains", "m", "19"),
+                                       in<T>("command", "m"),
+                                       in<T>("length", "m"),
+                                       in<T>("rate", "m"),
+                                       in<T>("length_acceleration", "m"),
+                                       in<T>("unwound", "m"),
+                                       in<T>("speed", "m"),
+                                       out<T>("tension", "m"),
+                                       out<T>("mass", "m"),
+                                       size("m")};
 };
 
 template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
     for (int64_t i = 0; i < cables.m; i++) {
         const ChainRow<T> row = chain_row(cables.chains, i);
-        Held<T> own;
+        WinchTension<T> own;
         if (row.stretches()) {
             const T stretching = cables.rate[i] + row.per_turn() * cables.speed[i];
             own = {pull(row.span_kind(), row.span(), cables.length[i], cables.unwound[i], stretching, row.lowest()),
                    0.0};
         } else {
-            own = held(row.winch_kind(), row.winch(), cables.command[i], cables.rate[i], cables.swing[i]);
+            own = held(row.winch_kind(), row.winch(), cables.command[i], cables.rate[i], cables.length_acceleration[i]);
         }
         cables.tension[i] = own.tension;
         cables.mass[i] = own.mass;
@@ -88,8 +93,9 @@ template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
         const ChainRow<T> row = chain_row(cables.chains, i);
         const T speed = cables.speed[i];
         cables.unwinding[i] = row.stretches() ? -row.per_turn() * speed : T(0.0);
-        cables.acceleration[i] =
-            row.stretches() ? turn(row.winch_kind(), row.winch(), cables.command[i], cables.tension[i], speed) : T(0.0);
+        cables.acceleration[i] = row.stretches() ? drum_acceleration(row.winch_kind(), row.winch(), cables.command[i],
+                                                                     cables.tension[i], speed)
+                                                 : T(0.0);
     }
     return 0;
 }

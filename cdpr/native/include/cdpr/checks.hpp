@@ -20,7 +20,7 @@ constexpr double RESIDUAL_TOLERANCE = 1e-6;
 // Squares of numbers beyond 1e154 are infinite: those of such wrenches are taken in units so large that none overflows.
 constexpr double FAR_UNIT = 0x1p-520;
 
-// Whether an answer is accepted.
+// Decision on an answer.
 template <class T> struct Acceptance {
     const T* matrix;   // (n, m), moments in N m per N
     const T* wrench;   // (n), N and N m
@@ -57,7 +57,7 @@ template <class T> CDPR_INLINE T newton(const Acceptance<T>& problem) {
 
 // Write margin, N, and number of cables at a limit. A locked cable, whose limits are equal, counts only where it does
 // not have that tension.
-template <class T> CDPR_INLINE void room(const Acceptance<T>& problem, T tolerance, T& margin, T& at_limit) {
+template <class T> CDPR_INLINE void limit_margin(const Acceptance<T>& problem, T tolerance, T& margin, T& at_limit) {
     margin = INFINITE;
     at_limit = 0.0;
     for (int64_t i = 0; i < problem.m; i++) {
@@ -92,7 +92,7 @@ template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> s
         squares(problem, unit, residual, load);
     }
     const T one = newton(problem), tolerance = LIMIT_TOLERANCE * one;
-    room(problem, tolerance, margin, at_limit);
+    limit_margin(problem, tolerance, margin, at_limit);
     const T missed = square_root(residual) / unit;
     const T allowed = RESIDUAL_TOLERANCE * larger(one, square_root(load) / unit);
     problem.report[1] = select(sound, missed, problem.report[1]);
@@ -100,11 +100,6 @@ template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> s
     problem.report[3] = select(sound, at_limit, problem.report[3]);
     return (margin >= -tolerance) & (missed <= allowed) & (allowed < T(INFINITE));
 }
-
-CDPR_INLINE int code(double status) { return int(status); }
-#ifdef __GNUC__
-CDPR_INLINE int code(const Lanes& status) { return bits(status != Lanes(double(OK))); }
-#endif
 
 // Copy a solver's answer if it is finite, within the limits and balances the wrench. Return the status: OK, BAD_INPUT
 // where the wrench is not finite, else NOT_FOUND; of lanes, the bits of those that are not OK.

@@ -9,7 +9,8 @@
 //                                            out<T>("product", "n", "3"), size("n")};
 //     };
 //
-// The fields are in the order of the members; entry.hpp rejects a struct whose members differ from its fields.
+// The fields are in the order of the members. entry.hpp rejects a struct whose members differ from its fields in number
+// or type; it cannot see that two of one type are swapped: the test of the kernel's results finds that.
 #pragma once
 
 #include <stdint.h>
@@ -29,7 +30,8 @@ template <> constexpr const char* array_type<double> = "double*";
 template <> constexpr const char* array_type<int64_t> = "int64*";
 template <> constexpr const char* array_type<Lanes> = "lanes*";
 
-// Array that is read: the member is `const T*`. Dimensions are sizes, integers or sums of products of them.
+// Array that is read: the member is `const T*`. Dimensions are sizes, integers or sums of products of them, or a size
+// with its least value, such as "w >= 6".
 template <class T = double, class... Dimensions> constexpr Field in(const char* name, Dimensions... shape) {
     return {name, array_type<T>, "in", {shape...}};
 }

@@ -1,7 +1,8 @@
 // Tables of the parts that cables are made of, by their kinds. SPDX-License-Identifier: Apache-2.0
 //
 // A kind is a number in a row of a table, the same in all lanes. It is the place of the part in `cdpr.cables`, whose
-// tests compare both. The answer of an unknown kind is NaN, which reaches the checks.
+// tests compare both. The answer of an unknown kind, or of a row with too few numbers for its kind, is NaN, which
+// reaches the checks.
 #pragma once
 
 #include <cdpr/cables/direct/direct.hpp>
@@ -21,38 +22,41 @@ template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind
 template <class T> CDPR_INLINE Vector<T> nowhere() { return {NOT_A_NUMBER, NOT_A_NUMBER, NOT_A_NUMBER}; }
 
 // Return the exit point, m, world axes, for a cable to `tip`.
-template <class T> CDPR_INLINE Vector<T> exit_point(T kind, Vector<T> anchor, const T* numbers, Vector<T> tip) {
+template <class T>
+CDPR_INLINE Vector<T> exit_point(T kind, Vector<T> anchor, const T* numbers, int64_t count, Vector<T> tip) {
     if (is(kind, POINT)) return anchor;
-    if (is(kind, PULLEY)) return Pulley::leave(anchor, numbers, tip);
+    if (is(kind, PULLEY) && count >= Pulley::COUNT) return Pulley::leave(anchor, numbers, tip);
     return nowhere<T>();
 }
 
 // Return that point, and the length of cable that lies on the exit, m.
-template <class T> CDPR_INLINE Led<T> lead(T kind, Vector<T> anchor, const T* numbers, Vector<T> tip) {
+template <class T>
+CDPR_INLINE ExitResult<T> lead(T kind, Vector<T> anchor, const T* numbers, int64_t count, Vector<T> tip) {
     if (is(kind, POINT)) return {anchor, 0.0};
-    if (is(kind, PULLEY)) return Pulley::lead(anchor, numbers, tip);
+    if (is(kind, PULLEY) && count >= Pulley::COUNT) return Pulley::lead(anchor, numbers, tip);
     return {nowhere<T>(), NOT_A_NUMBER};
 }
 
 // Return the velocity of the exit point, m/s, while `tip` moves with V.
-template <class T>
-CDPR_INLINE Vector<T> exit_velocity(T kind, Vector<T> anchor, const T* numbers, Vector<T> tip, Vector<T> V) {
+template <class T> CDPR_INLINE Vector<T> exit_velocity(T kind, Vector<T> anchor, const T* numbers, int64_t count,
+                                                       Vector<T> tip, Vector<T> V) {
     if (is(kind, POINT)) return {0.0, 0.0, 0.0};
-    if (is(kind, PULLEY)) return Pulley::carry(anchor, numbers, tip, V);
+    if (is(kind, PULLEY) && count >= Pulley::COUNT) return Pulley::carry(anchor, numbers, tip, V);
     return nowhere<T>();
 }
 
 // Return tension, N, and mass, kg, of a winch whose cable does not stretch.
-template <class T> CDPR_INLINE Held<T> held(T kind, const T* numbers, T command, T rate, T swing) {
-    if (is(kind, DIRECT)) return Direct::held(numbers, command, rate, swing);
-    if (is(kind, DRUM)) return Drum::held(numbers, command, rate, swing);
+template <class T>
+CDPR_INLINE WinchTension<T> held(T kind, const T* numbers, T command, T rate, T length_acceleration) {
+    if (is(kind, DIRECT)) return Direct::held(numbers, command, rate, length_acceleration);
+    if (is(kind, DRUM)) return Drum::held(numbers, command, rate, length_acceleration);
     return {NOT_A_NUMBER, NOT_A_NUMBER};
 }
 
 // Return the acceleration of the winch's coordinate.
-template <class T> CDPR_INLINE T turn(T kind, const T* numbers, T command, T tension, T speed) {
-    if (is(kind, DIRECT)) return Direct::turn(numbers, command, tension, speed);
-    if (is(kind, DRUM)) return Drum::turn(numbers, command, tension, speed);
+template <class T> CDPR_INLINE T drum_acceleration(T kind, const T* numbers, T command, T tension, T speed) {
+    if (is(kind, DIRECT)) return Direct::drum_acceleration(numbers, command, tension, speed);
+    if (is(kind, DRUM)) return Drum::drum_acceleration(numbers, command, tension, speed);
     return NOT_A_NUMBER;
 }
 

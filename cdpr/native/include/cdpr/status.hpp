@@ -1,13 +1,19 @@
-// What a tension solver reports. SPDX-License-Identifier: Apache-2.0
+// Statuses of kernels. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/target.hpp>
+#include <cdpr/lanes.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
 // Numbered as cdpr.tension.Status. A function that returns a count returns minus a status where it fails.
 enum Status { OK, INFEASIBLE, NOT_FOUND, UNSUPPORTED, BAD_INPUT };
+
+// Return what a kernel returns: its status; of lanes, the bits of those that are not OK.
+CDPR_INLINE int code(double status) { return int(status); }
+#ifdef __GNUC__
+CDPR_INLINE int code(const Lanes& status) { return bits(status != Lanes(double(OK))); }
+#endif
 
 }  // namespace CDPR_TARGET
 }  // namespace cdpr

@@ -9,7 +9,17 @@
 // Small functions are inlined even without optimisation, so that no copy of one can be merged.
 #define CDPR_INLINE inline __attribute__((always_inline))
 
-// No fused multiply-add: the same bits on every processor, also where compiler options do not arrive.
+// Kernels recognise NaN and infinity, and round each operation as written.
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || \
+    defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(__NO_SIGNED_ZEROS__)
+#error "cdpr: its kernels need IEEE arithmetic; remove -ffast-math, -Ofast and the like from the compiler options"
+#endif
+#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0
+#error "cdpr: its kernels need doubles without excess precision; remove -mfpmath=387 from the compiler options"
+#endif
+
+// No fused multiply-add: the same bits for every instruction set, but for functions of the C library (sin, cos, tanh,
+// atan2), which selects them by the processor. Also where compiler options do not arrive.
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__)

@@ -1,4 +1,4 @@
-// Whether tensions are an answer. SPDX-License-Identifier: Apache-2.0
+// Verdict on tensions: admissible or not. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/checks.hpp>
@@ -44,7 +44,7 @@ template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& proble
 
 // Return OK where `tension`, a solution of W t = wrench, keeps the limits, else INFEASIBLE. Where it breaks them by so
 // little that it may be OK, it is moved onto them.
-template <class T> CDPR_INLINE T settle(const TensionProblem<T>& problem) {
+template <class T> CDPR_INLINE T clip_to_limits(const TensionProblem<T>& problem) {
     T breach = 0.0, size = 0.0;
     for (int64_t i = 0; i < problem.m; i++) {
         const T t = problem.tension[i];

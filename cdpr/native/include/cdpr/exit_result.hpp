@@ -6,9 +6,9 @@
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
-template <class T> struct Led {
-    Vector<T> point;  // m, world, where the cable leaves the frame
-    T wound;          // m, length of cable that lies on the exit
+template <class T> struct ExitResult {
+    Vector<T> point;   // m, world, where the cable leaves the frame
+    T wrapped_length;  // m, length of cable that lies on the exit
 };
 
 }  // namespace CDPR_TARGET

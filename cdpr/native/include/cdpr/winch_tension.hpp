@@ -6,7 +6,7 @@
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
-template <class T> struct Held {
+template <class T> struct WinchTension {
     T tension;  // N, without what the winch's inertia takes when the platform accelerates
     T mass;     // kg, that inertia as a mass along the cable
 };
