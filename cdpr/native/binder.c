@@ -10,6 +10,10 @@
 #endif
 #include <string.h>
 
+#ifndef CDPR_SOURCES /* digest of the sources, which CMakeLists.txt computes */
+#define CDPR_SOURCES ""
+#endif
+
 #include "dispatch.h"
 
 #ifdef __clang__

@@ -38,7 +38,17 @@ def recorder(tmp_path_factory):
     """The module of binder.c with that table."""
     folder = tmp_path_factory.mktemp("recorder")
     (folder / "recorder.c").write_text(RECORDER)
-    words = [tool("gcc"), "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-DCDPR_ONE_TARGET", f"-I{NATIVE}"]
+    words = [
+        tool("gcc"),
+        "-shared",
+        "-fPIC",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-DCDPR_ONE_TARGET",
+        '-DCDPR_SOURCES=""',
+        f"-I{NATIVE}",
+    ]
     sources = [NATIVE / "binder.c", folder / "recorder.c"]
     path = str(folder / "library.abi3.so")
     subprocess.run([*words, *sources, "-o", path], check=True, capture_output=True)
@@ -72,7 +82,7 @@ def test_tables_are_those_that_are_declared(recorder):
     assert fields == (("answer", "double*", "out", ("2",)), ("gain", "double", "value", ()))
 
 
-@pytest.mark.parametrize("address", [0, 8, 2**64 - 1, id(None)])
+@pytest.mark.parametrize("address", [0, 8, 2**64 - 1, id(None)], ids=["none", "low", "high", "Python's"])
 def test_an_address_that_is_no_operation_of_the_library_is_an_error(address):
     with pytest.raises(ValueError, match="no operation of this library has that address"):
         library.Bound(address, b"", ())
