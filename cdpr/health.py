@@ -20,6 +20,7 @@ from cdpr.errors import CdprError
 from cdpr.fmu.export.library import compiler
 from cdpr.model import kernel_cache
 from cdpr.native import operations as native
+from cdpr.native.sources import digest
 from cdpr.plugins.registry import DISABLE, ROLES, registry
 
 State = Literal["ok", "missing", "wrong"]
@@ -114,7 +115,11 @@ def kernels() -> Iterator[Found]:
         yield Found("kernels", "library", "wrong", str(error).rstrip("."), f"correct or unset {native.VARIABLE}")
     else:
         text = f"{library.__file__}, {len(native.operations())} operations, built by {library.compiler}"
-        yield Found("kernels", "library", "ok", text)
+        if digest() in (None, library.sources):
+            yield Found("kernels", "library", "ok", text)
+        else:
+            remedy = "run pip install --no-deps --editable . in the checkout"
+            yield Found("kernels", "library", "wrong", f"{library.__file__}, built from other C++ sources", remedy)
         others = ", ".join(name for name in native.targets() if name != chosen)
         yield Found("kernels", "instruction set", "ok", f"{chosen}; also available: {others or 'none'}")
 

@@ -176,6 +176,7 @@ static int execute(PyObject *module) {
     added = PyModule_AddObjectRef(module, "Bound", type);
     Py_DecRef(type);
     if (added < 0) return -1;
+    if (PyModule_AddStringConstant(module, "sources", CDPR_SOURCES) < 0) return -1;
     return PyModule_AddStringConstant(module, "compiler", COMPILER);
 }
 

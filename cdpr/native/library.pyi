@@ -5,6 +5,7 @@ Field = tuple[str, str, str, Shape]  # name, type, role, shape
 Entry = tuple[str, int, int, tuple[Field, ...]]  # name, address, size of the struct in bytes, fields
 
 compiler: str
+sources: str  # as `cdpr.native.sources.digest`
 
 def tables() -> tuple[tuple[str, tuple[Entry, ...]], ...]: ...
 

@@ -265,6 +265,13 @@ def test_the_doctor_reports_a_library_that_is_not_built(monkeypatch):
     assert "pip install --editable ." in wrong.remedy
 
 
+def test_the_doctor_reports_a_library_of_other_sources(monkeypatch):
+    monkeypatch.setattr(native, "sources", "0")
+    (wrong,) = [one for one in health.kernels() if one.state == "wrong"]
+    assert "built from other C++ sources" in wrong.text
+    assert "pip install --no-deps --editable ." in wrong.remedy
+
+
 def test_the_doctor_on_the_command_line(here):
     done = cdpr_here("doctor", cwd=here)
     assert done.stdout.splitlines()[-1] == "all that is installed works"

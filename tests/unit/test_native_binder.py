@@ -38,7 +38,17 @@ def recorder(tmp_path_factory):
     """The module of binder.c with that table."""
     folder = tmp_path_factory.mktemp("recorder")
     (folder / "recorder.c").write_text(RECORDER)
-    words = [tool("gcc"), "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-DCDPR_ONE_TARGET", f"-I{NATIVE}"]
+    words = [
+        tool("gcc"),
+        "-shared",
+        "-fPIC",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-DCDPR_ONE_TARGET",
+        f"-I{NATIVE}",
+        '-DCDPR_SOURCES=""',
+    ]
     sources = [NATIVE / "binder.c", folder / "recorder.c"]
     path = str(folder / "library.abi3.so")
     subprocess.run([*words, *sources, "-o", path], check=True, capture_output=True)

@@ -8,12 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import ROOT
 from docs_cases import PAGES
-from native_compiler import NATIVE, tool
+from native_compiler import tool
 
 import cdpr
 from cdpr.native import library
+from cdpr.native.sources import digest
 
 MINE = """
 {includes}
@@ -22,13 +22,22 @@ int main() {{ printf("%g\\n", cdpr::larger(1.5, 2.5)); }}
 """
 
 
-def test_the_library_is_not_older_than_its_sources():
-    kinds = ("*.c", "*.cpp", "*.h", "*.hpp")
-    sources = [path for kind in kinds for path in (*NATIVE.rglob(kind), *ROOT.glob(f"cdpr_*/{kind}"))]
-    sources += [ROOT / "CMakeLists.txt", *(ROOT / "cdpr" / "cables").rglob("*.hpp")]
-    built = Path(library.__file__).stat().st_mtime
-    newer = [path.relative_to(ROOT).as_posix() for path in sources if path.stat().st_mtime > built]
-    assert newer == [], "changed since it was compiled: run 'pip install --no-deps --editable .'"
+def test_the_library_is_compiled_from_these_sources():
+    assert library.sources == digest(), "changed since: run 'pip install --no-deps --editable .'"
+
+
+def test_every_source_counts(tmp_path):
+    names = ("CMakeLists.txt", "cdpr/native/kernels.cpp", "cdpr/native/include/cdpr/sum.hpp", "cdpr_solvers/mine.hpp")
+    for name in names:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("")
+    seen = {digest(tmp_path)}
+    for name in names:
+        (tmp_path / name).write_text("// changed")
+        seen.add(digest(tmp_path))
+    assert len(seen) == 1 + len(names)
+    (tmp_path / "CMakeLists.txt").unlink()
+    assert digest(tmp_path) is None
 
 
 @pytest.mark.slow
