@@ -46,7 +46,6 @@ def recorder(tmp_path_factory):
         "-Wextra",
         "-Werror",
         "-DCDPR_ONE_TARGET",
-        '-DCDPR_SOURCES=""',
         f"-I{NATIVE}",
     ]
     sources = [NATIVE / "binder.c", folder / "recorder.c"]

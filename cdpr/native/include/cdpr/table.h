@@ -13,8 +13,8 @@ enum { CDPR_DIMENSIONS = 4 };
 /* One member of an operation's struct; every member takes 8 bytes, in the order of the table.
    type:  "double", "int64" (values), "double*", "int64*", "lanes*" (addresses; lanes: groups of 8 doubles)
    role:  "in", "out", "both" (read and written), "work" (scratch space), "size", "value"
-   shape: up to CDPR_DIMENSIONS dimensions, then NULL; each a sum of products of sizes and integers: "2*m + 1", or a size
-          with its least value: "w >= 6" */
+   shape: up to CDPR_DIMENSIONS dimensions, then NULL; each a sum of products of sizes and integers: "2*m + 1", or a
+   size with its least value: "w >= 6" */
 typedef struct {
     const char *name, *type, *role;
     const char* shape[CDPR_DIMENSIONS + 1];
