@@ -41,7 +41,6 @@ SLOW = (
     "design",
     "fmu export scenarios/planar.yaml -o loop.fmu",
     "info gcode",
-    "info mine/",
     "run gcode",
     "run scenarios/caroca.yaml --set believed",
     "run scenarios/caroca.yaml --set robot.cable.diameter",
