@@ -19,7 +19,7 @@ ROOT = Path(__file__).parent
 VARIABLE = "CDPR_BUILD_NUMBA"
 SECONDS = 1200.0  # after which the compiler hangs: it takes a minute or two
 
-# What a first run may need: each example, and each solver and controller, for an instant.
+# All that a first run may need: each example, and each solver and controller, for an instant.
 RUNS = '''
 import sys
 from importlib.metadata import version

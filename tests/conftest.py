@@ -46,7 +46,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def named(case: pytest.Function) -> bool:
-    """Whether a pattern of its mark `usual` names a case of a test."""
+    """Return whether a pattern of its mark `usual` names a case of a test."""
     mark = case.get_closest_marker("usual")
     return mark is not None and any(fnmatchcase(case.callspec.id, pattern) for pattern in mark.args)
 

@@ -32,7 +32,7 @@ SHORTER = {
     "bench solvers": ["--poses", "2", "--adversaries", "1", "--solvers", "qp,osqp"],
 }
 # Seconds even so: engines and workers in processes of their own, all problems of the kit, kernels that only they need.
-# What takes the file that one of these writes is among them.
+# A command that takes a file is here exactly if the one that writes the file is.
 SLOW = (
     "baseline",
     "bench",

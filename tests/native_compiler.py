@@ -21,7 +21,7 @@ def tool(name):
 
 
 def flags():
-    """What CMakeLists.txt compiles with."""
+    """Return the options that CMakeLists.txt compiles with."""
     (line,) = re.findall(r"^add_compile_options\((.*)\)$", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE)
     return line.split()
 

@@ -1,4 +1,4 @@
-"""What a test is asked with: some of it always, the rest among the slow tests."""
+"""Parameters of tests: some cases run always, the rest among the slow tests."""
 
 from __future__ import annotations
 

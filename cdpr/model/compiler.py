@@ -209,7 +209,7 @@ _frozen = False  # once found, for good: Python counts what is frozen by going t
 
 
 def _frozen_by_others() -> bool:
-    """Whether the program that runs us keeps objects out of the search for garbage, which thawing ours would undo."""
+    """Return whether the calling program keeps objects out of the search for garbage; thawing ours would undo that."""
     global _frozen
     _frozen = _frozen or gc.get_freeze_count() > 0
     return _frozen

@@ -75,7 +75,7 @@ def test_options_keep_what_is_declared(name, options):
 
 
 REFERENCE = registry().get("backend", "reference")
-# Where the scheme differs.
+# Checks in which the scheme differs.
 SCHEME = {"coasting_keeps_velocity", "order_is_as_declared", "long_fall", "tumbling_keeps_energy_and_momentum"}
 
 

@@ -40,7 +40,7 @@ def checkout(tmp_path):
 
 
 def printed(folder, code, **more):
-    """What a new process prints that runs some code."""
+    """Return the output of a new process that runs some code."""
     env = {**os.environ, "PYTHONPATH": str(folder / "needed"), **more}
     words = [folder / "builder" / "bin" / "python", "-c", code]
     done = subprocess.run(words, env=env, cwd=folder, capture_output=True, text=True, check=False)

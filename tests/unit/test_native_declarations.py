@@ -112,7 +112,7 @@ def test_the_stable_abi_is_that_of_python_h(tmp_path):
 
 
 def declared_after_python_h(folder, ours):
-    """What the compiler says to our declarations after those of Python.h."""
+    """Return the compiler's messages for our declarations after those of Python.h."""
     (folder / "ours.h").write_text(ours)
     (folder / "both.c").write_text(f'{THEIRS}\n#include "ours.h"\n')
     words = [tool("gcc"), "-Wall", "-Wextra", "-Werror", f"-I{python_include()}", "-fsyntax-only", folder / "both.c"]

@@ -110,7 +110,7 @@ def test_a_compiled_pipeline_gets_bad_input_for_such_a_row(name, width):
 
 @pytest.mark.parametrize("width", [*range(6, 15), 20])
 def test_a_pulley_without_all_its_numbers_answers_nan(width):
-    """What lies behind the row in memory is the rest of these numbers."""
+    """The rest of these numbers follows the row in memory."""
     whole = np.zeros((1, 20))
     whole[0, :6], whole[0, 7:14] = (1.0, 2.0, 3.0, 0.1, 0.0, 0.0), PULLEY.numbers()
     memory = whole.ravel().copy()
