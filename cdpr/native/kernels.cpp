@@ -6,10 +6,23 @@
 #include <cdpr/cross_products.hpp>
 #include <cdpr/entry.hpp>
 #include <cdpr/geometry.hpp>
+#include <cdpr/polygons.hpp>
 #include <cdpr/positive_definite.hpp>
 #include <cdpr/rotations.hpp>
+#include <cdpr/safest.hpp>
+#include <cdpr_solvers/analytic_centre.hpp>
+#include <cdpr_solvers/centroid.hpp>
 #include <cdpr_solvers/closed_form.hpp>
+#include <cdpr_solvers/dykstra.hpp>
+#include <cdpr_solvers/improved_closed_form.hpp>
+#include <cdpr_solvers/improved_puncture.hpp>
+#include <cdpr_solvers/infinity_norm.hpp>
+#include <cdpr_solvers/kernel_method.hpp>
+#include <cdpr_solvers/lp.hpp>
+#include <cdpr_solvers/maximin.hpp>
+#include <cdpr_solvers/p_norm.hpp>
 #include <cdpr_solvers/pseudo_inverse.hpp>
+#include <cdpr_solvers/puncture.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -46,6 +59,20 @@ static constexpr cdpr_entry entries[] = {
     entry<TensionProblem<Lanes>, closed_form<Lanes>>("closed_form_lanes"),
     entry<TensionProblem<double>, pseudo_inverse<double>>("pseudo_inverse"),
     entry<TensionProblem<Lanes>, pseudo_inverse<Lanes>>("pseudo_inverse_lanes"),
+    entry<Dykstra, dykstra>("dykstra"),
+    entry<ImprovedClosedForm, improved_closed_form>("improved_closed_form"),
+    entry<TensionProblem<double>, puncture>("puncture"),
+    entry<TensionProblem<double>, improved_puncture>("improved_puncture"),
+    entry<TensionProblem<double>, kernel_method>("kernel_method"),
+    entry<PNorm, p_norm>("p_norm"),
+    entry<AdmissibleCorners<1>, admissible_interval>("admissible_interval"),
+    entry<AdmissibleCorners<2>, admissible_polygon>("admissible_polygon"),
+    entry<Centroid, centroid>("centroid"),
+    entry<SafestPoint, safest_points>("safest_point"),
+    entry<Maximin, maximin>("maximin"),
+    entry<MinimumSum, minimum_sum>("minimum_sum"),
+    entry<MinimumLargest, minimum_largest>("minimum_largest"),
+    entry<AnalyticCentre, analytic_centre>("analytic_centre"),
 };
 
 extern const cdpr_table table;

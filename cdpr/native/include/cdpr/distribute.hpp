@@ -16,6 +16,15 @@ template <class Rule> CDPR_INLINE int distribute(TensionProblem<double>& problem
     return int(status);
 }
 
+// The same of a solver with numbers or work space of its own: its first member is the `problem`, and its member
+// function `choose(r)` does what a rule does.
+template <class Solver> inline int distribute(Solver& solver) {
+    const int64_t r = reduce(solver.problem);
+    const double status = r < 0 ? double(-r) : solver.choose(r);
+    *solver.problem.status = status;
+    return int(status);
+}
+
 #ifdef __GNUC__
 // Answer the problem of one lane alone, in the lanes' work space.
 template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight, int lane) {
