@@ -292,7 +292,7 @@ def analytic_centre_tension(
 
     Example:
         >>> analytic_centre_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([6., 4.]), <Status.OK: 0>)
     """
     shares = np.ones(np.shape(tension_min)) if weights is None else weights
     return distribute_once("analytic_centre", matrix, wrench, tension_min, tension_max, weights=shares)

@@ -88,6 +88,6 @@ def centroid_tension(
 
     Example:
         >>> centroid_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([6., 4.]), <Status.OK: 0>)
     """
     return distribute_once("centroid", matrix, wrench, tension_min, tension_max)

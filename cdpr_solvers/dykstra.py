@@ -105,7 +105,7 @@ def dykstra_tension(
 
     Example:
         >>> dykstra_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([6., 4.]), <Status.OK: 0>)
     """
     return distribute_once(
         "dykstra", matrix, wrench, tension_min, tension_max, iterations=iterations, tolerance=tolerance

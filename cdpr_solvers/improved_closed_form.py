@@ -119,6 +119,6 @@ def improved_closed_form_tension(
 
     Example:
         >>> improved_closed_form_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [4.0, 9.0])
-        RESULT
+        (array([4., 2.]), <Status.OK: 0>)
     """
     return distribute_once("improved_closed_form", matrix, wrench, tension_min, tension_max, scaled=int(scaled))

@@ -65,6 +65,6 @@ def improved_puncture_tension(
 
     Example:
         >>> improved_puncture_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([3., 1.]), <Status.OK: 0>)
     """
     return distribute_once("improved_puncture", matrix, wrench, tension_min, tension_max)

@@ -109,6 +109,6 @@ def minimum_largest_tension(
 
     Example:
         >>> minimum_largest_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([3., 1.]), <Status.OK: 0>)
     """
     return distribute_once("minimum_largest", matrix, wrench, tension_min, tension_max)

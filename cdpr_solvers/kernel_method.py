@@ -89,6 +89,6 @@ def kernel_method_tension(
 
     Example:
         >>> kernel_method_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([3., 1.]), <Status.OK: 0>)
     """
     return distribute_once("kernel_method", matrix, wrench, tension_min, tension_max)

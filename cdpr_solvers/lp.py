@@ -93,7 +93,7 @@ def minimum_sum_tension(
 
     Example:
         >>> minimum_sum_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([3., 1.]), <Status.OK: 0>)
     """
     costs = np.ones(np.shape(tension_min)) if weights is None else weights
     return distribute_once("minimum_sum", matrix, wrench, tension_min, tension_max, weights=costs)

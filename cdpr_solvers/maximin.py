@@ -85,6 +85,6 @@ def maximin_tension(
 
     Example:
         >>> maximin_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([6., 4.]), <Status.OK: 0>)
     """
     return distribute_once("maximin", matrix, wrench, tension_min, tension_max, ball=int(ball))

@@ -256,7 +256,7 @@ def p_norm_tension(
 
     Example:
         >>> p_norm_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([6., 4.]), <Status.OK: 0>)
     """
     if p < 2 or p % 2 != 0:
         raise ValueError(f"p_norm: p: expected an even number of at least 2, got {p}.")

@@ -90,6 +90,6 @@ def puncture_tension(
 
     Example:
         >>> puncture_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
-        RESULT
+        (array([3., 1.]), <Status.OK: 0>)
     """
     return distribute_once("puncture", matrix, wrench, tension_min, tension_max)

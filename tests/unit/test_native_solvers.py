@@ -90,8 +90,11 @@ def test_solvers_have_the_bits_of_numba(name):
     assert (statuses[[Status.OK, Status.INFEASIBLE, Status.BAD_INPUT]] > 100).all()
 
 
-@pytest.mark.parametrize("module", sorted({module for module, *_ in SOLVERS.values()}))
+MODULES = [f"cdpr_solvers.{module}" for module, *_ in SOLVERS.values()]
+
+
+@pytest.mark.parametrize("module", [*MODULES, "cdpr.tension.admissible"])
 def test_functions_answer_what_they_say(module):
-    done = doctest.testmod(import_module(f"cdpr_solvers.{module}"))
+    done = doctest.testmod(import_module(module))
     assert done.attempted > 0
     assert done.failed == 0
