@@ -1,7 +1,7 @@
 // The analytic centre of the admissible tensions. SPDX-License-Identifier: Apache-2.0
 //
-// min -sum w_i [log(t_i - t_min,i) + log(t_max,i - t_i)] with W t = wrench. A set that is as good as flat is left by the
-// cables across it: they are locked, and the rest has a centre of its own. See the docstring of the module.
+// min -sum w_i [log(t_i - t_min,i) + log(t_max,i - t_i)] with W t = wrench. A set that is as good as flat is left by
+// the cables across it: they are locked, and the rest has a centre of its own. See the docstring of the module.
 #pragma once
 
 #include <cdpr/null_space.hpp>
@@ -72,8 +72,8 @@ inline double AnalyticCentre::move_to_ball(const TensionProblem<double>& inner, 
 // where a limit is very far.
 inline bool AnalyticCentre::reach_centre(const TensionProblem<double>& inner, int64_t r, bool flat) const {
     const Matrix<double> rows = {space, 2 * inner.m + 1};
-    const Barrier barrier = {inner.N(), inner.center(), inner.low(), inner.high(), weights, x(),
-                             rows,      rows[r],        inner.m,     r};
+    const Barrier barrier = {inner.N(), inner.center(), inner.low(), inner.high(), weights,
+                             x(),       rows,           rows[r],     inner.m,      r};
     if (barrier.minimise(flat)) return true;
     if (flat) return false;
     for (int64_t k = 0; k < r; k++) x()[k] = 0.0;

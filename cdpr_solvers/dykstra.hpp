@@ -1,9 +1,8 @@
-// Dykstra's alternating projections between the solutions of W t = wrench and the limits. SPDX-License-Identifier:
-// Apache-2.0
+// Alternating projections between the solutions of W t = wrench and the limits. SPDX-License-Identifier: Apache-2.0
 //
-// From the middle of the limits, project on { W t = wrench }, then on the limits what this gave plus the correction that
-// the projection on the limits took away last time, and so on: Boyle and Dykstra (1986); of cables, Hassan and Khajepour
-// (2011). The affine set needs no correction. See the docstring of the module.
+// From the middle of the limits, project on { W t = wrench }, then on the limits what this gave plus the correction
+// that the projection on the limits took away last time, and so on: Boyle and Dykstra (1986); of cables, Hassan and
+// Khajepour (2011). The affine set needs no correction. See the docstring of the module.
 #pragma once
 
 #include <cdpr/distribute.hpp>

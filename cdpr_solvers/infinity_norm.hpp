@@ -23,7 +23,7 @@ struct MinimumLargest {
         for (int64_t i = 0; i < problem.m; i++) {
             const double c = problem.center()[i], low = problem.low()[i], high = problem.high()[i];
             if (low != high) program.add(N, i, 0.0, c, low, high);
-            program.add(N, i, -1.0, c, -INFINITE, 0.0);                  // t <= s
+            program.add(N, i, -1.0, c, -INFINITE, 0.0);               // t <= s
             if (low < 0.0) program.add(N, i, 1.0, c, 0.0, INFINITE);  // -t <= s, where it may be negative
         }
         const int64_t steps = program.solve(1.0);

@@ -131,8 +131,8 @@ struct PNorm {
         const int64_t m = problem.m;
         const Matrix<double> G = {space, m}, rows = G.from(m);
         const Offsets offsets = {G, rows[0], rows[1], rows[2], rows[3], rows[4], m, r};
-        const WeightedLeastSquares squares = {rows.from(5), rows.from(5 + r), rows[5 + 2 * r], rows[6 + 2 * r],
-                                              rows[7 + 2 * r], m, r};
+        const WeightedLeastSquares squares = {
+            rows.from(5), rows.from(5 + r), rows[5 + 2 * r], rows[6 + 2 * r], rows[7 + 2 * r], m, r};
         if (!begin(offsets)) return UNSUPPORTED;
         for (int64_t now = 2; r > 0; now = 2 * now < p ? 2 * now : p) {
             if (!offsets.minimise(now, now == p ? P_CONVERGED : P_ROUGHLY, squares)) return NOT_FOUND;

@@ -16,8 +16,7 @@ inline double least_step(const TensionProblem<double>& problem, int64_t r, const
     double s = 0.0, size = 0.0;
     for (int64_t i = 0; i < problem.m; i++) size = larger(size, absolute(end[i]));
     for (int64_t i = 0; i < problem.m; i++) {
-        const double lacking =
-            larger(problem.low()[i] - start[i], 0.0) + smaller(problem.high()[i] - start[i], 0.0);
+        const double lacking = larger(problem.low()[i] - start[i], 0.0) + smaller(problem.high()[i] - start[i], 0.0);
         // A step that `settle` does not require would be round-off over round-off.
         if (absolute(lacking) > VERTEX_TOLERANCE * size && lacking * (end[i] - start[i]) > 0.0)
             s = larger(s, lacking / (end[i] - start[i]));

@@ -19,8 +19,8 @@ CDPR_INLINE double power(double base, int64_t exponent) {
     return result;
 }
 
-// min sum u_i^(p-2) (u + G d)_i^2. Modified Gram-Schmidt with column pivoting on the rows and the right-hand side, which
-// keeps the small rows accurate beside the large ones (Gulliksson, BIT 35, 1995). Its work space:
+// min sum u_i^(p-2) (u + G d)_i^2. Modified Gram-Schmidt with column pivoting on the rows and the right-hand side,
+// which keeps the small rows accurate beside the large ones (Gulliksson, BIT 35, 1995). Its work space:
 struct WeightedLeastSquares {
     Matrix<double> A;  // (r, m), each row a column of the problem
     Matrix<double> R;  // (r, r)

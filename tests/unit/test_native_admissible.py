@@ -29,7 +29,6 @@ def polytopes(rng, m, r):
             case 3:
                 low[k, i], high[k, i] = center[k, i], center[k, i] * (1.0 + rng.choice([0.0, 1e-13, 1e-11]))
             case 4:
-                rng.choice([low[k], high[k], center[k]])[i] = 0.0
                 low[k, i] = rng.choice(HOSTILE)
             case 5:
                 high[k, i] = rng.choice(HOSTILE)

@@ -8,11 +8,11 @@ inline namespace CDPR_TARGET {
 
 // min or max s over (x, s), x (r): low <= c + row . x + last s <= high for each row. Its work space:
 struct LinearProgram {
-    Matrix<double> rows;      // (most, r + 1)
-    double *c, *low, *high;   // (most)
-    double *point, *active;   // (most)
-    double *objective, *y;    // (r + 1); y holds x and s
-    double* search;           // (2 r + 10, most + 1)
+    Matrix<double> rows;     // (most, r + 1)
+    double *c, *low, *high;  // (most)
+    double *point, *active;  // (most)
+    double *objective, *y;   // (r + 1); y holds x and s
+    double* search;          // (2 r + 10, most + 1)
     int64_t most, r, count;
 
     CDPR_INLINE void add(Matrix<const double> N, int64_t i, double last, double center, double lower, double upper) {

@@ -150,9 +150,9 @@ inline void clip_polygon(const Polytope<double>& set, Corners& corners, double* 
     double reach = 0.0;  // |x_j| = |N_j . (t - c)| is at most this
     for (int64_t j = 0; j < 2; j++)
         reach = larger(reach, sum(0.0, 0, set.m, [&](int64_t i) {
-            return absolute(set.N(i, j)) *
-                   larger(absolute(set.low[i] - set.center[i]), absolute(set.high[i] - set.center[i]));
-        }));
+                           return absolute(set.N(i, j)) *
+                                  larger(absolute(set.low[i] - set.center[i]), absolute(set.high[i] - set.center[i]));
+                       }));
     reach = 2.0 * reach + 1.0;  // no corner of the square remains
     Corners old = {corners.at, 0, corners.room}, left = {work, 0, corners.room};
     old.add(-reach, -reach);

@@ -8,8 +8,8 @@ namespace cdpr {
 inline namespace CDPR_TARGET {
 
 // Write x and return the largest s with low + s d <= c + N x <= high - s d; of several x that of least norm. d_i is 1,
-// so that s is the smallest distance of a tension from its limits; with `ball` it is the length of row i of N, so that s
-// is the radius of the largest ball within the limits, and x its centre (Chebyshev). Locked cables do not count. s is
+// so that s is the smallest distance of a tension from its limits; with `ball` it is the length of row i of N, so that
+// s is the radius of the largest ball within the limits, and x its centre (Chebyshev). Locked cables do not count. s is
 // negative where no x lies within the limits; infinite where nothing can be changed or, with infinite limits, s can be
 // as large as one likes; NaN where the linear program was not solved. `space` is (4 m + 17, 2 m + 1).
 inline double safest_point(bool ball, const Polytope<double>& set, double* space) {
