@@ -54,7 +54,7 @@ def test_least_norm_has_the_bits_of_numba_and_of_each_lane():
         inputs, before = asked(rng, n, m)
         work = np.empty((qp._rows(n, m), max(n, m)))
         by_rows = rows if row_space.worthwhile(n, m) else 0.0
-        for about, change, weighted in {QUESTIONS[0], QUESTIONS[shape % len(QUESTIONS)]}:
+        for about, change, weighted in dict.fromkeys([QUESTIONS[0], QUESTIONS[shape % len(QUESTIONS)]]):
             wanted, codes = before["tension"].copy(), np.empty(EACH, dtype=int)
             for k in range(EACH):
                 rubbish(work)
