@@ -6,11 +6,14 @@
 #include <cdpr/cross_products.hpp>
 #include <cdpr/entry.hpp>
 #include <cdpr/geometry.hpp>
+#include <cdpr/policy.hpp>
 #include <cdpr/polygons.hpp>
+#include <cdpr/polytope_points.hpp>
 #include <cdpr/positive_definite.hpp>
 #include <cdpr/rotations.hpp>
 #include <cdpr/safest.hpp>
 #include <cdpr_solvers/analytic_centre.hpp>
+#include <cdpr_solvers/best_effort.hpp>
 #include <cdpr_solvers/centroid.hpp>
 #include <cdpr_solvers/closed_form.hpp>
 #include <cdpr_solvers/dykstra.hpp>
@@ -23,6 +26,7 @@
 #include <cdpr_solvers/p_norm.hpp>
 #include <cdpr_solvers/pseudo_inverse.hpp>
 #include <cdpr_solvers/puncture.hpp>
+#include <cdpr_solvers/qp.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -55,6 +59,14 @@ static constexpr cdpr_entry entries[] = {
     entry<CableWrench<Lanes>, cable_wrench<Lanes>>("cable_wrench_lanes"),
     entry<Acceptance<double>, accept<double>>("accept"),
     entry<Acceptance<Lanes>, accept<Lanes>>("accept_lanes"),
+    entry<NearestPoint, nearest_point>("nearest_point"),
+    entry<ExtremePoint, extreme_point>("extreme_point"),
+    entry<NearestByRows, nearest_tension_by_rows>("nearest_by_rows"),
+    entry<BoxLeastSquares, box_least_squares>("box_least_squares"),
+    entry<BoxLeastSquares, best_effort>("best_effort"),
+    entry<Fallback, replace_tension>("replace_tension"),
+    entry<MinimumNorm<double>, static_cast<int (*)(MinimumNorm<double>&)>(minimum_norm)>("minimum_norm"),
+    entry<MinimumNorm<Lanes>, static_cast<int (*)(MinimumNorm<Lanes>&)>(minimum_norm)>("minimum_norm_lanes"),
     entry<TensionProblem<double>, closed_form<double>>("closed_form"),
     entry<TensionProblem<Lanes>, closed_form<Lanes>>("closed_form_lanes"),
     entry<TensionProblem<double>, pseudo_inverse<double>>("pseudo_inverse"),
