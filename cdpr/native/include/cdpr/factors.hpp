@@ -20,21 +20,30 @@ CDPR_INLINE void back_substitute(Matrix<double> R, const double* rhs, double* y,
         y[i] = difference(rhs[i], i + 1, k, [&](int64_t j) { return R(i, j) * y[j]; }) / R(i, i);
 }
 
-// Rotate (a, b): cosine a + sine b, cosine b - sine a.
-CDPR_INLINE void rotate_pair(double& a, double& b, double cosine, double sine) {
-    const double first = a, second = b;
-    a = cosine * first + sine * second;
-    b = cosine * second - sine * first;
-}
+// A rotation of two numbers. The sine is kept with both signs: where the vectoriser of g++ finds a sum beside a
+// difference of products it fuses them (vfmaddsub), whatever -ffp-contract says. The bits are those of a difference.
+struct Rotation {
+    double cosine, sine, minus_sine;
+
+    CDPR_INLINE void turn(double& a, double& b) const {
+        const double first = a, second = b;
+        a = cosine * first + sine * second;
+        b = cosine * second + minus_sine * first;
+    }
+};
+
+// The rotation that turns (a, b) into (h, 0).
+CDPR_INLINE Rotation rotation_of(double a, double b, double h) { return {a / h, b / h, -b / h}; }
 
 // Append vector number k, which is J d: turn columns k.. of J so that only d[k] remains. d (r) is lost.
 inline void append(Matrix<double> J, Matrix<double> R, double* d, int64_t r, int64_t k) {
     for (int64_t j = r - 1; j > k; j--) {
         const double a = d[j - 1], b = d[j];
         if (b == 0.0) continue;
-        const double h = hypotenuse(a, b), cosine = a / h, sine = b / h;
+        const double h = hypotenuse(a, b);
+        const Rotation rotation = rotation_of(a, b, h);
         d[j - 1] = h;
-        for (int64_t i = 0; i < r; i++) rotate_pair(J(i, j - 1), J(i, j), cosine, sine);
+        for (int64_t i = 0; i < r; i++) rotation.turn(J(i, j - 1), J(i, j));
     }
     for (int64_t i = 0; i <= k; i++) R(i, k) = d[i];
 }
@@ -49,11 +58,11 @@ inline void remove(Matrix<double> J, Matrix<double> R, double* u, double* member
     for (int64_t j = drop; j < k - 1; j++) {
         const double a = R(j, j), b = R(j + 1, j);
         if (b == 0.0) continue;
-        const double h = hypotenuse(a, b), cosine = a / h, sine = b / h;
+        const double h = hypotenuse(a, b);
+        const Rotation rotation = rotation_of(a, b, h);
         R(j, j) = h;
-        for (int64_t column = j + 1; column < k - 1; column++)
-            rotate_pair(R(j, column), R(j + 1, column), cosine, sine);
-        for (int64_t i = 0; i < r; i++) rotate_pair(J(i, j), J(i, j + 1), cosine, sine);
+        for (int64_t column = j + 1; column < k - 1; column++) rotation.turn(R(j, column), R(j + 1, column));
+        for (int64_t i = 0; i < r; i++) rotation.turn(J(i, j), J(i, j + 1));
     }
 }
 
