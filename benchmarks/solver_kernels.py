@@ -71,8 +71,8 @@ def main() -> None:
         for label, spread in (("inside", 60.0), ("at limits", 185.0)):
             problem = {"matrix": W, "wrench": W @ (210.0 + spread * rng.uniform(-1.0, 1.0, M))}
             problem |= {"tension_min": low, "tension_max": high}
-            arrays = (*problem.values(), tension, parameters, work)
-            run = lambda: repeat(place, *arrays, CALLS)  # noqa: B023, E731
+            wrench = problem["wrench"]
+            run = lambda: repeat(place, W, wrench, low, high, tension, parameters, work, CALLS)  # noqa: B023, E731
             given = problem | {key: value for key, value in options.items() if isinstance(value, np.ndarray)}
             ours = {key: value for key, value in options.items() if key not in given}
             numba, one = least(run, native(name, given | ours, {"tension": (M,), "status": (1,)}))
