@@ -85,7 +85,6 @@ def test_solvers_have_the_bits_of_numba(name):
         assert_same_bits(found["tension"][answered], expected[answered])
         statuses += np.bincount(wanted, minlength=5)
         count += EACH
-    print(name, count, statuses)
     assert count >= COUNT
     assert (statuses[[Status.OK, Status.INFEASIBLE, Status.BAD_INPUT]] > 100).all()
 
