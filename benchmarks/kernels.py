@@ -21,8 +21,12 @@ from cdpr.model.address import address, c_caller, caller
 from cdpr.model.jit import kernel
 from cdpr.model.kinds import NUMBER, WHOLE
 from cdpr.native.bind import LANES, bind
-from cdpr.native.operations import target
+from cdpr.native.operations import operations, target
+from cdpr.tension.box_least_squares import box_least_squares
+from cdpr.tension.box_least_squares import work_rows as box_rows
 from cdpr.tension.null_space import form_rows, work_rows
+from cdpr.tension.row_space import BY_ROWS, nearest_by_rows
+from cdpr_solvers import qp
 from cdpr_solvers.closed_form import closed_form
 
 CALLS, CHUNKS, M = 2000, 400, 8
@@ -55,6 +59,24 @@ def repeat_closed_form(
 
 
 @kernel
+def repeat_minimum_norm(
+    W: Any, wrench: Any, low: Any, high: Any, tension: Any, parameters: Any, work: Any, calls: int
+) -> None:
+    """Run numba's least norm."""
+    for _ in range(calls):
+        qp.minimum_norm(W, wrench, low, high, tension, parameters, work)
+
+
+@kernel
+def repeat_nearest_wrench(
+    W: Any, wrench: Any, weights: Any, low: Any, high: Any, tension: Any, work: Any, calls: int
+) -> None:
+    """Run numba's nearest wrench."""
+    for _ in range(calls):
+        box_least_squares(W, wrench, weights, low, high, tension, work)
+
+
+@kernel
 def repeat_held(place: float, numbers: Any, given: Any, tension: Any, mass: Any, calls: int) -> None:
     """Run numba's winches as the plant does: by address."""
     for _ in range(calls):
@@ -84,9 +106,11 @@ def least(*runs: Callable[[], object]) -> list[float]:
     return [seconds / CALLS for seconds in best]
 
 
-def native(name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]]) -> Callable[[], object]:
+def native(
+    name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]], **values: float
+) -> Callable[[], object]:
     """Return a run of an operation."""
-    call = bind(name, **given, **{key: np.empty(shape) for key, shape in written.items()})
+    call = bind(name, **given, **values, **{key: np.full(shape, np.nan) for key, shape in written.items()})
     return lambda: (repeat_native(call.operation, call.place, CALLS), call)
 
 
@@ -96,14 +120,53 @@ def lanes(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def compare(
-    name: str, ours: Callable[[], object], given: dict[str, Any], written: dict[str, tuple[int, ...]], label: str = ""
+    name: str,
+    ours: Callable[[], object],
+    given: dict[str, Any],
+    written: dict[str, tuple[int, ...]],
+    label: str = "",
+    **values: float,
 ) -> None:
     """Print times and ratios."""
+    if f"{name}_lanes" not in operations():
+        numba, one = least(ours, native(name, given, written, **values))
+        print(f"{label or name:28} numba {1e9 * numba:6.1f} ns, one {1e9 * one:6.1f} ns; ratio {one / numba:.2f}")
+        return
     eights = {key: (*shape, LANES) for key, shape in written.items()}
-    numba, one, eight = least(ours, native(name, given, written), native(f"{name}_lanes", lanes(given), eights))
+    numba, one, eight = least(
+        ours, native(name, given, written, **values), native(f"{name}_lanes", lanes(given), eights, **values)
+    )
     eight /= LANES
     times = f"numba {1e9 * numba:6.1f} ns, one {1e9 * one:6.1f} ns, eight {1e9 * eight:6.1f} ns"
     print(f"{label or name:28} {times}; ratios {one / numba:.2f} and {eight / numba:.2f}")
+
+
+def distributions(rng: np.random.Generator, problem: dict[str, Any]) -> None:
+    """Print a line for least norm, in its usual cases, and for the nearest wrench."""
+    W, low, high = problem["matrix"], problem["tension_min"], problem["tension_max"]
+    wide = rng.normal(size=(6, 2 * M))
+    many = (wide, wide @ rng.uniform(20.0, 100.0, 2 * M), np.full(2 * M, 20.0), np.full(2 * M, 100.0))
+    cases = [
+        ("nothing in the way", (W, problem["wrench"], np.full(M, -1e3), np.full(M, 1e3)), qp.ZERO),
+        ("at a limit", (W, problem["wrench"], low, high), qp.ZERO),
+        ("about the middle", (W, problem["wrench"], low, high), qp.MIDDLE),
+        ("16 cables", many, qp.ZERO),
+    ]
+    for label, arrays, about in cases:
+        m = len(arrays[2])
+        given = dict(zip(problem, arrays, strict=True)) | {"reference": np.zeros(m), "root": np.ones(m)}
+        rows = address(nearest_by_rows, BY_ROWS) if m > 2 * 6 else 0.0
+        numbers = np.array([about, np.inf, 0.0, rows, *np.zeros(m), *np.ones(m)])
+        tension, work = np.full(m, np.nan), np.empty((qp._rows(6, m), m))
+        run = lambda: repeat_minimum_norm(*arrays, tension, numbers, work, CALLS)  # noqa: B023, E731
+        written: dict[str, tuple[int, ...]] = {"tension": (m,), "status": (1,)}
+        values = {"about": about, "change": np.inf, "weighted": 0}
+        compare("minimum_norm", run, given, written, f"minimum_norm, {label}", **values)
+    weights, tension, work = np.ones(6), np.empty(M), np.empty((box_rows(6, M), M))
+    wanted = 3.0 * problem["wrench"] + 500.0
+    run = lambda: repeat_nearest_wrench(W, wanted, weights, low, high, tension, work, CALLS)  # noqa: E731
+    given = problem | {"wrench": wanted, "weights": weights}
+    compare("box_least_squares", run, given, {"tension": (M,), "status": (1,), "steps": (1,)})
 
 
 def main() -> None:
@@ -130,6 +193,7 @@ def main() -> None:
         problem,
         {"tension": (M,), "status": (1,)},
     )
+    distributions(rng, problem)
     from cdpr.cables.drum import kernels as drum  # a module of kernels, found by its name as robots do
     from cdpr.cables.elastic import kernels as elastic
 

@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel, small
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space, safest
 from cdpr.tension.active_set import extreme
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.factors import turn
 from cdpr.tension.null_space import ROUNDING, reduce
 from cdpr.tension.safest import safest_point
-from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK, UNSUPPORTED, Status
 from cdpr.tension.verdict import settle, solution
 from cdpr_solvers.options import per_cable
 
@@ -259,3 +263,36 @@ def _downhill(N: Array, r: int, box: Array, x: Array, step: Array, length: float
                 return False
             slope += weights[i] * (v / above - v / below)
     return slope < 0.0
+
+
+def analytic_centre_tension(
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    weights: ArrayLike | None = None,
+) -> tuple[Array, Status]:
+    """Compute the analytic centre of the admissible tensions.
+
+    Boyd and Vandenberghe, Convex Optimization (2004), sections 8.5.3 and 9.6.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        weights: (m,), positive: how strongly each cable is kept off its limits; all 1 by default.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, UNSUPPORTED
+        where infinite limits leave no centre, NOT_FOUND where the method gave up, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> analytic_centre_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([6., 4.]), <Status.OK: 0>)
+    """
+    shares = np.ones(np.shape(tension_min)) if weights is None else weights
+    return distribute_once("analytic_centre", matrix, wrench, tension_min, tension_max, weights=shares)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
@@ -12,9 +13,9 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import box_least_squares as box
 from cdpr.tension.active_set import nearest
-from cdpr.tension.box_least_squares import box_least_squares
+from cdpr.tension.box_least_squares import box_least_squares, nearest_wrench_tension
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import BAD_INPUT, INFEASIBLE, OK
+from cdpr.tension.status import BAD_INPUT, INFEASIBLE, OK, Status
 from cdpr.tension.verdict import verdict
 
 
@@ -48,3 +49,29 @@ def best_effort(
         return OK
     steps = box_least_squares(W, wrench, parameters, t_min, t_max, tension, work)
     return INFEASIBLE if steps >= 0 else -steps
+
+
+def best_effort_tension(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike, weights: ArrayLike
+) -> tuple[Array, Status]:
+    """Compute the tensions of least 2-norm that balance the wrench, or else those that come nearest to it.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix W, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        weights: (n,), 1 for forces, 1 / characteristic length, 1/m, for moments: of |D (W t - wrench)|.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK or INFEASIBLE. The status: OK where they balance the wrench,
+        INFEASIBLE where none do, UNSUPPORTED where none do and a lower limit is infinite, NOT_FOUND or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> best_effort_tension([[1.0, -1.0]], [20.0], [1.0, 1.0], [9.0, 9.0], [1.0])
+        (array([9., 1.]), <Status.INFEASIBLE: 1>)
+    """
+    return nearest_wrench_tension(matrix, wrench, tension_min, tension_max, weights, "best_effort")

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space, polygon
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import reduce
 from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon
-from cdpr.tension.status import INFEASIBLE, UNSUPPORTED
+from cdpr.tension.status import INFEASIBLE, UNSUPPORTED, Status
 from cdpr.tension.verdict import settle, solution
 
 
@@ -61,3 +64,30 @@ def centroid(
         centre_of_polygon(vertices, count, x)
     solution(N, r, box, x, tension)
     return settle(W, wrench, box, tension)
+
+
+def centroid_tension(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
+) -> tuple[Array, Status]:
+    """Compute the centroid of the admissible tensions, for one or two redundant cables.
+
+    Mikelsons, Bruckmann, Schramm and Hiller (2008); Gouttefarde, Lamaury, Reichert and Bruckmann (2015).
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, UNSUPPORTED
+        with more redundant cables or infinite limits, NOT_FOUND where they are too large for numbers, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> centroid_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([6., 4.]), <Status.OK: 0>)
+    """
+    return distribute_once("centroid", matrix, wrench, tension_min, tension_max)

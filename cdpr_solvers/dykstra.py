@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK
+from cdpr.tension.status import NOT_FOUND, OK, Status
 from cdpr.tension.verdict import settle
 from cdpr_solvers.projection import admitted, nearest_solution, nearest_to_middle
 
@@ -70,3 +73,40 @@ def dykstra(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array,
         if apart <= parameters[1] * largest:
             return admitted(W, wrench, r, box, tension)
     return NOT_FOUND
+
+
+def dykstra_tension(
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    iterations: int = 500,
+    tolerance: float = 1e-12,
+) -> tuple[Array, Status]:
+    """Compute the admissible distribution nearest to the middle of the limits, by alternating projections.
+
+    Boyle and Dykstra (1986); Hassan and Khajepour (2011).
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        iterations: Pairs of projections after which the method gives up.
+        tolerance: How far beyond its limits a tension may be before it is moved onto them, as a share of the largest
+            limit.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where the method gave up, INFEASIBLE
+        where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> dykstra_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([6., 4.]), <Status.OK: 0>)
+    """
+    return distribute_once(
+        "dykstra", matrix, wrench, tension_min, tension_max, iterations=iterations, tolerance=tolerance
+    )

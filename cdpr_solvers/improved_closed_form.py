@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.active_set import DEPENDENCE_TOLERANCE
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.factors import turn
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK, Status
 from cdpr.tension.verdict import VERTEX_TOLERANCE
 from cdpr_solvers.projection import admitted, nearest_to_middle
 
@@ -85,3 +88,37 @@ def improved_closed_form(
             tension[i] += N[i, fixed] * step
         tension[worst] = bound
     return NOT_FOUND
+
+
+def improved_closed_form_tension(
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    *,
+    scaled: bool = False,
+) -> tuple[Array, Status]:
+    """Compute the closed form, with the cables beyond their limits fixed there one after the other.
+
+    Pott (2013); thesis, equations 6.30 to 6.32.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        scaled: Fix the cable first that has the longest way back in the null space, instead of the one farthest beyond
+            its limits in newtons, as published.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where no answer was found, INFEASIBLE
+        where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> improved_closed_form_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [4.0, 9.0])
+        (array([4., 2.]), <Status.OK: 0>)
+    """
+    return distribute_once("improved_closed_form", matrix, wrench, tension_min, tension_max, scaled=int(scaled))

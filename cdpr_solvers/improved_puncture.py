@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
-from cdpr.tension.status import OK
+from cdpr.tension.compiled import distribute_once
+from cdpr.tension.status import OK, Status
 from cdpr_solvers.improved_closed_form import improved_closed_form
 from cdpr_solvers.puncture import least_step
 
@@ -38,3 +41,30 @@ def improved_puncture(
     if status != OK:
         return status
     return least_step(W, wrench, 1, box, end, tension)
+
+
+def improved_puncture_tension(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
+) -> tuple[Array, Status]:
+    """Compute the first distribution within the limits on the way from the least norm to the improved closed form.
+
+    Müller, Reichert and Bruckmann (2015); Pott (2013).
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where no answer was found, INFEASIBLE
+        where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> improved_puncture_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([3., 1.]), <Status.OK: 0>)
+    """
+    return distribute_once("improved_puncture", matrix, wrench, tension_min, tension_max)

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import extreme
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import BAD_INPUT
+from cdpr.tension.status import BAD_INPUT, Status
 from cdpr.tension.verdict import settle, solution
 
 
@@ -82,3 +85,30 @@ def minimum_largest(
         return -steps
     solution(N, r, box, y, tension)
     return settle(W, wrench, box, tension)
+
+
+def minimum_largest_tension(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
+) -> tuple[Array, Status]:
+    """Compute the admissible distribution whose largest tension is least; of several, that of least 2-norm.
+
+    Gouttefarde, Lamaury, Reichert and Bruckmann (2015).
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, NOT_FOUND
+        where the method gave up, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> minimum_largest_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([3., 1.]), <Status.OK: 0>)
+    """
+    return distribute_once("minimum_largest", matrix, wrench, tension_min, tension_max)

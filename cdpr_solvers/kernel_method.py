@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED, Status
 from cdpr.tension.verdict import settle
 
 
@@ -62,3 +65,30 @@ def kernel_method(
         tension[i] = box[0, i] + factor * N[i, 0]
     status = settle(W, wrench, box, tension)
     return NOT_FOUND if status != OK and factor == 0.0 else status
+
+
+def kernel_method_tension(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
+) -> tuple[Array, Status]:
+    """Compute the lowest admissible tensions of a robot with one redundant cable whose null vector has one sign.
+
+    Thesis, equations 6.33 to 6.35, corrected.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, UNSUPPORTED for other robots, INFEASIBLE where
+        none are admissible, NOT_FOUND where limits below zero leave that open, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> kernel_method_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([3., 1.]), <Status.OK: 0>)
+    """
+    return distribute_once("kernel_method", matrix, wrench, tension_min, tension_max)

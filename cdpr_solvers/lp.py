@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import extreme
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import ROUNDING, reduce
+from cdpr.tension.status import Status
 from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import per_cable
 
@@ -59,3 +64,36 @@ def cost(N: Array, r: int, weights: Array, g: Array) -> None:
             terms += abs(N[i, k] * weights[i])
         if abs(g[k]) <= ROUNDING * terms:
             g[k] = 0.0  # no solution costs more than another in this direction, but for round-off
+
+
+def minimum_sum_tension(
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    weights: ArrayLike | None = None,
+) -> tuple[Array, Status]:
+    """Compute the admissible distribution of least weighted sum; of several, that of least 2-norm.
+
+    Thesis, equation 6.24.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        weights: (m,), cost of each tension; all 1 by default.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, UNSUPPORTED
+        where infinite limits leave no least, NOT_FOUND where the method gave up, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> minimum_sum_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([3., 1.]), <Status.OK: 0>)
+    """
+    costs = np.ones(np.shape(tension_min)) if weights is None else weights
+    return distribute_once("minimum_sum", matrix, wrench, tension_min, tension_max, weights=costs)

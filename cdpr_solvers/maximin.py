@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space, safest
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import reduce
 from cdpr.tension.safest import safest_point
-from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
+from cdpr.tension.status import NOT_FOUND, UNSUPPORTED, Status
 from cdpr.tension.verdict import settle, solution
 
 
@@ -51,3 +54,37 @@ def maximin(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array,
         return UNSUPPORTED  # there is no largest
     solution(N, r, box, x, tension)
     return settle(W, wrench, box, tension)
+
+
+def maximin_tension(
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    *,
+    ball: bool = False,
+) -> tuple[Array, Status]:
+    """Compute the distribution farthest from the limits; of several, that of least 2-norm.
+
+    Borgstrom et al. (2009).
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        ball: Return the centre of the largest ball in the null space within the limits (Chebyshev), instead of the
+            tensions whose smallest distance from the limits is largest.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, UNSUPPORTED
+        where infinite limits allow any distance, NOT_FOUND where the method gave up, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> maximin_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([6., 4.]), <Status.OK: 0>)
+    """
+    return distribute_once("maximin", matrix, wrench, tension_min, tension_max, ball=int(ball))

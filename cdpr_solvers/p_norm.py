@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
+from cdpr.tension.status import NOT_FOUND, UNSUPPORTED, Status
 from cdpr_solvers.projection import admitted
 
 # Newton's step, in half ranges or of the largest offset if that is more, with which it ends: the method being
@@ -224,3 +227,37 @@ def _least_squares(p: int, scale: float, G: Array, r: int, u: Array, d: Array, w
             y[k] -= R[k, j] * y[j]
         y[k] /= R[k, k]
         d[int(column[k])] = y[k]
+
+
+def p_norm_tension(
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    p: int = 4,
+) -> tuple[Array, Status]:
+    """Compute the distribution of least p-norm about the middle of the limits, in half ranges.
+
+    Gosselin and Grenier, Meccanica 46 (2011).
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        p: The exponent, an even number of at least 2.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where the tensions break a limit,
+        INFEASIBLE where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match, or p is odd or less than 2.
+
+    Example:
+        >>> p_norm_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([6., 4.]), <Status.OK: 0>)
+    """
+    if p < 2 or p % 2 != 0:
+        raise ValueError(f"p_norm: p: expected an even number of at least 2, got {p}.")
+    return distribute_once("p_norm", matrix, wrench, tension_min, tension_max, p=p)

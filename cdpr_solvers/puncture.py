@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import OK
+from cdpr.tension.status import OK, Status
 from cdpr.tension.verdict import VERTEX_TOLERANCE
 from cdpr_solvers.projection import admitted, nearest_to_middle
 
@@ -62,3 +65,31 @@ def least_step(W: Array, wrench: Array, r: int, box: Array, end: Array, tension:
     for i in range(m):
         tension[i] = start[i] + s * (end[i] - start[i])
     return admitted(W, wrench, r, box, tension)
+
+
+def puncture_tension(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
+) -> tuple[Array, Status]:
+    """Compute the first distribution within the limits on the way from the least norm to the closed form.
+
+    Müller, Reichert and Bruckmann (2015).
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where no point of that segment is
+        admissible, INFEASIBLE where none are admissible, UNSUPPORTED where infinite limits have no middle, or
+        BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> puncture_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([3., 1.]), <Status.OK: 0>)
+    """
+    return distribute_once("puncture", matrix, wrench, tension_min, tension_max)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from cdpr.errors import PluginError
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.model import Robot
@@ -12,13 +15,14 @@ from cdpr.model.address import address, caller
 from cdpr.model.jit import kernel, small
 from cdpr.model.lanes import bits, side_by_side
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space, row_space
 from cdpr.tension.active_set import FEASIBILITY_TOLERANCE, least, nearest
 from cdpr.tension.null_space import common, complete, reduce, reduce_to_point
 from cdpr.tension.row_space import BY_ROWS as BY_ROWS_KERNEL
 from cdpr.tension.row_space import worthwhile
-from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED, Status
 from cdpr.tension.verdict import ROUND_OFF, compared, verdict
 from cdpr_solvers.options import QpOptions, per_cable
 
@@ -223,3 +227,56 @@ def _unhindered(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Ar
     breach, size = compared(N, 0, box, x, tension)
     found = common(n, m, t_min, t_max, rest)
     return bits(found & (excess <= FEASIBILITY_TOLERANCE * scale) & (breach <= ROUND_OFF * size))
+
+
+def minimum_norm_tension(
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    *,
+    about: str = "zero",
+    reference: ArrayLike | None = None,
+    previous: ArrayLike | None = None,
+    change: float = math.inf,
+    weights: ArrayLike | None = None,
+) -> tuple[Array, Status]:
+    """Compute the admissible tensions that minimise sum w_i (t_i - ref_i)^2.
+
+    Bruckmann et al. (2006).
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        about: The reference: "zero", "middle" of the limits, "previous" or "given".
+        reference: (m,) N, for "given".
+        previous: (m,) N, tensions of the step before; None in a first step.
+        change: Largest change of a tension from the step before, N.
+        weights: (m,), positive; None for 1.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, NOT_FOUND,
+        UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match, or `about` is unknown.
+
+    Example:
+        >>> minimum_norm_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
+        (array([3., 1.]), <Status.OK: 0>)
+    """
+    if about not in ABOUT:
+        raise ValueError(f"about: unknown value '{about}'; allowed: {', '.join(ABOUT)}.")
+    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
+    arrays = {name: np.array(value, dtype=np.float64) for name, value in given.items()}
+    m = arrays["tension_min"].shape
+    arrays["reference"] = np.array(np.zeros(m) if reference is None else reference, dtype=np.float64)
+    arrays["root"] = np.sqrt(np.array(np.ones(m) if weights is None else weights, dtype=np.float64))
+    tension = np.array(np.full(m, np.nan) if previous is None else previous, dtype=np.float64)
+    values = {"about": ABOUT[about], "change": change, "weighted": int(weights is not None)}
+    status = Status(bind("minimum_norm", **arrays, **values, tension=tension, status=np.empty(1))())
+    if status != Status.OK:
+        tension[:] = np.nan
+    return tension, status

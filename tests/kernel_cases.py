@@ -85,10 +85,12 @@ def meaningful(answers):
 def _run_on(target, name, inputs, outputs, values, before, lanes):
     count = len(next(iter(inputs.values())))
     given = {key: np.empty(value.shape[1:]) for key, value in inputs.items()}
-    written = {key: np.empty((*shape, *lanes)) for key, shape in outputs.items()}
+    kinds = {key: value.dtype for key, value in before.items()}
+    written = {key: np.empty((*shape, *lanes), kinds.get(key, float)) for key, shape in outputs.items()}
     with patch.dict(os.environ, {VARIABLE: target}):
         call = bind(name, **given, **written, **values)
     scratch = [array for array in call.arrays if not any(array is each for each in given.values())]
+    scratch = [array for array in scratch if array.dtype == np.float64]
     answers = {key: np.empty((count, *array.shape)) for key, array in written.items()}
     codes = np.empty(count, dtype=np.int64)
     for k in range(count):

@@ -46,9 +46,12 @@ def compile_object(source, target, out, *more):
 
 def kernels(target, folder, *more):
     """The object file of all kernels for an instruction set."""
-    out = folder / f"{target}.o"
-    done = compile_object(NATIVE / "kernels.cpp", target, out, *more)
-    assert done.returncode == 0, done.stderr
+    parts, out = [], folder / f"{target}.o"
+    for source in (NATIVE / "table.cpp", *(NATIVE / "tables").glob("*.cpp")):
+        parts.append(folder / f"{target}_{source.stem}.o")
+        done = compile_object(source, target, parts[-1], *more)
+        assert done.returncode == 0, done.stderr
+    subprocess.run([tool("ld"), "-r", *parts, "-o", out], check=True)
     return out
 
 

@@ -34,8 +34,11 @@ static const cdpr_entry *entry_at(unsigned long long address) {
     const cdpr_table *found[CDPR_TARGETS];
     const int count = cdpr_tables(found);
     for (int i = 0; i < count; i++) {
-        for (Py_ssize_t j = 0; j < found[i]->count; j++) {
-            if ((uintptr_t)found[i]->entries[j].call == address) return &found[i]->entries[j];
+        for (Py_ssize_t g = 0; g < found[i]->count; g++) {
+            const cdpr_group *group = found[i]->groups[g];
+            for (Py_ssize_t j = 0; j < group->count; j++) {
+                if ((uintptr_t)group->entries[j].call == address) return &group->entries[j];
+            }
         }
     }
     return NULL;
@@ -149,13 +152,17 @@ static PyObject *fields_of(const cdpr_entry *entry) {
 }
 
 static PyObject *entries_of(const cdpr_table *table) {
-    PyObject *entries = PyTuple_New(table->count);
-    for (Py_ssize_t i = 0; entries && i < table->count; i++) {
-        const cdpr_entry *entry = &table->entries[i];
-        const unsigned long long address = (uintptr_t)entry->call;
-        PyObject *fields = fields_of(entry);
-        PyObject *row = fields ? Py_BuildValue("sKLN", entry->name, address, (long long)entry->size, fields) : NULL;
-        entries = with_item(entries, i, row);
+    Py_ssize_t count = 0, next = 0;
+    for (Py_ssize_t g = 0; g < table->count; g++) count += table->groups[g]->count;
+    PyObject *entries = PyTuple_New(count);
+    for (Py_ssize_t g = 0; g < table->count; g++) {
+        for (Py_ssize_t i = 0; entries && i < table->groups[g]->count; i++) {
+            const cdpr_entry *entry = &table->groups[g]->entries[i];
+            const unsigned long long address = (uintptr_t)entry->call;
+            PyObject *fields = fields_of(entry);
+            PyObject *row = fields ? Py_BuildValue("sKLN", entry->name, address, (long long)entry->size, fields) : NULL;
+            entries = with_item(entries, next++, row);
+        }
     }
     return entries;
 }

@@ -7,7 +7,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 KINDS = (
-    *("cdpr/native/*.c", "cdpr/native/*.cpp", "cdpr/native/*.h", "cdpr/native/include/**/*.h"),
+    *("cdpr/native/*.c", "cdpr/native/*.cpp", "cdpr/native/*.h", "cdpr/native/tables/*.cpp"),
+    "cdpr/native/include/**/*.h",
     *("cdpr/**/*.hpp", "cdpr_*/**/*.hpp"),
 )
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from cdpr.model.jit import apart, kernel, small
 from cdpr.model.lanes import choose
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.tension.factors import append, back_substitute, remove
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, UNSUPPORTED
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND, UNSUPPORTED, Status
 from cdpr.tension.verdict import VERTEX_TOLERANCE
 
 # A limit counts as kept within this share of the largest coordinate: the round-off of the updates.
@@ -298,3 +302,67 @@ def _correct(N: Array, r: int, box: Array, x: Array, active: Array, work: Array)
     for i in range(r):
         for j in range(k):
             x[i] += J[i, j] * y[j]
+
+
+def nearest_point(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike) -> tuple[Array, Array, Status]:
+    """Compute the x of least 2-norm with low <= c + N x <= high.
+
+    Goldfarb and Idnani, Mathematical Programming 27 (1983).
+
+    Args:
+        basis: (m, r), N. Rows that are round-off must be zero.
+        center: (m,), c.
+        low: (m,), may be -inf.
+        high: (m,), may be inf.
+
+    Returns:
+        x (r,) and c + N x (m,), which lies exactly on the limits that hold x back; NaN unless the status is OK. The
+        status: OK, INFEASIBLE where there is no such x, or NOT_FOUND.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> nearest_point([[1.0], [1.0]], [0.0, 0.0], [1.0, 2.0], [5.0, 5.0])
+        (array([2.]), array([2., 2.]), <Status.OK: 0>)
+    """
+    return _point("nearest_point", basis, (center, low, high))
+
+
+def extreme_point(
+    objective: ArrayLike, basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike
+) -> tuple[Array, Array, Status]:
+    """Compute the x with low <= c + N x <= high that minimises g . x; of several, that of least 2-norm.
+
+    Mangasarian and Meyer, SIAM Journal on Control and Optimization 17 (1979).
+
+    Args:
+        objective: (r,), g.
+        basis: (m, r), N. Rows that are round-off must be zero.
+        center: (m,), c.
+        low: (m,), may be -inf.
+        high: (m,), may be inf.
+
+    Returns:
+        As `nearest_point`; the status is UNSUPPORTED where g . x has no minimum.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> extreme_point([-1.0], [[1.0], [1.0]], [0.0, 0.0], [1.0, 2.0], [5.0, 4.0])
+        (array([4.]), array([4., 4.]), <Status.OK: 0>)
+    """
+    return _point("extreme_point", basis, (center, low, high), objective=np.array(objective, dtype=np.float64))
+
+
+def _point(
+    operation: str, basis: ArrayLike, rows: tuple[ArrayLike, ArrayLike, ArrayLike], **more: Array
+) -> tuple[Array, Array, Status]:
+    N, box = np.ascontiguousarray(basis, dtype=np.float64), np.array(rows, dtype=np.float64)
+    x, point = np.empty(N.shape[1:]), np.empty(box.shape[1])
+    written = {"x": x, "point": point, "active": np.empty(box.shape[1]), "steps": np.empty(1)}
+    status = Status(bind(operation, basis=N, box=box, **written, **more)())
+    if status != Status.OK:
+        x[:] = point[:] = np.nan
+    return x, point, status

@@ -11,7 +11,12 @@ from cdpr.tension.status import Status
 
 
 def distribute_once(
-    operation: str, matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
+    operation: str,
+    matrix: ArrayLike,
+    wrench: ArrayLike,
+    tension_min: ArrayLike,
+    tension_max: ArrayLike,
+    **options: ArrayLike,
 ) -> tuple[Array, Status]:
     """Return what an operation of the kernel library answers to one tension distribution problem.
 
@@ -21,6 +26,7 @@ def distribute_once(
         wrench: (n,), N and N m: the wrench that the cables shall exert.
         tension_min: (m,) N.
         tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        options: Further numbers and arrays of the operation.
 
     Returns:
         Tensions (m,) N, NaN unless the status is OK; and the status.
@@ -32,10 +38,13 @@ def distribute_once(
         >>> distribute_once("closed_form", [[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
         (array([6., 4.]), <Status.OK: 0>)
     """
-    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
-    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max, **options}
+    numbers = {name: value for name, value in given.items() if isinstance(value, int | float)}
+    arrays = {
+        name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items() if name not in numbers
+    }
     tension = np.empty(arrays["tension_min"].shape)
-    status = Status(bind(operation, **arrays, tension=tension, status=np.empty(1))())
+    status = Status(bind(operation, **arrays, **numbers, tension=tension, status=np.empty(1))())
     if status != Status.OK:
         tension[:] = np.nan
     return tension, status

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from cdpr.model.jit import apart, kernel, small
 from cdpr.model.kinds import ROW, TABLE, WHOLE
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.tension.null_space import reduce_to_rows
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK, Status
 
 # What the equations may be missed by, as a share of the largest number in them: the round-off of a sum over many
 # cables. Newton goes on as long as that shrinks.
@@ -193,3 +197,37 @@ def _line_search(
             share = slope_near / (slope_near - slope_far)
             step = near + min(max(share, 0.1), 0.9) * (far - near)
     return -1.0
+
+
+def nearest_tension_by_rows(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike, target: ArrayLike
+) -> tuple[Array, Status]:
+    """Compute the admissible tensions nearest to a target, by Newton's method in the row space of W.
+
+    Qi and Sun, Mathematical Programming 58 (1993). For many cables: a step takes n^2 m operations.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        target: (m,) N.
+
+    Returns:
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE, NOT_FOUND where this method cannot
+        tell, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> nearest_tension_by_rows([[1.0, -1.0, 1.0]], [3.0], [1.0] * 3, [9.0] * 3, [1.0] * 3)[1]
+        <Status.OK: 0>
+    """
+    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
+    arrays = {name: np.array(value, dtype=np.float64) for name, value in (given | {"target": target}).items()}
+    tension = np.empty(arrays["tension_min"].shape)
+    status = Status(bind("nearest_by_rows", **arrays, tension=tension, status=np.empty(1))())
+    if status != Status.OK:
+        tension[:] = np.nan
+    return tension, status

@@ -6,61 +6,14 @@ import kernel_cases
 import numba
 import numpy as np
 import pytest
-from kernel_cases import COUNT, HOSTILE, assert_same_bits, rubbish, run, run_lanes
+from kernel_cases import COUNT, assert_same_bits, run, run_lanes
+from solver_kernel_cases import EACH, SHAPES, answers, compiled, problems
 
 from cdpr.native.operations import targets
 from cdpr.tension.null_space import form_rows, work_rows
 from cdpr.tension.status import Status
 from cdpr_solvers.closed_form import closed_form, closed_form_tension
 from cdpr_solvers.pseudo_inverse import pseudo_inverse, pseudo_inverse_tension
-
-compiled = pytest.mark.skipif(
-    numba.config.DISABLE_JIT, reason="interpreted kernels raise where compiled ones divide by 0"
-)
-
-SHAPES = [(n, m) for n in range(1, 7) for m in range(1, 13)]
-EACH = -(-COUNT // len(SHAPES) // 8) * 8  # of each shape, a multiple of eight
-NAMES = ("matrix", "wrench", "tension_min", "tension_max")
-
-
-def problems(rng, n, m):
-    """Half of them sound; of the others each group of eight has one of each fault."""
-    W = rng.normal(size=(EACH, n, m))
-    low, high = rng.uniform(0.0, 50.0, (EACH, m)), rng.uniform(60.0, 400.0, (EACH, m))
-    inside = np.where(
-        np.arange(EACH)[:, None] % 3, rng.uniform(low, high), np.where(rng.random((EACH, m)) < 0.5, low, high)
-    )
-    wrench = np.einsum("knm,km->kn", W, inside)
-    for k in range(EACH // 2, EACH):
-        i, j = rng.integers(m), rng.integers(n)
-        match k % 8:
-            case 0:  # lower rank, and a wrench that it can or cannot balance
-                W[k, -1] = W[k, 0] * rng.choice([0.0, 1.0, -2.0, 1e-12])
-                wrench[k, -1] = W[k, -1] @ inside[k] + rng.choice([0.0, 1.0])
-            case 1:  # locked cables, one of them cut
-                high[k, : m // 2 + 1] = low[k, : m // 2 + 1]
-                low[k, i] = high[k, i] = 0.0
-            case 2:
-                wrench[k, j] = rng.choice(HOSTILE)
-            case 3:
-                W[k, j, i] = rng.choice(HOSTILE)
-            case 4:
-                (low if rng.random() < 0.5 else high)[k, i] = rng.choice(HOSTILE)
-            case 5:  # over the whole range of numbers, or too large to be summed
-                scale = 10.0 ** rng.uniform(-300.0, 300.0, 2)
-                W[k] *= scale[0]
-                wrench[k] *= scale[rng.integers(2)]
-            case 6:  # on a limit, or a round-off beside it
-                inside[k, i] = high[k, i] * (1.0 + rng.choice([0.0, 1e-13, 1e-10, 1e-8]))
-                if k % 16 < 8:  # of a balanced row, such as a moment about long arms, for which a share says nothing
-                    W[k, j] -= W[k, j] @ inside[k] / (inside[k] @ inside[k]) * inside[k]
-                    W[k, j] *= 10.0 ** rng.uniform(1.0, 4.0)
-                wrench[k] = W[k] @ inside[k]
-            case 7:  # cables that exert nothing, or all the same
-                W[k, :, i] = 0.0
-                W[k, :, rng.integers(m)] = W[k, :, rng.integers(m)]
-    return dict(zip(NAMES, (W, wrench, low, high), strict=True))
-
 
 SOLVERS = {"closed_form": (closed_form, 1), "pseudo_inverse": (pseudo_inverse, 0)}
 
@@ -69,15 +22,11 @@ SOLVERS = {"closed_form": (closed_form, 1), "pseudo_inverse": (pseudo_inverse, 0
 @pytest.mark.parametrize("name", SOLVERS)
 def test_solvers_have_the_bits_of_numba_and_of_each_lane(name):
     rng, (solve, more) = np.random.default_rng(1), SOLVERS[name]
-    statuses, count, nothing = np.zeros(5, dtype=int), 0, np.empty(0)
+    statuses, count = np.zeros(5, dtype=int), 0
     for n, m in SHAPES:
         inputs, shapes = problems(rng, n, m), {"tension": (m,), "status": (1,)}
-        work = np.empty((form_rows(m) + more + work_rows(n), max(n, m)))
-        expected, wanted = np.empty((EACH, m)), np.empty(EACH, dtype=int)
         found, codes = run(name, inputs, shapes)
-        for k in range(EACH):
-            rubbish(work)
-            wanted[k] = solve(*(inputs[key][k] for key in NAMES), expected[k], nothing, work)
+        expected, wanted = answers(solve, inputs, form_rows(m) + more + work_rows(n), max(n, m))
         assert codes.tolist() == wanted.tolist() == found["status"][:, 0].tolist()
         answered = wanted == Status.OK
         assert_same_bits(found["tension"][answered], expected[answered])

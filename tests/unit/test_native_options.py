@@ -59,7 +59,9 @@ def test_instructions_beyond_the_set_do_not_compile(tmp_path, target, option, fi
     done = compiled(tmp_path, "#include <cdpr/instruction_set.hpp>", target, option)
     assert (done.returncode == 0) == fits, done.stderr
     assert fits or "instructions beyond the set that is compiled" in done.stderr
-    assert "#include <cdpr/instruction_set.hpp>" in (NATIVE / "kernels.cpp").read_text()
+    for source in (NATIVE / "table.cpp", NATIVE / "include" / "cdpr" / "group.hpp"):
+        assert "#include <cdpr/instruction_set.hpp>" in source.read_text()
+    assert all("#include <cdpr/group.hpp>" in source.read_text() for source in (NATIVE / "tables").glob("*.cpp"))
 
 
 @processor

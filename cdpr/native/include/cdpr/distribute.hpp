@@ -3,7 +3,7 @@
 // A rule chooses one of the solutions c + N x: `Rule::choose(problem, r)` writes the tensions and returns their status.
 #pragma once
 
-#include <cdpr/lanes.hpp>
+#include <cdpr/alone.hpp>
 #include <cdpr/null_space.hpp>
 
 namespace cdpr {
@@ -16,36 +16,35 @@ template <class Rule> CDPR_INLINE int distribute(TensionProblem<double>& problem
     return int(status);
 }
 
+// The same of a solver with numbers or work space of its own: its first member is the `problem`, and its member
+// function `choose(r)` does what a rule does.
+template <class Solver> inline int distribute(Solver& solver) {
+    const int64_t r = reduce(solver.problem);
+    const double status = r < 0 ? double(-r) : solver.choose(r);
+    *solver.problem.status = status;
+    return int(status);
+}
+
 #ifdef __GNUC__
 // Answer the problem of one lane alone, in the lanes' work space.
 template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight, int lane) {
     const int64_t n = eight.n, m = eight.m;
-    double* place = reinterpret_cast<double*>(eight.factors);
-    const auto reserve = [&place](int64_t count) {
-        double* begin = place;
-        place += count;
-        return begin;
-    };
-    const auto copied = [&](const Lanes* array, int64_t count) {
-        double* copy = reserve(count);
-        for (int64_t i = 0; i < count; i++) copy[i] = array[i].get(lane);
-        return copy;
-    };
+    Space space = {doubles(eight.factors), lane};
     double status;
-    double* factors = reserve((n + 5) * (n + m));
-    TensionProblem<double> one = {copied(eight.matrix, n * m),
-                                  copied(eight.wrench, n),
-                                  copied(eight.tension_min, m),
-                                  copied(eight.tension_max, m),
-                                  copied(eight.tension, m),
+    double* factors = space.reserve((n + 5) * (n + m));
+    TensionProblem<double> one = {space.copied(eight.matrix, n * m),
+                                  space.copied(eight.wrench, n),
+                                  space.copied(eight.tension_min, m),
+                                  space.copied(eight.tension_max, m),
+                                  space.copied(eight.tension, m),
                                   &status,
-                                  reinterpret_cast<double*>(eight.basis),
-                                  reinterpret_cast<double*>(eight.box),
+                                  doubles(eight.basis),
+                                  doubles(eight.box),
                                   factors,
                                   n,
                                   m};
     distribute<Rule>(one);
-    for (int64_t i = 0; i < m; i++) eight.tension[i].set(lane, one.tension[i]);
+    put(one.tension, eight.tension, lane, m);
     eight.status->set(lane, status);
 }
 

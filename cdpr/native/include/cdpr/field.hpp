@@ -59,5 +59,22 @@ template <class T = double> constexpr Field value(const char* name) {
     return {name, array_type<T>[0] == 'd' ? "double" : "int64", "value", {}};
 }
 
+template <int count> struct Fields {
+    Field list[count];
+
+    constexpr const Field& operator[](int index) const { return list[index]; }
+    constexpr operator const Field*() const { return list; }
+};
+
+// Fields of a struct whose first member is a struct with fields of its own, which the others follow.
+template <int count, class... More>
+constexpr Fields<count + int(sizeof...(More))> extended(const Field (&first)[count], More... more) {
+    Fields<count + int(sizeof...(More))> all = {};
+    for (int i = 0; i < count; i++) all.list[i] = first[i];
+    int place = count;
+    ((all.list[place++] = more), ...);
+    return all;
+}
+
 }  // namespace CDPR_TARGET
 }  // namespace cdpr

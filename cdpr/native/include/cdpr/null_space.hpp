@@ -181,19 +181,26 @@ template <class T> CDPR_INLINE void write_center(const TensionProblem<T>& proble
     for (int64_t i = 0; i < f.free; i++) problem.center()[whole(f.cable[i])] = f.y[i];
 }
 
-// Write N (m, r).
-template <class T> CDPR_INLINE void write_basis(const TensionProblem<T>& problem, const Factors<T>& f) {
-    const Matrix<T> N = problem.N();
-    const int64_t m = problem.m, r = f.free - f.rank;
-    if (f.free < m)
-        for (int64_t i = 0; i < m; i++)
-            for (int64_t k = 0; k < r; k++) N(i, k) = 0.0;
-    for (int64_t k = 0; k < r; k++) {
-        for (int64_t i = 0; i < f.free; i++) f.y[i] = i == f.rank + k ? 1.0 : 0.0;
+// Write columns `begin` to `end` - 1 of the orthogonal factor as the first ones of the basis.
+template <class T>
+CDPR_INLINE void write_columns(const TensionProblem<T>& problem, const Factors<T>& f, int64_t begin, int64_t end) {
+    const Matrix<T> basis = problem.N();
+    if (f.free < problem.m)
+        for (int64_t i = 0; i < problem.m; i++)
+            for (int64_t k = 0; k < end - begin; k++) basis(i, k) = 0.0;
+    for (int64_t unit = begin; unit < end; unit++) {
+        for (int64_t i = 0; i < f.free; i++) f.y[i] = i == unit ? 1.0 : 0.0;
         turn_back(f);
-        for (int64_t i = 0; i < f.free; i++) N(whole(f.cable[i]), k) = f.y[i];
+        for (int64_t i = 0; i < f.free; i++) basis(whole(f.cable[i]), unit - begin) = f.y[i];
     }
-    for (int64_t i = 0; i < m; i++) {
+}
+
+// Write N (m, r), from what `reduce_to_point` has left.
+template <class T> CDPR_INLINE void complete(const TensionProblem<T>& problem, const Factors<T>& f) {
+    const Matrix<T> N = problem.N();
+    const int64_t r = f.free - f.rank;
+    write_columns(problem, f, f.rank, f.free);
+    for (int64_t i = 0; i < problem.m; i++) {
         T longest = 0.0;
         for (int64_t k = 0; k < r; k++) longest = larger(longest, absolute(N(i, k)));
         const Truth<T> still = longest <= T(ROUNDING);
@@ -202,16 +209,33 @@ template <class T> CDPR_INLINE void write_basis(const TensionProblem<T>& problem
     }
 }
 
+// Do what `reduce` does, but for N, which `complete` writes where it is needed.
+template <class T> CDPR_INLINE int64_t reduce_to_point(const TensionProblem<T>& problem, Factors<T>& f) {
+    const int64_t rank = factorise(problem, f);
+    if (rank < 0) return rank;
+    write_center(problem, f);
+    return f.free - rank;
+}
+
 // Write c and the limits into the box, and N; return r, the redundancy. -INFEASIBLE where W is rank-deficient and the
 // wrench outside its range, -NOT_FOUND where tensions are larger than numbers can be, -BAD_INPUT where an entry is not
 // finite or a lower limit above the upper one. Of lanes, those are answered as if alone for which `common` holds.
 template <class T> CDPR_INLINE int64_t reduce(const TensionProblem<T>& problem) {
     Factors<T> f = factors_of(problem);
+    const int64_t r = reduce_to_point(problem, f);
+    if (r >= 0) complete(problem, f);
+    return r;
+}
+
+// Write W t = wrench as B^T t = B^T c, the columns of B (m, k), in place of N, orthonormal; return k, the rank. B spans
+// the rows of W, as N their null space; the rest is as in `reduce`.
+template <class T> CDPR_INLINE int64_t reduce_to_rows(const TensionProblem<T>& problem) {
+    Factors<T> f = factors_of(problem);
     const int64_t rank = factorise(problem, f);
     if (rank < 0) return rank;
+    write_columns(problem, f, 0, rank);
     write_center(problem, f);
-    write_basis(problem, f);
-    return f.free - rank;
+    return rank;
 }
 
 // Whether lanes went through `reduce`, which returned r, as each would have alone: of full rank, with all cables free,

@@ -25,6 +25,7 @@ CDPR_INLINE double square_root(double number) { return __builtin_sqrt(number); }
 CDPR_INLINE double sine(double angle) { return ::sin(angle); }
 CDPR_INLINE double cosine(double angle) { return ::cos(angle); }
 CDPR_INLINE double hyperbolic_tangent(double number) { return ::tanh(number); }
+CDPR_INLINE double hypotenuse(double a, double b) { return ::hypot(a, b); }
 CDPR_INLINE double angle_of(double sine, double cosine) { return ::atan2(sine, cosine); }
 
 template <class T> using Truth = decltype(T() < T());  // bool, or Mask of Lanes

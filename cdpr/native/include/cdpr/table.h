@@ -32,8 +32,13 @@ typedef struct {
 } cdpr_entry;
 
 typedef struct {
-    const char* target; /* instruction set, such as "x86-64-v3" */
     const cdpr_entry* entries;
+    int64_t count;
+} cdpr_group;
+
+typedef struct {
+    const char* target; /* instruction set, such as "x86-64-v3" */
+    const cdpr_group* const* groups;
     int64_t count;
 } cdpr_table;
 

@@ -43,6 +43,7 @@ template <class T> struct TensionProblem {
     CDPR_INLINE T* low() const { return box + m; }
     CDPR_INLINE T* high() const { return box + 2 * m; }
     CDPR_INLINE T* target() const { return box + 3 * m; }
+    CDPR_INLINE T* spare() const { return factors; }  // of `reduce`; after it (n + 5)(n + m) numbers of work space
 };
 
 }  // namespace CDPR_TARGET

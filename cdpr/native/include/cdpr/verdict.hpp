@@ -42,6 +42,37 @@ template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& proble
     return balanced;
 }
 
+// Whether tensions within the limits are an answer that differ by `breach` from a solution as large as `size`: the one
+// place that decides it, for all methods that work in the null space.
+template <class T> CDPR_INLINE Truth<T> answers(const TensionProblem<T>& problem, T breach, T size) {
+    const Truth<T> near = breach <= VERTEX_TOLERANCE * size, close = breach <= BREACH_ROUND_OFF * size;
+    if (all(close)) return close;
+    return any(near) ? close | (near & balances(problem, size)) : close;
+}
+
+// By how much tensions differ from a solution at most, and how large that is.
+template <class T> struct Difference {
+    T breach, size;
+};
+
+// Compare `tension` with the solution c + N x.
+template <class T> CDPR_INLINE Difference<T> compared(const TensionProblem<T>& problem, int64_t r, const T* x) {
+    const Matrix<T> N = problem.N();
+    Difference<T> found = {0.0, 0.0};
+    for (int64_t i = 0; i < problem.m; i++) {
+        const T s = sum(problem.center()[i], 0, r, [&](int64_t k) { return N(i, k) * x[k]; });
+        found.size = larger(found.size, absolute(s));
+        found.breach = larger_or_nan(found.breach, absolute(s - problem.tension[i]));
+    }
+    return found;
+}
+
+// Return OK where `tension`, within the limits, is the solution c + N x of W t = wrench, else INFEASIBLE.
+template <class T> CDPR_INLINE T verdict(const TensionProblem<T>& problem, int64_t r, const T* x) {
+    const Difference<T> found = compared(problem, r, x);
+    return select(answers(problem, found.breach, found.size), T(double(OK)), T(double(INFEASIBLE)));
+}
+
 // Return OK where `tension`, a solution of W t = wrench, keeps the limits, else INFEASIBLE. Where it breaks them by so
 // little that it may be OK, it is moved onto them.
 template <class T> CDPR_INLINE T clip_to_limits(const TensionProblem<T>& problem) {
@@ -51,14 +82,13 @@ template <class T> CDPR_INLINE T clip_to_limits(const TensionProblem<T>& problem
         size = larger(size, absolute(t));
         breach = larger_or_nan(breach, larger(problem.low()[i] - t, t - problem.high()[i]));
     }
-    const Truth<T> near = breach <= VERTEX_TOLERANCE * size, close = breach <= BREACH_ROUND_OFF * size;
+    const Truth<T> near = breach <= VERTEX_TOLERANCE * size;
     if (!any(near)) return double(INFEASIBLE);
     for (int64_t i = 0; i < problem.m; i++) {
         T* t = problem.tension + i;
         *t = select(near, smaller(larger(*t, problem.low()[i]), problem.high()[i]), *t);
     }
-    const Truth<T> kept = all(close) ? close : near & (close | balances(problem, size));
-    return select(kept, T(double(OK)), T(double(INFEASIBLE)));
+    return select(answers(problem, breach, size), T(double(OK)), T(double(INFEASIBLE)));
 }
 
 }  // namespace CDPR_TARGET

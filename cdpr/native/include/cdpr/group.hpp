@@ -1,0 +1,13 @@
+// Operations of one room, for the table of an instruction set. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/entry.hpp>
+#include <cdpr/instruction_set.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+template <int64_t count> constexpr cdpr_group group(const cdpr_entry (&entries)[count]) { return {entries, count}; }
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,103 @@
+// What the cables do where a solver has no admissible answer. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/box_least_squares.hpp>
+#include <cdpr/checks.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// By what a policy replaces an answer: the tensions nearest to the wrench within the limits; those of the step before;
+// or the solver's own, at the limits, if they are finite.
+enum Action { NEAREST, HOLD, CLIP };
+
+struct Fallback {
+    const double* matrix;   // (n, m), moments in N m per N
+    const double* wrench;   // (n), N and N m
+    const double* weights;  // (n), 1 for forces, 1 / characteristic length, 1/m, for moments
+    const double* limits;   // (2, m), N
+    int64_t* known;         // (2): whether the solver has written anything into its answer; whether the report is of
+                            // its answer, refused: which check that failed
+    double* answer;         // (m), N, of the solver, NaN where it wrote none; replaced
+    double* tension;        // (m), N, of the step before; replaced
+    double* report;         // (4): status; residual, N; margin, N; number of cables at a limit
+    double* steps;          // (1), work space, as the following: box_least_squares.hpp
+    double* basis;
+    double* box;
+    double* factors;
+    double* search;
+    double* vectors;
+    double* reached;
+    double* table;
+    int64_t action;    // an Action
+    int64_t status;    // of the solver
+    int64_t answered;  // whether the solver gave an answer, which failed the checks
+    int64_t n;
+    int64_t m;
+    static constexpr Field fields[] = {in("matrix", "n", "m"),
+                                       in("wrench", "n"),
+                                       in("weights", "n"),
+                                       in("limits", "2", "m"),
+                                       both<int64_t>("known", "2"),
+                                       both("answer", "m"),
+                                       both("tension", "m"),
+                                       both("report", "4"),
+                                       work("steps", "1"),
+                                       work("basis", "m", "m"),
+                                       work("box", "4", "m"),
+                                       work("factors", "n + 5", "n + m"),
+                                       work("search", "2*m + 8", "m"),
+                                       work("vectors", "3", "m"),
+                                       work("reached", "n"),
+                                       work("table", "3*n + 8", "n + m"),
+                                       value<int64_t>("action"),
+                                       value<int64_t>("status"),
+                                       value<int64_t>("answered"),
+                                       size("n"),
+                                       size("m")};
+
+    CDPR_INLINE BoxLeastSquares nearest() const {
+        return {matrix, wrench,  limits, limits + m, weights, tension, report, steps, basis,
+                box,    factors, search, vectors,    reached, table,   n,      m};
+    }
+};
+
+CDPR_INLINE bool all_finite(const double* numbers, int64_t count) {
+    for (int64_t i = 0; i < count; i++)
+        if (!finite(numbers[i])) return false;
+    return true;
+}
+
+// Replace the tensions of the step before, and let the report say what the new ones do, with the solver's status.
+// Return false, and change nothing, where an input is not finite.
+inline bool fall_back(Fallback& p) {
+    if (!all_finite(p.wrench, p.n) || !all_finite(p.matrix, p.n * p.m)) return false;
+    if (p.action == CLIP && all_finite(p.answer, p.m)) {
+        for (int64_t i = 0; i < p.m; i++) p.tension[i] = p.answer[i];
+    } else if (p.action != HOLD) {
+        // Should it give up, the tensions that it had reached are the best known.
+        BoxLeastSquares nearest = p.nearest();
+        box_least_squares(nearest);
+    }
+    for (int64_t i = 0; i < p.m; i++) p.tension[i] = smaller(larger(p.tension[i], p.limits[i]), p.limits[p.m + i]);
+    Acceptance<double> judged = {p.matrix, p.wrench, p.weights, p.limits, p.tension, p.tension, p.report, p.n, p.m};
+    holds(judged, true);
+    p.report[0] = double(p.status);
+    return true;
+}
+
+// Replace tensions and answer where the solver gave no answer, or none that passed the checks; return OK. Return the
+// status, and replace nothing, where there is more to say: it is none, an input is not finite, or nothing was told yet
+// of a refused answer.
+inline int replace_tension(Fallback& p) {
+    for (int64_t i = 0; i < p.m; i++)
+        if (p.answer[i] == p.answer[i]) p.known[0] = 1;
+    const bool untold = p.answered && p.status == NOT_FOUND && p.known[1] == 0;
+    if (p.status <= OK || p.status > BAD_INPUT || untold) return int(p.status);
+    if (!fall_back(p)) return int(p.status);
+    for (int64_t i = 0; i < p.m; i++) p.answer[i] = p.tension[i];
+    return OK;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

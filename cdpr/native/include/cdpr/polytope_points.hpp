@@ -1,0 +1,81 @@
+// Nearest and extreme point of a polytope, as operations. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/extreme_point.hpp>
+#include <cdpr/field.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct NearestPoint {
+    const double* basis;  // (m, r), N, rows that are round-off made zero
+    const double* box;    // (3, m), c and the limits, which may be infinite
+    double* x;            // (r)
+    double* point;        // (m), c + N x
+    double* active;       // (m): -1, 0 or 1 where the lower, no or the upper limit holds x back
+    double* steps;        // (1), taken; minus a status where it fails
+    double* search;       // (2 r + 8, m + r), work space
+    int64_t m;
+    int64_t r;
+    static constexpr Field fields[] = {in("basis", "m", "r"),
+                                       in("box", "3", "m"),
+                                       out("x", "r"),
+                                       out("point", "m"),
+                                       out("active", "m"),
+                                       out("steps", "1"),
+                                       work("search", "2*r + 8", "m + r"),
+                                       size("m"),
+                                       size("r")};
+
+    CDPR_INLINE Polytope<double> polytope() const {
+        return {{basis, r}, box, box + m, box + 2 * m, x, point, active, r, m};
+    }
+};
+
+struct ExtremePoint {
+    const double* objective;  // (r), g
+    const double* basis;      // as of NearestPoint, and so on
+    const double* box;
+    double* x;
+    double* point;
+    double* active;
+    double* steps;
+    double* search;
+    int64_t m;
+    int64_t r;
+    static constexpr Field fields[] = {in("objective", "r"),
+                                       in("basis", "m", "r"),
+                                       in("box", "3", "m"),
+                                       out("x", "r"),
+                                       out("point", "m"),
+                                       out("active", "m"),
+                                       out("steps", "1"),
+                                       work("search", "2*r + 8", "m + r"),
+                                       size("m"),
+                                       size("r")};
+
+    CDPR_INLINE Polytope<double> polytope() const {
+        return {{basis, r}, box, box + m, box + 2 * m, x, point, active, r, m};
+    }
+};
+
+// Write the steps taken; return the status.
+CDPR_INLINE int report(double* place, int64_t steps) {
+    *place = double(steps);
+    return steps < 0 ? int(-steps) : int(OK);
+}
+
+// Write the x of least norm.
+inline int nearest_point(NearestPoint& p) {
+    ActiveSet set = active_set(p.search, p.m + p.r, p.r);
+    return report(p.steps, nearest(p.polytope(), set));
+}
+
+// Write the x that minimises g . x; of several, that of least norm.
+inline int extreme_point(ExtremePoint& p) {
+    ActiveSet set = active_set(p.search, p.m + p.r, p.r);
+    return report(p.steps, extreme(p.polytope(), set, p.objective));
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

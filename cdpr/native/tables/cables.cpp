@@ -1,0 +1,29 @@
+// Cables: chain of winch, exit and span, and geometry. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/chain.hpp>
+#include <cdpr/geometry.hpp>
+#include <cdpr/group.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+static constexpr cdpr_entry entries[] = {
+    entry<Exits<double>, exits<double>>("exits"),
+    entry<Exits<Lanes>, exits<Lanes>>("exits_lanes"),
+    entry<ChainTensions<double>, chain_tensions<double>>("chain_tensions"),
+    entry<ChainTensions<Lanes>, chain_tensions<Lanes>>("chain_tensions_lanes"),
+    entry<ChainSlopes<double>, chain_slopes<double>>("chain_slopes"),
+    entry<ChainSlopes<Lanes>, chain_slopes<Lanes>>("chain_slopes_lanes"),
+    entry<ChainStart<double>, chain_start<double>>("chain_start"),
+    entry<ChainStart<Lanes>, chain_start<Lanes>>("chain_start_lanes"),
+    entry<Geometry<double>, geometry<double>>("geometry"),
+    entry<Geometry<Lanes>, geometry<Lanes>>("geometry_lanes"),
+    entry<MatrixRate<double>, matrix_rate<double>>("matrix_rate"),
+    entry<MatrixRate<Lanes>, matrix_rate<Lanes>>("matrix_rate_lanes"),
+    entry<CableWrench<double>, cable_wrench<double>>("cable_wrench"),
+    entry<CableWrench<Lanes>, cable_wrench<Lanes>>("cable_wrench_lanes"),
+};
+
+extern const cdpr_group cables = group(entries);
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,72 @@
+"""Admissible tensions in null-space form, { x : low <= c + N x <= high }, with numpy arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+
+
+def admissible_corners(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike) -> Array:
+    """Compute the corners of the admissible x, for one or two redundant cables.
+
+    Mikelsons, Bruckmann, Schramm and Hiller (2008); Gouttefarde, Lamaury, Reichert and Bruckmann (2015).
+
+    Args:
+        basis: (m, r), N, with r = 1 or 2.
+        center: (m,) N, a solution c.
+        low: (m,) N, finite.
+        high: (m,) N, finite.
+
+    Returns:
+        Corners (k, r), N: the ends of an interval, or a polygon anticlockwise. k is 0 where no tensions are admissible,
+        1 for a point, 2 for a segment.
+
+    Raises:
+        ValueError: The shapes do not match, or r is neither 1 nor 2.
+
+    Example:
+        >>> admissible_corners([[0.6], [0.8]], [0.0, 0.0], [0.0, 0.0], [6.0, 4.0])
+        array([[0.],
+               [5.]])
+    """
+    N = np.ascontiguousarray(basis, dtype=np.float64)
+    if N.ndim != 2 or N.shape[1] not in (1, 2):
+        raise ValueError(f"basis: expected shape (m, 1) or (m, 2), got {N.shape}.")
+    corners, count = np.empty((2 * len(N) + 4, N.shape[1])), np.empty(1)
+    operation = "admissible_interval" if N.shape[1] == 1 else "admissible_polygon"
+    box = np.array([center, low, high], dtype=np.float64)
+    bind(operation, basis=N, box=box, corners=corners, count=count)()
+    return corners[: int(count[0])]
+
+
+def farthest_from_limits(
+    basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike, *, ball: bool = False
+) -> tuple[float, Array]:
+    """Compute the x that is as far from all limits as can be; of several, that of least norm.
+
+    Args:
+        basis: (m, r), N; rows that are round-off made zero.
+        center: (m,) N, a solution c.
+        low: (m,) N.
+        high: (m,) N. Cables whose limits are equal do not count.
+        ball: Measure distances in x, for the largest ball within the limits (Chebyshev), instead of those of tensions.
+
+    Returns:
+        The distance, N: negative where no x is within the limits, infinite where there is no largest, NaN where the
+        method gave up. x (r,), N.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> farthest_from_limits([[0.6], [0.8]], [0.0, 0.0], [0.0, 0.0], [6.0, 8.0])
+        (3.0, array([5.]))
+    """
+    N = np.ascontiguousarray(basis, dtype=np.float64)
+    x, distance = np.empty(N.shape[1:]), np.empty(1)
+    box = np.array([center, low, high], dtype=np.float64)
+    bind("safest_point", basis=N, box=box, x=x, distance=distance, ball=int(ball))()
+    return float(distance[0]), x

@@ -1,0 +1,149 @@
+// The analytic centre of the admissible tensions. SPDX-License-Identifier: Apache-2.0
+//
+// min -sum w_i [log(t_i - t_min,i) + log(t_max,i - t_i)] with W t = wrench. A set that is as good as flat is left by
+// the cables across it: they are locked, and the rest has a centre of its own. See the docstring of the module.
+#pragma once
+
+#include <cdpr/null_space.hpp>
+#include <cdpr/safest.hpp>
+#include <cdpr/solution.hpp>
+#include <cdpr/verdict.hpp>
+#include <cdpr_solvers/barrier.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// A set of admissible tensions thinner than this share of the largest tension is as good as flat: the cables across it
+// have the tensions of the largest ball's centre, which differ by no more from any others. Some hundred times the
+// round-off of the tensions themselves.
+constexpr double THIN = 1e-12;
+
+// The range of a tension across such a set: the ball's diameter, and some more where limits meet at an angle.
+constexpr double WIDEST = 100.0;
+
+// Below this share it may be so much longer than wide that the Hessian, made of inverse squares of distances, loses the
+// long directions to round-off, unless the basis is turned to tell them apart.
+constexpr double FLAT = 1e-4;
+
+struct AnalyticCentre {
+    TensionProblem<double> problem;
+    const double* weights;  // (m), of the cables in the barrier, positive
+    double* turned;         // (m + 1, m), work space: N and x, which turns along
+    double* limits;         // (3, m), work space: the limits, with more cables locked, and the centre
+    double* space;          // (4 m + 17, 2 m + 1), work space
+    static constexpr auto fields =
+        extended(TensionProblem<double>::fields, in("weights", "m"), work("turned", "m + 1", "m"),
+                 work("limits", "3", "m"), work("space", "4*m + 17", "2*m + 1"));
+
+    CDPR_INLINE double* low() const { return limits; }
+    CDPR_INLINE double* high() const { return limits + problem.m; }
+    CDPR_INLINE double* x() const { return turned + problem.m * problem.m; }
+
+    // The problem with more cables locked.
+    CDPR_INLINE TensionProblem<double> locked() const {
+        TensionProblem<double> inner = problem;
+        inner.tension_min = low();
+        inner.tension_max = high();
+        inner.basis = turned;
+        inner.tension = limits + 2 * problem.m;
+        return inner;
+    }
+
+    inline double find() const;
+    inline double move_to_ball(const TensionProblem<double>& inner, int64_t r) const;
+    inline bool reach_centre(const TensionProblem<double>& inner, int64_t r, bool flat) const;
+    inline bool lock(const TensionProblem<double>& inner, int64_t r, double thin) const;
+};
+
+// Add N x to c, the centre of the ball, and return the largest of these tensions: steps from there are not rounded by
+// its size.
+inline double AnalyticCentre::move_to_ball(const TensionProblem<double>& inner, int64_t r) const {
+    double largest = 0.0;
+    for (int64_t i = 0; i < inner.m; i++) {
+        double* c = inner.center() + i;
+        *c = sum(*c, 0, r, [&](int64_t k) { return inner.N()(i, k) * x()[k]; });
+        largest = larger(largest, absolute(*c));
+    }
+    for (int64_t k = 0; k < r; k++) x()[k] = 0.0;
+    return largest;
+}
+
+// Move x from zero to the centre; return whether it was reached. A set that is not `flat` here may be so elsewhere,
+// where a limit is very far.
+inline bool AnalyticCentre::reach_centre(const TensionProblem<double>& inner, int64_t r, bool flat) const {
+    const Matrix<double> rows = {space, 2 * inner.m + 1};
+    const Barrier barrier = {inner.N(), inner.center(), inner.low(), inner.high(), weights,
+                             x(),       rows,           rows[r],     inner.m,      r};
+    if (barrier.minimise(flat)) return true;
+    if (flat) return false;
+    for (int64_t k = 0; k < r; k++) x()[k] = 0.0;
+    return barrier.minimise(true);
+}
+
+// Lock the cables whose tensions can change by no more than round-off where they are; return whether there are any.
+// A set that is as good as flat may still be long: its centre is that of the other cables. `thin` is in N.
+inline bool AnalyticCentre::lock(const TensionProblem<double>& inner, int64_t r, double thin) const {
+    const Matrix<double> rows = {space, 2 * inner.m + 1};
+    const Matrix<const double> N = {inner.basis, inner.m};
+    double *g = rows[0], *point = rows[2];
+    const Polytope<double> set = {N, inner.center(), inner.low(), inner.high(), rows[1], point, rows[3], r, inner.m};
+    bool found = false;
+    for (int64_t i = 0; i < inner.m; i++) {
+        double middle = 0.0, span = 0.0;
+        bool moves = false;
+        for (int64_t k = 0; k < r; k++) moves = moves || N(i, k) != 0.0;
+        if (!moves) continue;
+        for (int side = 0; side < 2; side++) {
+            for (int64_t k = 0; k < r; k++) g[k] = side == 0 ? N(i, k) : -N(i, k);
+            ActiveSet active = active_set(rows[4], rows.stride, r);
+            if (extreme(set, active, g) < 0) return false;
+            middle += 0.5 * point[i];
+            span += side == 1 ? point[i] : -point[i];
+        }
+        if (!(span <= WIDEST * thin)) continue;
+        low()[i] = high()[i] = smaller(larger(middle, inner.low()[i]), inner.high()[i]);
+        found = true;
+    }
+    return found;
+}
+
+// Write the tensions; return their status.
+inline double AnalyticCentre::find() const {
+    const TensionProblem<double> inner = locked();
+    const int64_t m = problem.m;
+    for (int64_t i = 0; i < m; i++) {
+        low()[i] = problem.tension_min[i];
+        high()[i] = problem.tension_max[i];
+    }
+    double status = NOT_FOUND;
+    for (int64_t round = 0; round < m; round++) {  // each time at least one cable more is locked
+        const int64_t r = reduce(inner);
+        if (r < 0) return round > 0 ? status : double(-r);
+        const double radius = safest_point(true, polytope_of<double>(inner, r, x(), nullptr), space);
+        if (radius != radius) return status;
+        if (radius == INFINITE && r > 0) return UNSUPPORTED;  // the farther, the lower the barrier
+        const double largest = move_to_ball(inner, r);
+        const bool thin = r > 0 && !(radius > THIN * largest);
+        if (r > 0 && !thin && !reach_centre(inner, r, radius < FLAT * largest)) return status;
+        for (int64_t i = 0; i < m; i++) {
+            inner.low()[i] = problem.tension_min[i];
+            inner.high()[i] = problem.tension_max[i];
+        }
+        write_solution(inner, r, x());
+        const double settled = clip_to_limits(inner);
+        if (settled == OK || round == 0) {
+            status = settled;
+            for (int64_t i = 0; i < m; i++) problem.tension[i] = inner.tension[i];
+        }
+        if (!thin || status != OK || !lock(inner, r, THIN * largest)) break;
+    }
+    return status;
+}
+
+inline int analytic_centre(AnalyticCentre& solver) {
+    *solver.problem.status = solver.find();
+    return int(*solver.problem.status);
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,24 @@
+// The improved puncture method: low tensions, few misses. SPDX-License-Identifier: Apache-2.0
+//
+// As puncture.hpp, but towards the improved closed form. See the docstring of the module.
+#pragma once
+
+#include <cdpr_solvers/improved_closed_form.hpp>
+#include <cdpr_solvers/puncture.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct ImprovedPuncture {
+    static inline double choose(const TensionProblem<double>& problem, int64_t r) {
+        TensionProblem<double> closed = problem;
+        closed.tension = problem.spare();
+        const double status = closed_form_within_limits(closed, r, false);
+        return status == OK ? least_step(problem, 1, closed.tension) : status;
+    }
+};
+
+inline int improved_puncture(TensionProblem<double>& problem) { return distribute<ImprovedPuncture>(problem); }
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,282 @@
+// The distribution of least 2-norm within the limits, or nearest to a reference. SPDX-License-Identifier: Apache-2.0
+//
+// min sum w_i (t_i - ref_i)^2 with W t = wrench, t_min <= t <= t_max: a convex quadratic program (Bruckmann et al.
+// 2006). With t = c + N x the optimum is the point of least norm in a polytope. A reference moves the origin to
+// N^T ref; weights scale the cables: with D = diag(sqrt(w)), D t solves the problem of W D^-1.
+#pragma once
+
+#include <cdpr/active_set.hpp>
+#include <cdpr/alone.hpp>
+#include <cdpr/null_space.hpp>
+#include <cdpr/row_space.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// What the tensions shall be near to.
+enum About { ZERO, MIDDLE, PREVIOUS, GIVEN };
+
+// A reference this many times as large as the tensions makes its round-off count (2^-52 of it, against the share of the
+// wrench that answers may leave); of a nearer one it does not, and where it finds nothing there is nothing.
+constexpr double FAR_REFERENCE = 1e3;
+
+template <class T> struct MinimumNorm {
+    const T* matrix;       // (n, m), W, moments in N m per N
+    const T* wrench;       // (n), N and N m
+    const T* tension_min;  // (m), N
+    const T* tension_max;  // (m), N
+    const T* reference;    // (m), N, for GIVEN
+    const T* root;         // (m), roots of the weights, where `weighted`
+    T* tension;            // (m), N, of the step before, NaN where there is none, then the answer
+    T* status;             // (1), a Status
+    T* basis;              // (m, m), work space: N
+    T* box;                // (4, m), work space: a solution, the limits, a target
+    T* factors;            // (n + 5, n + m), work space
+    T* search;             // (2 m + 8, m), work space: active set
+    T* vectors;            // (2, m), work space: x, and which limits are active
+    T* scaled;             // (n + 2, m), work space: W and the limits as scaled by the weights
+    double change;         // N, of a tension from the step before at most; infinite: any
+    int64_t about;         // About
+    int64_t weighted;      // whether there are weights
+    int64_t n;
+    int64_t m;
+    static constexpr Field fields[] = {in<T>("matrix", "n", "m"),
+                                       in<T>("wrench", "n"),
+                                       in<T>("tension_min", "m"),
+                                       in<T>("tension_max", "m"),
+                                       in<T>("reference", "m"),
+                                       in<T>("root", "m"),
+                                       both<T>("tension", "m"),
+                                       out<T>("status", "1"),
+                                       work<T>("basis", "m", "m"),
+                                       work<T>("box", "4", "m"),
+                                       work<T>("factors", "n + 5", "n + m"),
+                                       work<T>("search", "2*m + 8", "m"),
+                                       work<T>("vectors", "2", "m"),
+                                       work<T>("scaled", "n + 2", "m"),
+                                       value("change"),
+                                       value<int64_t>("about"),
+                                       value<int64_t>("weighted"),
+                                       size("n"),
+                                       size("m")};
+
+    CDPR_INLINE T* x() const { return vectors; }
+    CDPR_INLINE T* active() const { return vectors + m; }
+    CDPR_INLINE T* target() const { return box + 3 * m; }
+    CDPR_INLINE T* low() const { return scaled + n * m; }
+    CDPR_INLINE T* high() const { return scaled + (n + 1) * m; }
+
+    CDPR_INLINE TensionProblem<T> problem() const {
+        return {matrix, wrench, tension_min, tension_max, tension, status, basis, box, factors, n, m};
+    }
+    CDPR_INLINE TensionProblem<T> scaled_problem() const {
+        return {scaled, wrench, low(), high(), tension, status, basis, box, factors, n, m};
+    }
+};
+
+// Whether all tensions of the step before are known.
+template <class T> CDPR_INLINE Truth<T> follows(const MinimumNorm<T>& p) {
+    Truth<T> known = true;
+    for (int64_t i = 0; i < p.m; i++) known = known & finite(p.tension[i]);
+    return known;
+}
+
+// What is asked of a problem. A first step has nothing previous: then it is about zero and any change is allowed.
+struct Question {
+    int64_t about;
+    bool window;  // whether tensions may change by no more than p.change
+    bool plain;   // of least norm within the limits, no more
+};
+
+CDPR_INLINE Question question_of(const MinimumNorm<double>& p) {
+    int64_t about = p.about;
+    bool window = finite(p.change);
+    if ((about == PREVIOUS || window) && !follows(p)) {
+        if (about == PREVIOUS) about = ZERO;
+        window = false;
+    }
+    return {about, window, !(p.weighted || window || about != ZERO || many_cables(p.n, p.m))};
+}
+
+// Write W, the limits and the target as scaled by the weights, and the limits narrowed to the window. Return a status.
+CDPR_INLINE int scale(const MinimumNorm<double>& p, const Question& asked) {
+    double *low = p.low(), *high = p.high(), *target = p.target();
+    for (int64_t i = 0; i < p.m; i++) {
+        const double s = p.weighted ? p.root[i] : 1.0, t = p.tension[i];
+        low[i] = s * p.tension_min[i];
+        high[i] = s * p.tension_max[i];
+        target[i] = 0.0;
+        if (asked.about == MIDDLE) {
+            target[i] = s * (0.5 * (p.tension_min[i] + p.tension_max[i]));
+            if (!finite(target[i])) return UNSUPPORTED;
+        } else if (asked.about != ZERO) {
+            target[i] = s * (asked.about == PREVIOUS ? t : p.reference[i]);
+        }
+        if (asked.window) {
+            if (!(p.tension_min[i] <= p.tension_max[i])) return BAD_INPUT;
+            low[i] = larger(low[i], s * (t - p.change));
+            high[i] = smaller(high[i], s * (t + p.change));
+            if (!(low[i] <= high[i])) return NOT_FOUND;  // the limits themselves have moved away
+        }
+        for (int64_t j = 0; j < p.n; j++) {
+            const double entry = p.matrix[j * p.m + i];
+            p.scaled[j * p.m + i] = p.weighted ? entry / s : entry;
+        }
+    }
+    return OK;
+}
+
+// Move the origin of x to the target: c becomes the solution nearest to it.
+CDPR_INLINE void move_origin(const MinimumNorm<double>& p, int64_t r) {
+    const Matrix<double> N = {p.basis, p.m};
+    for (int64_t k = 0; k < r; k++) p.x()[k] = sum(0.0, 0, p.m, [&](int64_t i) { return N(i, k) * p.target()[i]; });
+    for (int64_t i = 0; i < p.m; i++) p.box[i] = sum(p.box[i], 0, r, [&](int64_t k) { return N(i, k) * p.x()[k]; });
+}
+
+// Turn what was found of the scaled problem back to newtons.
+CDPR_INLINE void unscale(const MinimumNorm<double>& p, int64_t r) {
+    for (int64_t i = 0; i < p.m; i++) {
+        p.tension[i] = smaller(larger(p.tension[i] / p.root[i], p.tension_min[i]), p.tension_max[i]);
+        p.box[i] /= p.root[i];
+        for (int64_t k = 0; k < r; k++) p.basis[i * p.m + k] /= p.root[i];
+    }
+}
+
+// Of a trial: what was found, and whether there is no more to ask.
+struct Trial {
+    int status;
+    bool found, last;
+};
+
+// Answer in null-space form.
+inline Trial try_null_space(const MinimumNorm<double>& p, const Question& asked) {
+    const TensionProblem<double> problem = p.problem(), reduced = asked.plain ? problem : p.scaled_problem();
+    Factors<double> f = factors_of(reduced);
+    const int64_t r = reduce_to_point(reduced, f);
+    if (r < 0) return {asked.window && r == -INFEASIBLE ? NOT_FOUND : int(-r), false, true};
+    const Polytope<double> polytope = polytope_of(reduced, r, p.x(), p.active());
+    if (asked.plain) {
+        const Excess<double> reach = least(polytope);
+        if (reach.most <= FEASIBILITY_TOLERANCE * reach.scale)  // as mostly: nothing is in the way, and N not needed
+            return {int(verdict(problem, 0, p.x())), true, true};
+    }
+    complete(reduced, f);
+    if (asked.about != ZERO) move_origin(p, r);
+    ActiveSet set = active_set(p.search, p.m, r);
+    const int64_t steps = nearest(polytope, set);
+    if (steps < 0) return {int(-steps), false, false};
+    if (p.weighted) unscale(p, r);
+    return {int(verdict(problem, r, p.x())), true, false};
+}
+
+// Answer in the row space where cables are many, else or where that leaves the question open in null-space form.
+CDPR_INLINE Trial attempt(const MinimumNorm<double>& p, const Question& asked) {
+    if (many_cables(p.n, p.m)) {
+        const int status = nearest_by_rows(p.scaled_problem());
+        if (status == OK && p.weighted) unscale(p, 0);
+        if (status != NOT_FOUND) return {status, status == OK, false};
+    }
+    return try_null_space(p, asked);
+}
+
+// Return the status of the tensions that are written.
+CDPR_INLINE int find_minimum(const MinimumNorm<double>& p, const Question& asked) {
+    if (!asked.plain) {
+        const int status = scale(p, asked);
+        if (status != OK) return status;
+    }
+    Trial trial = attempt(p, asked);
+    if (trial.last || asked.about == ZERO || !(trial.status == INFEASIBLE || trial.status == NOT_FOUND))
+        return trial.status;
+    // The round-off of a target far from the limits, such as the middle of one that is as good as none, may be as large
+    // as the tensions. What was found is near the optimum: asked about that, it is gone.
+    const int lost = trial.found ? OK : trial.status;
+    double far = 0.0, size = 0.0;
+    for (int64_t i = 0; i < p.m; i++) {
+        const double s = p.weighted ? p.root[i] : 1.0;
+        far = larger(far, absolute(p.target()[i]) / s);
+        p.target()[i] = trial.found ? s * p.tension[i] : 0.0;
+    }
+    trial = attempt(p, asked);
+    if (trial.last || lost == OK || trial.status != OK) return trial.status;
+    for (int64_t i = 0; i < p.m; i++) size = larger(size, absolute(p.tension[i]));
+    return far > FAR_REFERENCE * size ? NOT_FOUND : lost;  // there are some, but the nearest ones are lost
+}
+
+// Write the distribution nearest to the reference; return OK, INFEASIBLE, BAD_INPUT, UNSUPPORTED where infinite limits
+// have no middle, or NOT_FOUND, also where none lies within the window.
+inline int minimum_norm(MinimumNorm<double>& p) {
+    const Question asked = question_of(p);
+    const int found = find_minimum(p, asked);
+    const int status = asked.window && found == INFEASIBLE ? NOT_FOUND : found;
+    *p.status = status;
+    return status;
+}
+
+#ifdef __GNUC__
+// Whether lanes ask for the least norm within their limits, no more.
+CDPR_INLINE Mask plain_lanes(const MinimumNorm<Lanes>& p) {
+    if (p.weighted || many_cables(p.n, p.m) || p.about == MIDDLE || p.about == GIVEN) return false;
+    return p.about == PREVIOUS || finite(p.change) ? !follows(p) : Mask(true);
+}
+
+// Write the tensions of least norm of lanes that no limit holds up, as each would alone; return which these are.
+CDPR_INLINE Mask unhindered(const MinimumNorm<Lanes>& p) {
+    const Mask plain = plain_lanes(p);
+    if (!any(plain)) return plain;
+    TensionProblem<Lanes> problem = p.problem();
+    problem.tension = p.target();
+    Factors<Lanes> f = factors_of(problem);
+    const int64_t r = reduce_to_point(problem, f);
+    const Mask together = plain & common(problem, r);
+    if (!any(together)) return together;
+    const Excess<Lanes> reach = least(polytope_of(problem, 0, p.x(), p.active()));
+    const Difference<Lanes> moved = compared(problem, 0, p.x());
+    const Mask within = reach.most <= FEASIBILITY_TOLERANCE * reach.scale;
+    const Mask found = together & within & (moved.breach <= BREACH_ROUND_OFF * moved.size);
+    for (int64_t i = 0; i < p.m; i++) p.tension[i] = select(found, problem.tension[i], p.tension[i]);
+    return found;
+}
+
+// Answer the problem of one lane alone, in the lanes' work space.
+inline void minimum_norm_alone(MinimumNorm<Lanes>& eight, int lane) {
+    const int64_t n = eight.n, m = eight.m;
+    Space space = {doubles(eight.factors), lane};
+    double status;
+    double* factors = space.reserve((n + 5) * (n + m));
+    MinimumNorm<double> one = {space.copied(eight.matrix, n * m),
+                               space.copied(eight.wrench, n),
+                               space.copied(eight.tension_min, m),
+                               space.copied(eight.tension_max, m),
+                               space.copied(eight.reference, m),
+                               space.copied(eight.root, m),
+                               space.copied(eight.tension, m),
+                               &status,
+                               doubles(eight.basis),
+                               doubles(eight.box),
+                               factors,
+                               doubles(eight.search),
+                               doubles(eight.vectors),
+                               doubles(eight.scaled),
+                               eight.change,
+                               eight.about,
+                               eight.weighted,
+                               n,
+                               m};
+    minimum_norm(one);
+    put(one.tension, eight.tension, lane, m);
+    eight.status->set(lane, status);
+}
+
+// Return the bits of the lanes whose status is not OK.
+inline int minimum_norm(MinimumNorm<Lanes>& p) {
+    const int found = bits(unhindered(p));
+    *p.status = double(OK);
+    for (int lane = 0; lane < WIDTH; lane++)
+        if ((found >> lane & 1) == 0) minimum_norm_alone(p, lane);
+    return bits(*p.status != Lanes(double(OK)));
+}
+#endif
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
