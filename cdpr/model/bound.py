@@ -31,12 +31,12 @@ class Bound:
     """A kernel with its arguments.
 
     Attributes:
-        entry: address of what calls it.
+        operation: address of what calls it.
         place: address of its arguments.
         call: what it was made of; holds the arguments.
     """
 
-    entry: int
+    operation: int
     words: NDArray[np.int64]
     call: Callable[..., Any]
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import operator
 import struct
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -21,13 +21,29 @@ from cdpr.native.operations import LANES, Field, Operation, operations, shape_te
 if TYPE_CHECKING:
     from cdpr.native.library import Bound
 
-__all__ = ["LANES", "bind"]
+__all__ = ["LANES", "Compiled", "bind"]
 
 Array = np.ndarray[Any, Any]
 DTYPES = {"double*": np.dtype(np.float64), "int64*": np.dtype(np.int64), "lanes*": np.dtype(np.float64)}
 ALIGNMENT = 8  # bytes
 
 Span = tuple[int, int, Field]  # where the elements of an array begin and end in memory, and what it is for
+
+
+class Compiled(Protocol):
+    """Operation with its arguments, as compiled code calls it."""
+
+    @property
+    def operation(self) -> int:
+        """Address of the function `int f(void *place, double time)`."""
+
+    @property
+    def place(self) -> int:
+        """Address of its struct."""
+
+    @property
+    def words(self) -> bytes | Array:
+        """Content of the struct, 8 bytes per field."""
 
 
 def bind(name: str, /, **given: Any) -> Bound:
@@ -38,8 +54,9 @@ def bind(name: str, /, **given: Any) -> Bound:
         given: Its arrays and values by name. Sizes follow from the shapes. Work arrays are made if left out.
 
     Returns:
-        A callable `call()` or `call(time)`, time in s, that returns the kernel's status code. Its attributes
-        `operation` and `place` are the addresses of the function and of its struct.
+        A callable `call()` or `call(time)`, time in s, that returns the kernel's status code; `call.unlocked(time)`
+        does that while other threads of Python run. Its attributes `operation` and `place` are the addresses of the
+        function and of its struct, `name` and `given` what it was bound by.
 
     Raises:
         TypeError: A name is missing or unknown, or a value has the wrong type.
@@ -69,7 +86,7 @@ def bind(name: str, /, **given: Any) -> Bound:
         else:
             values.append(_number(f"{name}: {field.name}", field, given[field.name]))
     _check_overlaps(name, spans)
-    return Bound(operation.address, struct.pack(operation.layout, *values), tuple(arrays))
+    return Bound(operation.address, struct.pack(operation.layout, *values), given, tuple(arrays))
 
 
 def address(array: Array) -> int:

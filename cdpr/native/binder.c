@@ -25,7 +25,10 @@
 typedef struct {
     PyObject_HEAD
     cdpr_operation operation;
-    void *place;      /* the struct; owned */
+    const char *name;
+    void *place; /* the struct; owned */
+    int64_t size;
+    PyObject *given;  /* the arguments by name */
     PyObject *arrays; /* kept alive, for the struct holds their addresses */
 } Bound;
 
@@ -48,15 +51,15 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
     unsigned long long operation;
     char *words;
     Py_ssize_t size;
-    PyObject *given, *arrays;
+    PyObject *words_given, *given, *arrays;
     const cdpr_entry *entry;
     Bound *bound;
     if (named && PyDict_Size(named)) {
         PyErr_SetString(PyExc_TypeError, "Bound takes no keywords");
         return NULL;
     }
-    if (!PyArg_ParseTuple(args, "KOO", &operation, &given, &arrays)) return NULL;
-    if (PyBytes_AsStringAndSize(given, &words, &size) < 0) return NULL;
+    if (!PyArg_ParseTuple(args, "KOOO", &operation, &words_given, &given, &arrays)) return NULL;
+    if (PyBytes_AsStringAndSize(words_given, &words, &size) < 0) return NULL;
     entry = entry_at(operation);
     if (!entry) {
         PyErr_SetString(PyExc_ValueError, "Bound: no operation of this library has that address");
@@ -68,9 +71,13 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
     }
     bound = (Bound *)PyType_GenericAlloc(type, 0);
     if (!bound) return NULL;
+    Py_IncRef(given);
     Py_IncRef(arrays);
+    bound->given = given;
     bound->arrays = arrays;
     bound->operation = entry->call;
+    bound->name = entry->name;
+    bound->size = entry->size;
     bound->place = PyMem_Malloc((size_t)size);
     if (!bound->place) {
         PyErr_SetString(PyExc_MemoryError, "no memory for an operation's struct");
@@ -83,31 +90,65 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
 
 static void bound_dealloc(PyObject *self) {
     Bound *bound = (Bound *)self;
-    PyObject *type = (PyObject *)Py_TYPE(self), *arrays = bound->arrays;
+    PyObject *type = (PyObject *)Py_TYPE(self), *given = bound->given, *arrays = bound->arrays;
     PyMem_Free(bound->place);
     PyObject_Free(self);
+    if (given) Py_DecRef(given);
     if (arrays) Py_DecRef(arrays);
     Py_DecRef(type);
 }
 
-static PyObject *bound_call(PyObject *self, PyObject *args, PyObject *named) {
-    Bound *bound = (Bound *)self;
-    double time = 0.0;
+/* Read the arguments of a call, which are the time [s] or nothing; return 0, or -1 with an exception. */
+static int read_time(PyObject *args, PyObject *named, double *time) {
     const Py_ssize_t count = PyTuple_Size(args);
+    *time = 0.0;
     if (count > 1 || (named && PyDict_Size(named))) {
         PyErr_SetString(PyExc_TypeError, "a bound operation takes at most the time [s]");
-        return NULL;
+        return -1;
     }
-    if (count == 1) {
-        time = PyFloat_AsDouble(PyTuple_GetItem(args, 0));
-        if (time == -1.0 && PyErr_Occurred()) return NULL;
-    }
+    if (count == 1) *time = PyFloat_AsDouble(PyTuple_GetItem(args, 0));
+    return *time == -1.0 && PyErr_Occurred() ? -1 : 0;
+}
+
+static PyObject *bound_call(PyObject *self, PyObject *args, PyObject *named) {
+    Bound *bound = (Bound *)self;
+    double time;
+    if (read_time(args, named, &time) < 0) return NULL;
     return PyLong_FromLong(bound->operation(bound->place, time));
 }
+
+static PyObject *bound_unlocked(PyObject *self, PyObject *args) {
+    Bound *bound = (Bound *)self;
+    double time;
+    int status;
+    if (read_time(args, NULL, &time) < 0) return NULL;
+    PyThreadState *state = PyEval_SaveThread();
+    status = bound->operation(bound->place, time);
+    PyEval_RestoreThread(state);
+    return PyLong_FromLong(status);
+}
+
+static PyObject *bound_words(PyObject *self, void *unused) {
+    Bound *bound = (Bound *)self;
+    (void)unused;
+    return PyBytes_FromStringAndSize(bound->place, (Py_ssize_t)bound->size);
+}
+
+static PyMethodDef bound_methods[] = {
+    {"unlocked", bound_unlocked, METH_VARARGS, "Call it while other threads of Python run."},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyGetSetDef bound_properties[] = {
+    {"words", bound_words, NULL, "Content of the struct, 8 bytes per field.", NULL},
+    {NULL, NULL, NULL, NULL, NULL},
+};
 
 static PyMemberDef bound_members[] = {
     {"operation", T_ULONGLONG, offsetof(Bound, operation), READONLY, "Address of int f(void *place, double time)."},
     {"place", T_ULONGLONG, offsetof(Bound, place), READONLY, "Address of the struct."},
+    {"name", T_STRING, offsetof(Bound, name), READONLY, "Name of the operation."},
+    {"given", T_OBJECT_EX, offsetof(Bound, given), READONLY, "Arguments by name."},
     {"arrays", T_OBJECT_EX, offsetof(Bound, arrays), READONLY, "Arrays whose addresses the struct holds."},
     {NULL, 0, 0, 0, NULL},
 };
@@ -118,6 +159,8 @@ static PyType_Slot bound_slots[] = {
     {Py_tp_call, bound_call},
     {Py_tp_dealloc, bound_dealloc},
     {Py_tp_members, bound_members},
+    {Py_tp_methods, bound_methods},
+    {Py_tp_getset, bound_properties},
     {0, NULL},
 };
 

@@ -1,5 +1,7 @@
 """Extension module of the kernel library (binder.c)."""
 
+from typing import Any
+
 Shape = tuple[str, ...]
 Field = tuple[str, str, str, Shape]  # name, type, role, shape
 Entry = tuple[str, int, int, tuple[Field, ...]]  # name, address, size of the struct in bytes, fields
@@ -10,9 +12,13 @@ sources: str  # as `cdpr.native.sources.digest`
 def tables() -> tuple[tuple[str, tuple[Entry, ...]], ...]: ...
 
 class Bound:
+    name: str
     operation: int
     place: int
+    words: bytes
+    given: dict[str, Any]
     arrays: tuple[object, ...]
 
-    def __new__(cls, operation: int, words: bytes, arrays: object) -> Bound: ...
+    def __new__(cls, operation: int, words: bytes, given: dict[str, Any], arrays: object) -> Bound: ...
     def __call__(self, time: float = 0.0, /) -> int: ...
+    def unlocked(self, time: float = 0.0, /) -> int: ...

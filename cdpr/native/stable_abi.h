@@ -19,6 +19,14 @@ typedef PyObject *(*PyCFunction)(PyObject *, PyObject *);
 
 typedef struct { const char *ml_name; PyCFunction ml_meth; int ml_flags; const char *ml_doc; } PyMethodDef;
 typedef struct { const char *name; int type; Py_ssize_t offset; int flags; const char *doc; } PyMemberDef;
+typedef struct {
+    const char *name;
+    PyObject *(*get)(PyObject *, void *);
+    int (*set)(PyObject *, PyObject *, void *);
+    const char *doc;
+    void *closure;
+} PyGetSetDef;
+typedef struct PyThreadState PyThreadState;
 typedef struct { int slot; void *pfunc; } PyType_Slot;
 typedef struct { const char *name; int basicsize, itemsize; unsigned flags; PyType_Slot *slots; } PyType_Spec;
 typedef struct { int slot; void *value; } PyModuleDef_Slot;
@@ -37,8 +45,9 @@ typedef struct {
 #define Py_TYPE(object) ((object)->ob_type)
 #define PyMODINIT_FUNC __attribute__((visibility("default"))) PyObject *
 
-enum { METH_NOARGS = 4, T_OBJECT_EX = 16, T_ULONGLONG = 18, READONLY = 1, Py_TPFLAGS_DEFAULT = 0 };
-enum { Py_mod_exec = 2, Py_tp_call = 50, Py_tp_dealloc = 52, Py_tp_doc = 56, Py_tp_new = 65, Py_tp_members = 72 };
+enum { METH_VARARGS = 1, METH_NOARGS = 4, T_STRING = 5, T_OBJECT_EX = 16, T_ULONGLONG = 18, READONLY = 1, Py_TPFLAGS_DEFAULT = 0 };
+enum { Py_mod_exec = 2, Py_tp_call = 50, Py_tp_dealloc = 52, Py_tp_doc = 56, Py_tp_methods = 64, Py_tp_new = 65 };
+enum { Py_tp_members = 72, Py_tp_getset = 73 };
 #endif
 
 extern PyObject *PyExc_TypeError, *PyExc_ValueError, *PyExc_MemoryError;
@@ -48,6 +57,9 @@ PyObject *PyTuple_New(Py_ssize_t), *PyLong_FromLong(long), *PyTuple_GetItem(PyOb
 Py_ssize_t PyTuple_Size(PyObject *), PyDict_Size(PyObject *);
 int PyTuple_SetItem(PyObject *, Py_ssize_t, PyObject *), PyArg_ParseTuple(PyObject *, const char *, ...);
 int PyBytes_AsStringAndSize(PyObject *, char **, Py_ssize_t *);
+PyObject *PyBytes_FromStringAndSize(const char *, Py_ssize_t);
+PyThreadState *PyEval_SaveThread(void);
+void PyEval_RestoreThread(PyThreadState *);
 int PyModule_AddObjectRef(PyObject *, const char *, PyObject *), PyModule_AddStringConstant(PyObject *, const char *, const char *);
 double PyFloat_AsDouble(PyObject *);
 void PyErr_SetString(PyObject *, const char *), Py_IncRef(PyObject *), Py_DecRef(PyObject *), PyObject_Free(void *);

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
-from cdpr.rollouts.kernels import HIGH, INFEASIBLE, LOW, count, take
+from cdpr.native.bind import bind
 
 # As the columns of a study's table are called, and Run.summary() has them; the squares become a mean at the end.
 FIGURES = (
@@ -26,7 +25,10 @@ FIGURES = (
     "infeasible_steps",
     "unanswered_steps",
 )
-# Where a row has what `count` looks at.
+# Places in the figures that are no errors.
+LOW, HIGH, INFEASIBLE = range(6, 9)
+
+# Columns of a row that are counted.
 AT = ("position", "desired_position", "orientation", "desired_orientation", "tension", "status")
 
 
@@ -52,12 +54,15 @@ class Figures:
         self.values = np.zeros(len(FIGURES))
         self.values[LOW], self.values[HIGH] = np.inf, -np.inf
         self.samples = 0
-        self._given = since, at, self.values
-        self.counting = partial(count, row, *self._given)
+        self._given = {"since": since, "at": at, "figures": self.values}
+        self.counting = bind("count_sample", row=row, **self._given)
 
     def take(self, rows: Array, places: NDArray[np.int64], every: int, kept: Array) -> None:
         """Count the samples that follow, (n, width), C-contiguous, and keep columns of each so manyth, (K, W)."""
-        take(rows, self.samples, *self._given, places, every, kept)
+        counting = bind(
+            "count_samples", rows=rows, first=self.samples, columns=places, every=every, kept=kept, **self._given
+        )
+        counting.unlocked()
         self.samples += len(rows)
 
     def told(self) -> dict[str, float | int]:

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cdpr.model.robot import Array
+from cdpr.native.library import Bound
+from cdpr.native.operations import operations
 
 
 class UnfitError(Exception):
@@ -33,20 +35,20 @@ class Root(NamedTuple):
 class Recipe:
     """Which words of a case say what: those of arrays that steps change, then those of its acts, one after the other.
 
-    A word is 8 bytes: an address, a size, or a number, as in `Bound.words`.
+    A word is 8 bytes: an address, a size, or a number, as in the struct of an operation.
 
     Attributes:
         roots: the arrays, each once.
         again: words that tell of a root once more: word, root, bytes by which it is further.
         fixed: words that are the same in all cases that go side by side.
-        indices: arrays of whole numbers, likewise: which act's, and which argument.
+        shared: arrays whose content is the same in all cases: the act, and the name of the argument.
     """
 
     def __init__(self, memory: Sequence[Array]) -> None:
         self.roots: list[Root] = []
         self.again: list[tuple[int, int, int]] = []
         self.fixed: list[int] = []
-        self.indices: list[tuple[int, int]] = []
+        self.shared: list[tuple[int, str]] = []
         self._word = 0
         self._known: dict[int, int] = {}
         self._held: list[Array] = []  # as long as they are here no other array has their id
@@ -56,15 +58,24 @@ class Recipe:
         if [root.size for root in self.roots] != [array.size for array in memory]:
             raise UnfitError  # some are parts of others
 
-    def read(self, at: int, arguments: Sequence[Any], used: int | None = None) -> list[Any]:
-        """Take the arguments of the act at this place; return them with views in place of arrays of numbers.
-
-        Of those beyond so many that are `used` nothing is said, and nothing returned.
-        """
-        self._same(1)  # the kernel's address
-        found = [self._one(at, i, value) for i, value in enumerate(arguments[:used])]
-        if used is not None:
-            self._word += sum(1 + getattr(value, "ndim", 0) for value in arguments[used:])
+    def read(self, at: int, call: Bound) -> dict[str, Any]:
+        """Return the arguments of the act at this place for the operation in lanes, with views in place of arrays."""
+        own, lanes = operations()[call.name], operations()[f"{call.name}_lanes"]
+        types = {field.name: field.type for field in lanes.fields}
+        found: dict[str, Any] = {}
+        for field in own.fields:
+            value = call.given.get(field.name)
+            if not field.is_array:
+                self.fixed.append(self._word)
+                if value is not None:
+                    found[field.name] = value
+            elif value is not None and field.role != "work":
+                if types[field.name] == "lanes*":
+                    found[field.name] = self.view(value)
+                else:
+                    self.shared.append((at, field.name))
+                    found[field.name] = value
+            self._word += 1
         return found
 
     def view(self, array: Array) -> View:
@@ -83,23 +94,3 @@ class Recipe:
         else:
             self.again.append((self._word, known, offset))
         return View(known, offset // array.itemsize, array.shape)
-
-    def _one(self, at: int, i: int, value: Any) -> Any:
-        if isinstance(value, tuple):
-            parts = [self._one(at, i, each) for each in value]
-            return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-        if not isinstance(value, np.ndarray):
-            self._same(1)
-            return value
-        view = None
-        if value.dtype == np.float64:
-            view = self.view(value)
-        else:
-            self.indices.append((at, i))
-        self._word += 1
-        self._same(value.ndim)
-        return value if view is None else view
-
-    def _same(self, count: int) -> None:
-        self.fixed += range(self._word, self._word + count)
-        self._word += count

@@ -8,15 +8,15 @@ compiled code goes on after it. So there is one order, whatever the parts are ma
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.errors import CdprError, Infeasible
-from cdpr.model.bound import Bound, bound
-from cdpr.model.jit import bind
+from cdpr.model import bound as by_numba
 from cdpr.model.robot import Array
+from cdpr.native.bind import Compiled, bind
 from cdpr.simulation.proceed import (
     ACT,
     ALWAYS,
@@ -35,14 +35,28 @@ from cdpr.simulation.proceed import (
     SKIP,
     TICK,
     WHEN,
-    enter,
-    entering_alone,
-    proceed,
 )
 from cdpr.tension.acts import Act, tell
 
 # They stand in the list where a sample is complete, and where the time of the next begins.
 COMPLETE, NEXT = Act("", lambda: None), Act("", lambda: None)
+
+
+def bound(call: Callable[..., object], timed: bool) -> Compiled | None:
+    """Return a call as compiled code makes it; None where Python must."""
+    if isinstance(getattr(call, "operation", None), int):
+        return cast("Compiled", call)
+    found = by_numba.bound(call, timed)
+    return None if found is None else NumbaAct(found)
+
+
+class NumbaAct:
+    """A numba kernel with its arguments; gone with numba."""
+
+    def __init__(self, found: by_numba.Bound) -> None:
+        self._bound = bind("numba_act", entry=found.operation, place_of_arguments=found.place)
+        self._found, self.words = found, found.words
+        self.operation, self.place = self._bound.operation, self._bound.place
 
 
 class Program:
@@ -67,17 +81,17 @@ class Program:
         self._table = np.zeros((len(self.acts), 1 + SKIP), dtype=np.int64)
         for line, found in zip(self._table, self._bound, strict=True):
             if found is not None:
-                line[: GIVEN + 1] = found.entry, found.place
+                line[: GIVEN + 1] = found.operation, found.place
         self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
         pairs = list(zip(self.acts, self._bound, strict=True))
         self._plain = [(act.do, act.timed) if found is None and act.plain else None for act, found in pairs] + [None]
         # How each act mends, bound when it first has to: many runs never do, and these kernels take long to compile.
         self._unbound = [act.mend if found is not None else None for act, found in pairs]
-        self._mends: list[Bound] = []
+        self._mends: list[Compiled] = []
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
-        self._row, self._period, self._rows = row, period, row[None]
+        self._row, self._period, self._rows = row, period, np.zeros((1, len(row)))
         self._turn: Callable[[], int]
-        self._enter: Callable[[int, int], int] = enter
+        self._apart = False
         self.refresh()
 
     @property
@@ -116,10 +130,16 @@ class Program:
         if not isinstance(rows, np.ndarray) or rows.dtype != np.float64 or rows.ndim != 2 or rows.shape[1] < width:
             raise CdprError(f"rows: a float64 table of at least {width} columns is expected, got {np.shape(rows)}")
         self._rows = rows
-        whole: Callable[[], int] = partial(proceed, self._table, self._place, self._time, self._row, rows, self._period)
-        packed = bound(whole)
-        self._packed = packed  # its arguments must stay where they are
-        self._turn = whole if packed is None else bind(self._enter, packed.entry, packed.place)
+        self._whole = whole = bind(
+            "proceed",
+            table=self._table,
+            place=self._place,
+            time=self._time,
+            row=self._row,
+            rows=rows,
+            period=self._period,
+        )
+        self._turn = whole.unlocked if self._apart else whole
 
     @property
     def place(self) -> tuple[int, int, float, int]:
@@ -132,14 +152,14 @@ class Program:
         self._time[0], self.due = place[2:]
 
     @property
-    def bound(self) -> Sequence[Bound | None]:
+    def bound(self) -> Sequence[Compiled | None]:
         """The acts as compiled code calls them, in order; None of those that Python does."""
         return self._bound
 
     @property
-    def whole(self) -> Bound | None:
+    def whole(self) -> Compiled:
         """What goes on from `standing`, as compiled code calls it."""
-        return self._packed
+        return self._whole
 
     @property
     def standing(self) -> tuple[NDArray[np.int64], Array]:
@@ -153,7 +173,7 @@ class Program:
 
     def apart(self) -> None:
         """Let Python's other threads run while compiled code does."""
-        self._enter = entering_alone()
+        self._apart = True
         self.rows = self._rows
 
     def refresh(self) -> None:
@@ -169,10 +189,10 @@ class Program:
     def _bind(self, at: int) -> None:
         """Let compiled code mend what an act returned."""
         mend, self._unbound[at] = self._unbound[at], None
-        found = bound(mend, timed=True) if mend is not None else None
+        found = bound(mend, True) if mend is not None else None
         if found is not None:
             self._mends.append(found)
-            self._table[at, MENDS:] = found.entry, found.place, self.acts[at].skip
+            self._table[at, MENDS:] = found.operation, found.place, self.acts[at].skip
 
     def look(self, sample: int) -> None:
         """Go on until a sample is looked at, and nothing of it is decided."""

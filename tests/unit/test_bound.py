@@ -64,7 +64,7 @@ def test_arguments_of_all_kinds_arrive(m, n, whole, number, flag):
     assert gather(*given_, direct) == whole
     made = bound(partial(partial(gather, *given_[:3]), *given_[3:], entered))
     assert made is not None
-    assert enter(made.entry, made.place, 0.0) == whole
+    assert enter(made.operation, made.place, 0.0) == whole
     np.testing.assert_array_equal(entered, direct)
 
 
@@ -82,10 +82,10 @@ def test_the_time_comes_last_and_what_returns_nothing_returns_0():
     out = np.zeros(1)
     made = bound(partial(note, out), timed=True)
     assert made is not None
-    assert (enter(made.entry, made.place, 2.5), out[0]) == (0, 2.5)
+    assert (enter(made.operation, made.place, 2.5), out[0]) == (0, 2.5)
     asked = bound(partial(above, out), timed=True)
     assert asked is not None
-    assert [enter(asked.entry, asked.place, time) for time in (2.0, 3.0)] == [1, 0]
+    assert [enter(asked.operation, asked.place, time) for time in (2.0, 3.0)] == [1, 0]
 
 
 def test_kernels_of_one_kind_share_what_calls_them():
@@ -95,8 +95,8 @@ def test_kernels_of_one_kind_share_what_calls_them():
 
     out = np.zeros(1)
     made = [bound(partial(each, out), timed=True) for each in (note, other)]
-    assert made[0].entry == made[1].entry
-    enter(made[1].entry, made[1].place, 2.0)
+    assert made[0].operation == made[1].operation
+    enter(made[1].operation, made[1].place, 2.0)
     assert out[0] == -2.0
 
 

@@ -27,7 +27,9 @@ static int record(void *place, double time) {
 }
 static const cdpr_field fields[] = {{"answer", "double*", "out", {"2"}}, {"gain", "double", "value", {0}}};
 static const cdpr_entry entries[] = {{"recorder", record, sizeof(Problem), fields, 2}};
-static const cdpr_table table = {"portable", entries, 1};
+static const cdpr_group group = {entries, 1};
+static const cdpr_group *const groups[] = {&group};
+static const cdpr_table table = {"portable", groups, 1};
 int cdpr_tables(const cdpr_table *tables[CDPR_TARGETS]) { tables[0] = &table; return 1; }
 """
 FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
@@ -61,13 +63,29 @@ def bound(recorder, answer):
     ((_, ((_, address, size, _),)),) = recorder.tables()
     words = struct.pack("=qd", answer.ctypes.data, 0.5)
     assert len(words) == size
-    return recorder.Bound(address, words, (answer,))
+    return recorder.Bound(address, words, {}, (answer,))
 
 
 def test_the_kernel_gets_its_struct_and_the_time(recorder):
     call = bound(recorder, answer := np.zeros(2))
     assert (call(), answer.tolist()) == (7, [0.0, 0.5])
     assert (call(1.25), answer.tolist()) == (7, [1.25, 0.5])
+
+
+def test_a_call_without_the_lock_is_the_same(recorder):
+    call = bound(recorder, answer := np.zeros(2))
+    assert (call.unlocked(), answer.tolist()) == (7, [0.0, 0.5])
+    assert (call.unlocked(1.25), answer.tolist()) == (7, [1.25, 0.5])
+    with pytest.raises(TypeError, match="takes at most the time"):
+        call.unlocked(1.0, 2.0)
+    with pytest.raises(TypeError):
+        call.unlocked("now")
+
+
+def test_a_bound_operation_tells_what_it_was_bound_to(recorder):
+    call = bound(recorder, answer := np.zeros(2))
+    assert (call.name, call.given, call.arrays) == ("recorder", {}, (answer,))
+    assert call.words == struct.pack("=qd", answer.ctypes.data, 0.5)
 
 
 def test_the_addresses_are_those_that_a_compiled_pipeline_calls(recorder):
@@ -84,21 +102,21 @@ def test_tables_are_those_that_are_declared(recorder):
 @pytest.mark.parametrize("address", [0, 8, 2**64 - 1, id(None)], ids=["none", "low", "high", "Python's"])
 def test_an_address_that_is_no_operation_of_the_library_is_an_error(address):
     with pytest.raises(ValueError, match="no operation of this library has that address"):
-        library.Bound(address, b"", ())
+        library.Bound(address, b"", {}, ())
 
 
 @pytest.mark.parametrize("change", [-32, -1, 1, 8])
 def test_a_struct_of_another_size_is_an_error(change):
     operation = operations()["cross_products"]
     with pytest.raises(ValueError, match="has another size"):
-        library.Bound(operation.address, bytes(struct.calcsize(operation.layout) + change), ())
+        library.Bound(operation.address, bytes(struct.calcsize(operation.layout) + change), {}, ())
 
 
 def test_a_bound_operation_is_made_without_keywords():
     operation = operations()["cross_products"]
     words = bytes(struct.calcsize(operation.layout))
     with pytest.raises(TypeError, match="takes no keywords"):
-        library.Bound(operation.address, words, (), nothing=1)
+        library.Bound(operation.address, words, {}, (), nothing=1)
 
 
 MOST = 400  # allocations, one of which fails at a time: some tables, their rows and texts
@@ -114,7 +132,7 @@ from cdpr.native import library
 from cdpr.native.operations import operations
 
 def bound():
-    return library.Bound(operation.address, words, ())
+    return library.Bound(operation.address, words, {}, ())
 
 operation = operations()["cross_products"]
 words = bytes(SIZE)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import kernel_cases
-import numba
 import numpy as np
 import pytest
 from kernel_cases import COUNT, assert_same_bits, run, run_lanes

@@ -105,7 +105,7 @@ def test_a_compiled_pipeline_gets_bad_input_for_such_a_row(name, width):
         operation = operations()[name + suffix]
         sizes = {"m": 200, "w": width}
         words = struct.pack(operation.layout, *(sizes.get(field.name, 0) for field in operation.fields))
-        assert library.Bound(operation.address, words, ())() == code
+        assert library.Bound(operation.address, words, {}, ())() == code
 
 
 @pytest.mark.parametrize("width", [*range(6, 15), 20])

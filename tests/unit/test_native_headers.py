@@ -27,7 +27,12 @@ def test_the_library_is_compiled_from_these_sources():
 
 
 def test_every_source_counts(tmp_path):
-    names = ("CMakeLists.txt", "cdpr/native/tables/cables.cpp", "cdpr/native/include/cdpr/sum.hpp", "cdpr_solvers/mine.hpp")
+    names = (
+        "CMakeLists.txt",
+        "cdpr/native/tables/cables.cpp",
+        "cdpr/native/include/cdpr/sum.hpp",
+        "cdpr_solvers/mine.hpp",
+    )
     for name in names:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("")

@@ -18,7 +18,6 @@ from cdpr.errors import CdprError, Infeasible
 from cdpr.model.jit import kernel
 from cdpr.plugins import CompiledSolver, Controller
 from cdpr.simulation import program
-from cdpr.simulation.proceed import proceed
 from cdpr.simulation.program import Program
 from cdpr.tension.acts import Act
 from cdpr.tension.status import OK, Status
@@ -283,10 +282,8 @@ def test_a_strangers_solver_joins_without_compiling_the_block():
             super().__init__(robot, options, middle, parameters=[500.0])
 
     cdpr.simulate(CAROCA, overrides=SHORT)
-    known = len(proceed.overloads)
     run = cdpr.simulate(CAROCA, solver=Middle, overrides={**SHORT, "solver.infeasible": "hold_tension"})
     assert run.interpreted == ()
-    assert len(proceed.overloads) == known
     assert (run.solver_status == Status.NOT_FOUND).all()  # it balances nothing
 
 

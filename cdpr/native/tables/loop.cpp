@@ -1,0 +1,23 @@
+// The loop, alone and side by side. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/group.hpp>
+#include <cdpr/rollouts/advance.hpp>
+#include <cdpr/rollouts/figures.hpp>
+#include <cdpr/simulation/proceed.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+static constexpr cdpr_entry entries[] = {
+    entry<NumbaAct, numba_act>("numba_act"),
+    entry<Proceed, proceed>("proceed"),
+    entry<Lane, move_lane>("move_lane"),
+    entry<Advance, advance>("advance"),
+    entry<CountSample<double>, count_sample<double>>("count_sample"),
+    entry<CountSample<Lanes>, count_sample<Lanes>>("count_sample_lanes"),
+    entry<CountSamples, count_samples>("count_samples"),
+};
+
+extern const cdpr_group loop = group(entries);
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,107 @@
+// Figures of a case, counted from all its samples. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/field.hpp>
+#include <cdpr/rotation.hpp>
+#include <cdpr/status.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// In the order of FIGURES of figures.py: largest, sum of squares and last of the errors of position, m, and of
+// orientation, rad; least and largest tension, N; numbers of samples.
+enum Figure { POSITION = 0, ORIENTATION = 3, LOWEST = 6, HIGHEST, INFEASIBLE_SAMPLES, UNANSWERED_SAMPLES };
+
+// First columns in a row of what is counted, in the order of AT of figures.py.
+enum Column { POSITION_AT, DESIRED_POSITION_AT, ORIENTATION_AT, DESIRED_ORIENTATION_AT, TENSION_AT, STATUS_AT };
+
+template <class T> struct CountSample {
+    const T* row;       // (w), a sample; its first number is the time, s
+    const T* since;     // (m), s: from then on a cable's tension counts no more
+    const int64_t* at;  // (6), as Column
+    T* figures;         // (10), as Figure
+    int64_t w;
+    int64_t m;
+    static constexpr Field fields[] = {in<T>("row", "w"),        in<T>("since", "m"), in<int64_t>("at", "6"),
+                                       both<T>("figures", "10"), size("w"),           size("m")};
+};
+
+template <class T> CDPR_INLINE void count_error(T square, T* figures) {
+    const T error = square_root(square);
+    figures[0] = select((error > figures[0]) | (error != error), error, figures[0]);
+    figures[1] += square;
+    figures[2] = error;
+}
+
+// Add a sample to the figures; a NaN stays.
+template <class T> CDPR_INLINE void count(const T* row, const T* since, const int64_t* at, int64_t m, T* figures) {
+    T square = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const T miss = row[at[DESIRED_POSITION_AT] + i] - row[at[POSITION_AT] + i];
+        square += miss * miss;
+    }
+    const Quaternion<T> reached = quaternion(row + at[ORIENTATION_AT]);
+    const Vector<T> turn = logarithm(multiply(quaternion(row + at[DESIRED_ORIENTATION_AT]), conjugate(reached)));
+    count_error(square, figures + POSITION);
+    count_error(dot(turn, turn), figures + ORIENTATION);
+    for (int64_t i = 0; i < m; i++) {
+        const T tension = row[at[TENSION_AT] + i], low = figures[LOWEST], high = figures[HIGHEST];
+        const Truth<T> counts = row[0] < since[i], poisoned = tension != tension;
+        figures[LOWEST] = select(counts & ((tension < low) | poisoned), tension, low);
+        figures[HIGHEST] = select(counts & ((tension > high) | poisoned), tension, high);
+    }
+    const T status = row[at[STATUS_AT]];
+    const Truth<T> infeasible = status == T(double(INFEASIBLE));
+    figures[INFEASIBLE_SAMPLES] += select(infeasible, T(1.0), T(0.0));
+    figures[UNANSWERED_SAMPLES] += select(infeasible | (status == T(double(OK))), T(0.0), T(1.0));
+}
+
+template <class T> inline int count_sample(CountSample<T>& sample) {
+    count(sample.row, sample.since, sample.at, sample.m, sample.figures);
+    return 0;
+}
+
+struct CountSamples {
+    const double* rows;      // (k, w), samples that follow one another
+    const double* since;     // (m), s
+    const int64_t* at;       // (6)
+    const int64_t* columns;  // (c), that are kept
+    double* figures;         // (10)
+    double* kept;            // (n, c), columns of each `every`th sample
+    int64_t first;           // number of the first sample
+    int64_t every;
+    int64_t k;
+    int64_t w;
+    int64_t m;
+    int64_t c;
+    int64_t n;
+    static constexpr Field fields[] = {in("rows", "k", "w"),
+                                       in("since", "m"),
+                                       in<int64_t>("at", "6"),
+                                       in<int64_t>("columns", "c"),
+                                       both("figures", "10"),
+                                       both("kept", "n", "c"),
+                                       value<int64_t>("first"),
+                                       value<int64_t>("every"),
+                                       size("k"),
+                                       size("w"),
+                                       size("m"),
+                                       size("c"),
+                                       size("n")};
+};
+
+// Count samples, and keep columns of some.
+inline int count_samples(CountSamples& samples) {
+    for (int64_t i = 0; i < samples.k; i++) {
+        const double* row = samples.rows + i * samples.w;
+        count(row, samples.since, samples.at, samples.m, samples.figures);
+        const int64_t sample = samples.first + i;
+        if (sample % samples.every != 0) continue;
+        double* kept = samples.kept + (sample / samples.every) * samples.c;
+        for (int64_t j = 0; j < samples.c; j++) kept[j] = row[samples.columns[j]];
+    }
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

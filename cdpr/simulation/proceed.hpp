@@ -1,0 +1,125 @@
+// Steps of the loop: acts called one after the other by their addresses. SPDX-License-Identifier: Apache-2.0
+//
+// An act is an operation and its struct; `cdpr/simulation/program.py` makes the table. It returns 0, or a code that
+// another operation may mend, or that Python has to know.
+#pragma once
+
+#include <cdpr/field.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// Call an operation by its address and that of its struct.
+CDPR_INLINE int call_at(int64_t operation, int64_t place, double time) {
+    return reinterpret_cast<cdpr_operation>(operation)(reinterpret_cast<void*>(place), time);
+}
+
+// An act that numba compiled, by numba's convention of calls; gone with numba.
+struct NumbaAct {
+    int64_t entry;
+    int64_t place_of_arguments;
+    static constexpr Field fields[] = {value<int64_t>("entry"), value<int64_t>("place_of_arguments")};
+};
+
+inline int numba_act(NumbaAct& act, double time) {
+    int64_t code = 0;
+    void* exception = nullptr;
+    const auto entry = reinterpret_cast<int (*)(int64_t*, void**, int64_t, double)>(act.entry);
+    return entry(&code, &exception, act.place_of_arguments, time) == 0 ? int(code) : -1;
+}
+
+// Returned beside the codes of acts, which are small.
+enum { PYTHON = 1 << 29, REACHED = 1 << 30 };
+
+// When an act is called: not at all, in each step, or at the sample at which an event is due.
+enum When : int64_t { NEVER, ALWAYS, DUE };
+
+// One row of the table.
+struct Act {
+    int64_t operation;  // 0: Python's turn; or one of the two below
+    int64_t place;
+    int64_t when;
+    int64_t mends;  // called with the code of the operation as its time where that is not 0; 0: Python mends
+    int64_t mends_place;
+    int64_t skip;  // so many acts are left out if `mends` returns 0
+
+    static constexpr int64_t KEEP = 1;  // the sample is complete: keep its row
+    static constexpr int64_t TICK = 2;  // the time of the next sample begins
+};
+
+// Position in the run.
+struct Standing {
+    int64_t sample, act;     // the next ones
+    int64_t last, last_act;  // stop before these
+    int64_t due;             // the sample at which an event is due
+};
+
+struct Proceed {
+    const int64_t* table;  // (acts, 6), rows as Act
+    int64_t* place;        // (5), as Standing
+    double* time;          // (1), of the sample, s
+    const double* row;     // (w), the present sample
+    double* rows;          // (n, v), v >= w: sample k goes to row k % n
+    double period;         // s
+    int64_t acts;
+    int64_t w;
+    int64_t n;
+    int64_t v;
+    static constexpr Field fields[] = {in<int64_t>("table", "acts", "6"),
+                                       both<int64_t>("place", "5"),
+                                       both("time", "1"),
+                                       in("row", "w"),
+                                       both("rows", "n", "v"),
+                                       value("period"),
+                                       size("acts"),
+                                       size("w"),
+                                       size("n"),
+                                       size("v")};
+};
+
+// Call an act; return its code, 0 where it was mended, and then add to `act` what is left out.
+CDPR_INLINE int call_act(const Act& called, double time, int64_t& act) {
+    const int code = call_at(called.operation, called.place, time);
+    if (code == 0) return 0;
+    if (called.mends == 0 || call_at(called.mends, called.mends_place, double(code)) != 0) return code;
+    act += called.skip;
+    return 0;
+}
+
+// Call acts from the present position on; return REACHED, PYTHON, or the code of the act at which it stands.
+inline int proceed(Proceed& loop) {
+    const Act* const acts = reinterpret_cast<const Act*>(loop.table);
+    Standing& standing = *reinterpret_cast<Standing*>(loop.place);
+    int64_t sample = standing.sample, act = standing.act;
+    int code = 0;
+    while (true) {
+        if (act == loop.acts) act = 0;
+        if (sample == standing.last && act == standing.last_act) {
+            code = REACHED;
+            break;
+        }
+        const Act& next = acts[act];
+        if (next.when == ALWAYS || (next.when == DUE && sample == standing.due)) {
+            if (next.operation == Act::KEEP) {
+                double* kept = loop.rows + (sample % loop.n) * loop.v;
+                for (int64_t i = 0; i < loop.w; i++) kept[i] = loop.row[i];
+                sample++;
+            } else if (next.operation == Act::TICK) {
+                *loop.time = double(sample) * loop.period;
+            } else if (next.operation == 0) {
+                code = PYTHON;
+                break;
+            } else {
+                code = call_act(next, *loop.time, act);
+                if (code != 0) break;
+            }
+        }
+        act++;
+    }
+    standing.sample = sample;
+    standing.act = act;
+    return code;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
