@@ -1,15 +1,16 @@
 // All operations, compiled once per instruction set. SPDX-License-Identifier: Apache-2.0
 //
 // NAME takes doubles; NAME_lanes takes eight problems side by side (lanes.hpp). One file of tables/ for each group.
-#include <cdpr/instruction_set.hpp>
 #include <cdpr/table.h>
+#include <cdpr/instruction_set.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
-extern const cdpr_group mathematics, cables, tension, solvers;
+extern const cdpr_group mathematics, mechanics, cables, tension, solvers, controllers, simulation;
 
-static const cdpr_group* const groups[] = {&mathematics, &cables, &tension, &solvers};
+static const cdpr_group* const groups[] = {&mathematics, &mechanics,   &cables,    &tension,
+                                           &solvers,     &controllers, &simulation};
 
 extern const cdpr_table table;
 const cdpr_table table = {CDPR_TARGET_NAME, groups, sizeof(groups) / sizeof(groups[0])};
