@@ -6,18 +6,10 @@
 
 #include <cdpr/field.hpp>
 #include <cdpr/rotation.hpp>
+#include <cdpr/wrench.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
-
-template <class T> struct Wrench {
-    Vector<T> force, moment;  // N, N m, world axes
-};
-
-template <class T> CDPR_INLINE void store(Wrench<T> wrench, T* array) {
-    store(wrench.force, array);
-    store(wrench.moment, array + 3);
-}
 
 // `Robot.inertial`: mass, kg; centre of mass c, m, and inertia about it, kg m^2, row by row, platform axes.
 template <class T> struct Inertial {
