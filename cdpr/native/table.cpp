@@ -7,10 +7,10 @@
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
-extern const cdpr_group mathematics, mechanics, cables, tension, solvers, controllers, backends, simulation;
+extern const cdpr_group mathematics, mechanics, cables, tension, solvers, controllers, backends, simulation, trajectory;
 
-static const cdpr_group* const groups[] = {&mathematics, &mechanics,   &cables,   &tension,
-                                           &solvers,     &controllers, &backends, &simulation};
+static const cdpr_group* const groups[] = {&mathematics, &mechanics, &cables,     &tension,   &solvers,
+                                           &controllers, &backends,  &simulation, &trajectory};
 
 extern const cdpr_table table;
 const cdpr_table table = {CDPR_TARGET_NAME, groups, sizeof(groups) / sizeof(groups[0])};
