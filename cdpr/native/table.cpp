@@ -7,9 +7,31 @@
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
-extern const cdpr_group mathematics, cables, tension, solvers, loop;
+// clang-format off
+extern const cdpr_group mathematics;
+extern const cdpr_group mechanics;
+extern const cdpr_group cables;
+extern const cdpr_group tension;
+extern const cdpr_group solvers;
+extern const cdpr_group controllers;
+extern const cdpr_group backends;
+extern const cdpr_group simulation;
+extern const cdpr_group trajectory;
+extern const cdpr_group loop;
 
-static const cdpr_group* const groups[] = {&mathematics, &cables, &tension, &solvers, &loop};
+static const cdpr_group* const groups[] = {
+    &mathematics,
+    &mechanics,
+    &cables,
+    &tension,
+    &solvers,
+    &controllers,
+    &backends,
+    &simulation,
+    &trajectory,
+    &loop,
+};
+// clang-format on
 
 extern const cdpr_table table;
 const cdpr_table table = {CDPR_TARGET_NAME, groups, sizeof(groups) / sizeof(groups[0])};

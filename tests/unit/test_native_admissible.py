@@ -40,6 +40,7 @@ def polytopes(rng, m, r):
     return {"basis": basis, "box": np.stack([center, low, high], axis=1)}
 
 
+@pytest.mark.slow
 @compiled
 @pytest.mark.parametrize("r", [1, 2])
 def test_corners_have_the_bits_of_numba(r):
@@ -68,6 +69,7 @@ def test_corners_have_the_bits_of_numba(r):
     assert (counts[[0, 1, 2]] > 0).all()
 
 
+@pytest.mark.slow
 @compiled
 @pytest.mark.parametrize("ball", [False, True])
 def test_safest_points_have_the_bits_of_numba(ball):

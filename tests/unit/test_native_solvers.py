@@ -68,6 +68,7 @@ SOLVERS = {
 }
 
 
+@pytest.mark.slow
 @compiled
 @pytest.mark.parametrize("name", SOLVERS)
 def test_solvers_have_the_bits_of_numba(name):

@@ -10,6 +10,7 @@
 #include <cdpr/parts.hpp>
 #include <cdpr/rotation.hpp>
 #include <cdpr/status.hpp>
+#include <cdpr/wrench.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -49,6 +50,19 @@ template <class T> CDPR_INLINE Line<T> line(const T* lines, int64_t width, int64
     const T* row = lines + i * width;
     const Vector<T> lever = rotate(q, vector(row + Line<T>::PLATFORM));
     return {row, width, p, lever, p + lever};
+}
+
+// Return force and moment, N and N m, about p, world axes, of the tensions, N, on a body at p with attitude q.
+template <class T> CDPR_INLINE Wrench<T> pull_of_cables(const T* lines, int64_t width, int64_t m, const T* tension,
+                                                        Vector<T> p, Quaternion<T> q) {
+    Wrench<T> sum = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    for (int64_t i = 0; i < m; i++) {
+        const Line<T> cable = line(lines, width, i, p, q);
+        const Vector<T> l = cable.chord(cable.exit());
+        const Vector<T> f = (tension[i] / length(l)) * l;
+        sum = sum + Wrench<T>{f, cross(cable.lever, f)};
+    }
+    return sum;
 }
 
 // Wrench matrix, lengths and rates at a state of the platform.
@@ -144,16 +158,7 @@ template <class T> inline int cable_wrench(CableWrench<T>& cables) {
     if (!has_anchors<T>(cables.w)) return code(T(double(BAD_INPUT)));
     const Vector<T> p = vector(cables.pose);
     const Quaternion<T> q = quaternion(cables.pose + 3);
-    Vector<T> force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
-    for (int64_t i = 0; i < cables.m; i++) {
-        const Line<T> cable = line(cables.lines, cables.w, i, p, q);
-        const Vector<T> l = cable.chord(cable.exit());
-        const Vector<T> f = (cables.tension[i] / length(l)) * l;
-        force = force + f;
-        moment = moment + cross(cable.lever, f);
-    }
-    store(force, cables.wrench);
-    store(moment, cables.wrench + 3);
+    store(pull_of_cables(cables.lines, cables.w, cables.m, cables.tension, p, q), cables.wrench);
     return 0;
 }
 

@@ -1,0 +1,99 @@
+// The frame in which rigid bodies are integrated, and what acts on them. SPDX-License-Identifier: Apache-2.0
+//
+// See `cdpr.mechanics.body_frame`. A state (13): position, m; attitude w, x, y, z; velocity, m/s; angular velocity,
+// rad/s; world axes. `offset` (7): from the platform's origin to that of the body frame in body axes (3), m, and the
+// attitude of the body frame in the platform (4).
+#pragma once
+
+#include <cdpr/geometry.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// Write the body state of a platform state.
+template <class T> CDPR_INLINE void from_platform(const T* offset, const T* state, T* body) {
+    const Quaternion<T> attitude = multiply(quaternion(state + 3), quaternion(offset + 3));
+    const Vector<T> r = rotate(attitude, vector(offset)), omega = vector(state + 10);
+    const Vector<T> position = vector(state) + r, velocity = vector(state + 7) + cross(omega, r);
+    store(position, body);
+    store(attitude, body + 3);
+    store(velocity, body + 7);
+    store(omega, body + 10);
+}
+
+// Write the platform state of a body state.
+template <class T> CDPR_INLINE void to_platform(const T* offset, const T* body, T* state) {
+    const Quaternion<T> q = quaternion(body + 3);
+    const Vector<T> r = rotate(q, vector(offset)), omega = vector(body + 10);
+    const Vector<T> position = vector(body) - r, velocity = vector(body + 7) - cross(omega, r);
+    store(position, state);
+    store(multiply(q, conjugate(quaternion(offset + 3))), state + 3);
+    store(velocity, state + 7);
+    store(omega, state + 10);
+}
+
+// Return a wrench that acts at the platform's origin as one about that of the body frame, of a body with attitude q;
+// the platform's origin lies at -r from there. World axes. `pull` is the wrench of the cables.
+template <class T>
+CDPR_INLINE Wrench<T> with_external(Wrench<T> pull, const T* offset, const T* external, Quaternion<T> q) {
+    const Wrench<T> push = wrench(external);
+    const Vector<T> lever = cross(rotate(q, vector(offset)), push.force);
+    return {pull.force + push.force, pull.moment + push.moment - lever};
+}
+
+// Platform state to body state.
+template <class T> struct BodyState {
+    const T* offset;  // (7)
+    const T* state;   // (13), of the platform
+    T* body;          // (13)
+    static constexpr Field fields[] = {in<T>("offset", "7"), in<T>("state", "13"), out<T>("body", "13")};
+};
+
+template <class T> inline int body_state(BodyState<T>& frame) {
+    from_platform(frame.offset, frame.state, frame.body);
+    return 0;
+}
+
+// Body state to platform state.
+template <class T> struct PlatformState {
+    const T* offset;  // (7)
+    const T* body;    // (13)
+    T* state;         // (13), of the platform
+    static constexpr Field fields[] = {in<T>("offset", "7"), in<T>("body", "13"), out<T>("state", "13")};
+};
+
+template <class T> inline int platform_state(PlatformState<T>& frame) {
+    to_platform(frame.offset, frame.body, frame.state);
+    return 0;
+}
+
+// Wrench of the cables and of what else acts on a body.
+template <class T> struct AppliedWrench {
+    const T* lines;     // (m, w), geometry.hpp, with B_i in the body frame
+    const T* offset;    // (7)
+    const T* tension;   // (m), N
+    const T* external;  // (6), N and N m, at the platform's origin, world axes
+    const T* body;      // (13)
+    T* applied;         // (6), N and N m, about the body frame's origin, world axes
+    int64_t m;
+    int64_t w;
+    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
+                                       in<T>("offset", "7"),
+                                       in<T>("tension", "m"),
+                                       in<T>("external", "6"),
+                                       in<T>("body", "13"),
+                                       out<T>("applied", "6"),
+                                       size("m"),
+                                       size("w")};
+};
+
+template <class T> inline int applied_wrench(AppliedWrench<T>& body) {
+    if (!has_anchors<T>(body.w)) return code(T(double(BAD_INPUT)));
+    const Quaternion<T> q = quaternion(body.body + 3);
+    const Wrench<T> pull = pull_of_cables(body.lines, body.w, body.m, body.tension, vector(body.body), q);
+    store(with_external(pull, body.offset, body.external, q), body.applied);
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,168 @@
+// Clearance of cables from each other, from their own platform and from obstacles. SPDX-License-Identifier: Apache-2.0
+//
+// The axis of a cable is the segment from where it leaves the frame to its anchor on the platform; a clearance is the
+// distance of axes less both radii, or of an axis from a solid less its radius: negative where they touch. What counts
+// of cables that share an anchor, and of a cable and its own platform: `cdpr.mechanics.clearance`.
+#pragma once
+
+#include <cdpr/geometry.hpp>
+#include <cdpr/lanes.hpp>
+#include <cdpr/solids.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// An anchor so near to the surface of its platform, m, is on it: less than cables are thick, more than files are round.
+constexpr double ON_SURFACE = 1e-5;
+
+// Radius of a cable that is broken: whatever it is near to is infinitely far from it.
+constexpr double GONE = -INFINITE;
+
+// What counts of a pair of cables: their distance; that of the ends they do not share; nothing.
+enum PairKind { APART, SHARED, SAME };
+
+// What may touch: the fields that the operations of clearances begin with.
+struct Bodies {
+    const double* lines;   // (m, w), w >= 6, as of geometry.hpp
+    const double* radius;  // (m), m; GONE of a cable that is broken
+    const int64_t*
+        pairs;  // (m, m), PairKind of i and j < i; of those that share an end, at (j, i) SHARED on the platform
+    const double* platform;   // (p, 11), p of 0 or 1 solids (solids.hpp), platform axes
+    const double* obstacles;  // (k, s), s >= 11, solids, world
+    int64_t m;
+    int64_t w;
+    int64_t p;
+    int64_t k;
+    int64_t s;
+    static constexpr Field fields[] = {in("lines", "m", "w >= 6"),
+                                       in("radius", "m"),
+                                       in<int64_t>("pairs", "m", "m"),
+                                       in("platform", "p", "11"),
+                                       in("obstacles", "k", "s >= 11"),
+                                       size("m"),
+                                       size("w"),
+                                       size("p"),
+                                       size("k"),
+                                       size("s")};
+
+    CDPR_INLINE Vector<double> anchor(int64_t i) const { return vector(lines + i * w + Line<double>::PLATFORM); }
+    CDPR_INLINE Solid obstacle(int64_t j) const { return {obstacles + j * s, s}; }
+};
+
+// The least clearance, m, and of what: i m + j of two cables; from m^2 on its platform; from m^2 + m on obstacles; -1
+// of nothing.
+template <class T> struct Nearest {
+    T clearance;
+    T which;
+};
+
+// Write where a cable begins and ends, (6), m, world.
+CDPR_INLINE void write_ends(const Bodies& bodies, int64_t i, Vector<double> p, Quaternion<double> q, double* ends) {
+    const Line<double> cable = line(bodies.lines, bodies.w, i, p, q);
+    store(cable.exit(), ends);
+    store(cable.tip, ends + 3);
+}
+
+#ifdef __GNUC__
+// In eight poses: all cables leave from points.
+CDPR_INLINE void write_ends(const Bodies& bodies, int64_t i, Vector<Lanes> p, Quaternion<Lanes> q, Lanes* ends) {
+    const double* row = bodies.lines + i * bodies.w;
+    const Vector<Lanes> lever = rotate(q, Vector<Lanes>{row[3], row[4], row[5]});
+    store(Vector<Lanes>{row[0], row[1], row[2]}, ends);
+    store(p + lever, ends + 3);
+}
+#endif
+
+// Distance of the axes of two cables from their ends (6); of those that share an end, on the platform or on the frame,
+// that of their other ends from each other's axis.
+template <class T> CDPR_INLINE T axes_distance(const T* first, const T* second, bool apart, bool on_platform) {
+    const Vector<T> E = vector(first), P = vector(first + 3), F = vector(second), Q = vector(second + 3);
+    if (apart) return between(E, P, F, Q);
+    if (on_platform) return smaller(from_point(E, F, Q), from_point(F, E, P));
+    return smaller(from_point(P, F, Q), from_point(Q, E, P));
+}
+
+// Write where cables begin and end, (m, 6), m; return what is nearest of the cables.
+template <class T> inline Nearest<T> nearest_cables(const Bodies& bodies, Vector<T> p, Quaternion<T> q, T* ends) {
+    const int64_t m = bodies.m;
+    for (int64_t i = 0; i < m; i++) write_ends(bodies, i, p, q, ends + 6 * i);
+    Nearest<T> least = {INFINITE, -1.0};
+    for (int64_t i = 0; i < m; i++) {
+        for (int64_t j = 0; j < i; j++) {
+            const int64_t pair = bodies.pairs[i * m + j];
+            if (pair == SAME) continue;
+            const bool on_platform = bodies.pairs[j * m + i] == SHARED;
+            const T distance = axes_distance(ends + 6 * i, ends + 6 * j, pair == APART, on_platform);
+            const T value = distance - (bodies.radius[i] + bodies.radius[j]);
+            const Truth<T> nearer = value < least.clearance;
+            least = {select(nearer, value, least.clearance), select(nearer, T(double(j * m + i)), least.which)};
+        }
+    }
+    return least;
+}
+
+// Return the clearance of a cable from its own platform, INFINITE where its anchor is inside of its shape.
+inline double from_platform(const Bodies& bodies, Solid solid, int64_t i, Vector<double> end) {
+    const Vector<double> anchor = solid.local(bodies.anchor(i));
+    const double outside = signed_distance(solid, anchor).distance;
+    if (outside < -ON_SURFACE) return INFINITE;
+    if (outside <= ON_SURFACE) return above(solid, anchor, solid.local(end), ON_SURFACE);
+    return from_solid(solid, bodies.anchor(i), end) - bodies.radius[i];
+}
+
+// Return what is nearer than `least`: of cables, whose ends are known, from their platform and obstacles.
+inline Nearest<double> nearest_solids(const Bodies& bodies, Vector<double> p, Quaternion<double> q, const double* ends,
+                                      Nearest<double> least) {
+    const int64_t m = bodies.m;
+    for (int64_t j = 0; j < bodies.p; j++) {
+        const Solid solid = {bodies.platform + 11 * j, 11};
+        for (int64_t i = 0; i < m; i++) {
+            if (bodies.radius[i] == GONE) continue;
+            const Vector<double> end = rotate(conjugate(q), vector(ends + 6 * i) - p);
+            const double value = from_platform(bodies, solid, i, end);
+            if (value < least.clearance) least = {value, double(m * m + i)};
+        }
+    }
+    for (int64_t j = 0; j < bodies.k; j++) {
+        const Solid solid = bodies.obstacle(j);
+        for (int64_t i = 0; i < m; i++) {
+            const Vector<double> E = vector(ends + 6 * i), P = vector(ends + 6 * i + 3);
+            if (beyond(solid, E, P) - bodies.radius[i] >= least.clearance) continue;
+            const double value = from_solid(solid, E, P) - bodies.radius[i];
+            if (value < least.clearance) least = {value, double(m * m + m + j * m + i)};
+        }
+    }
+    return least;
+}
+
+// Return the least clearance at a pose (7): position, m, and quaternion. ends: (m, 6), work space.
+inline Nearest<double> nearest(const Bodies& bodies, const double* pose, double* ends) {
+    const Vector<double> p = vector(pose);
+    const Quaternion<double> q = quaternion(pose + 3);
+    return nearest_solids(bodies, p, q, ends, nearest_cables(bodies, p, q, ends));
+}
+
+// Whether cables that are not broken yet are too near, for the loop.
+struct TooNear {
+    Bodies bodies;       // radius: of the cables before any breaks
+    const double* pose;  // (7), position, m, and quaternion
+    const double* gone;  // (m), s, when cables break; INFINITE of those that do not
+    double* present;     // (m), m, radii at this time
+    double* ends;        // (m, 6), work space
+    double clearance;    // m, from this on it is too near
+    double after;        // s, from this time on
+    static constexpr auto fields = extended(Bodies::fields, in("pose", "7"), in("gone", "m"), out("present", "m"),
+                                            work("ends", "m", "6"), value("clearance"), value("after"));
+};
+
+// Return 1 where they are, else 0.
+inline int too_near(TooNear& watch, double time) {
+    Bodies now = watch.bodies;
+    for (int64_t i = 0; i < now.m; i++) watch.present[i] = time < watch.gone[i] ? watch.bodies.radius[i] : GONE;
+    if (time < watch.after) return 0;
+    now.radius = watch.present;
+    return nearest(now, watch.pose, watch.ends).clearance <= watch.clearance ? 1 : 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

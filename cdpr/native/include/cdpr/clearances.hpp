@@ -1,0 +1,59 @@
+// Least clearances at many poses, eight at a time where all cables leave from points. SPDX-License-Identifier:
+// Apache-2.0
+#pragma once
+
+#include <cdpr/alone.hpp>
+#include <cdpr/clearance.hpp>
+
+#ifdef __GNUC__
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct Clearances {
+    Bodies bodies;
+    const double* poses;  // (count, 7), position, m, and quaternion
+    double* clearance;    // (count), m
+    int64_t* which;       // (count), of what, as of Nearest
+    double* ends;         // (m, 6), work space
+    Lanes* eight_poses;   // (7), work space
+    Lanes* eight_ends;    // (m, 6), work space
+    int64_t count;
+    static constexpr auto fields = extended(
+        Bodies::fields, in("poses", "count", "7"), out("clearance", "count"), out<int64_t>("which", "count"),
+        work("ends", "m", "6"), work<Lanes>("eight_poses", "7"), work<Lanes>("eight_ends", "m", "6"), size("count"));
+
+    CDPR_INLINE void write(int64_t k, Nearest<double> found) const {
+        clearance[k] = found.clearance;
+        which[k] = static_cast<int64_t>(found.which);
+    }
+};
+
+// Write what is found of poses first to first + 7.
+inline void look_at_eight(const Clearances& asked, int64_t first) {
+    const Bodies& bodies = asked.bodies;
+    for (int lane = 0; lane < WIDTH; lane++) put(asked.poses + 7 * (first + lane), asked.eight_poses, lane, 7);
+    const Nearest<Lanes> cables =
+        nearest_cables(bodies, vector(asked.eight_poses), quaternion(asked.eight_poses + 3), asked.eight_ends);
+    for (int lane = 0; lane < WIDTH; lane++) {
+        const int64_t k = first + lane;
+        Nearest<double> found = {cables.clearance.get(lane), cables.which.get(lane)};
+        if (bodies.p + bodies.k > 0) {
+            for (int64_t i = 0; i < 6 * bodies.m; i++) asked.ends[i] = asked.eight_ends[i].get(lane);
+            const double* pose = asked.poses + 7 * k;
+            found = nearest_solids(bodies, vector(pose), quaternion(pose + 3), asked.ends, found);
+        }
+        asked.write(k, found);
+    }
+}
+
+inline int clearances(Clearances& asked) {
+    int64_t k = 0;
+    if (asked.bodies.w == Line<double>::EXIT)
+        for (; k + WIDTH <= asked.count; k += WIDTH) look_at_eight(asked, k);
+    for (; k < asked.count; k++) asked.write(k, nearest(asked.bodies, asked.poses + 7 * k, asked.ends));
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
+#endif

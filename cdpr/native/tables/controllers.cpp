@@ -1,0 +1,26 @@
+// Controllers. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/group.hpp>
+#include <cdpr_controllers/cable_length.hpp>
+#include <cdpr_controllers/computed_torque.hpp>
+#include <cdpr_controllers/holding.hpp>
+#include <cdpr_controllers/pid.hpp>
+#include <cdpr_controllers/static.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+static constexpr cdpr_entry entries[] = {
+    entry<TaskSpaceControl<double>, computed_torque<double>>("computed_torque"),
+    entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
+    entry<TaskSpaceControl<double>, static_control<double>>("static"),
+    entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),
+    entry<PidControl<double>, pid<double>>("pid"),
+    entry<PidControl<Lanes>, pid<Lanes>>("pid_lanes"),
+    entry<Holding, hold>("holding"),
+    entry<CableLengthControl, cable_length>("cable_length"),
+};
+
+extern const cdpr_group controllers = group(entries);
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,30 @@
+// Mechanics: platform, clearances, limits of cables, forward kinematics. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/clearance.hpp>
+#include <cdpr/clearances.hpp>
+#include <cdpr/distances.hpp>
+#include <cdpr/energy.hpp>
+#include <cdpr/forward_kinematics.hpp>
+#include <cdpr/group.hpp>
+#include <cdpr/inverse_dynamics.hpp>
+#include <cdpr/mechanics/reach.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+static constexpr cdpr_entry entries[] = {
+    entry<InverseDynamics<double>, static_cast<int (*)(InverseDynamics<double>&)>(inverse_dynamics)>(
+        "inverse_dynamics"),
+    entry<PlatformEnergy<double>, platform_energy<double>>("energy"),
+    entry<SegmentDistances, segment_distances>("segment_distances"),
+    entry<SolidDistances, solid_distances>("solid_distances"),
+    entry<Clearances, clearances>("clearances"),
+    entry<TooNear, too_near>("too_near"),
+    entry<BeyondLimits, beyond_limits>("beyond_limits"),
+    entry<LimitViolations, limit_violations>("limit_violations"),
+    entry<ForwardKinematics, forward_kinematics>("forward_kinematics"),
+};
+
+extern const cdpr_group mechanics = group(entries);
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,32 @@
+// Simulation: operations of the loop. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/group.hpp>
+#include <cdpr/simulation/loads.hpp>
+#include <cdpr/simulation/observe.hpp>
+#include <cdpr/simulation/small_operations.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+static constexpr cdpr_entry entries[] = {
+    entry<Observation<double>, observe<double>>("observe"),
+    entry<Observation<Lanes>, observe<Lanes>>("observe_lanes"),
+    entry<Geometry<double>, observe_nominal<double>>("observe_nominal"),
+    entry<Geometry<Lanes>, observe_nominal<Lanes>>("observe_nominal_lanes"),
+    entry<Exertion<double>, exert<double>>("exert"),
+    entry<Exertion<Lanes>, exert<Lanes>>("exert_lanes"),
+    entry<ExternalLoads, external_loads>("external_loads"),
+    entry<Copy<double>, copy<double>>("copy"),
+    entry<Copy<Lanes>, copy<Lanes>>("copy_lanes"),
+    entry<Stamp<double>, stamp<double>>("stamp"),
+    entry<Stamp<Lanes>, stamp<Lanes>>("stamp_lanes"),
+    entry<Values<double>, not_finite<double>>("not_finite"),
+    entry<Values<Lanes>, not_finite<Lanes>>("not_finite_lanes"),
+    entry<Clock, clock_differs>("clock_differs"),
+    entry<PowerOff<double>, power_off<double>>("power_off"),
+    entry<PowerOff<Lanes>, power_off<Lanes>>("power_off_lanes"),
+};
+
+extern const cdpr_group simulation = group(entries);
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

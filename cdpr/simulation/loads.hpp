@@ -1,0 +1,37 @@
+// External wrench that events add up to. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/field.hpp>
+#include <cdpr/number.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct ExternalLoads {
+    // (k, 10): first sample; sample at which it has ended; angle per sample and first angle of the sine by which the
+    // amplitude is multiplied, rad (a quarter turn where it does not swing); amplitude (6), N and N m
+    const double* loads;
+    const int64_t* sample;  // (1)
+    double* external;       // (6), N and N m, about the platform's origin, world axes
+    int64_t k;
+    static constexpr Field fields[] = {in("loads", "k", "10"), in<int64_t>("sample", "1"), out("external", "6"),
+                                       size("k")};
+};
+
+// Write the wrench of a sample; return 1 if it differs at the next, because a load swings.
+inline int external_loads(ExternalLoads& events) {
+    const double sample = double(events.sample[0]);
+    bool swinging = false;
+    for (int j = 0; j < 6; j++) events.external[j] = 0.0;
+    for (int64_t i = 0; i < events.k; i++) {
+        const double* load = events.loads + 10 * i;
+        if (!(load[0] <= sample && sample < load[1])) continue;
+        swinging = swinging || load[2] > 0.0;
+        const double part = sine(load[3] + (sample - load[0]) * load[2]);
+        for (int j = 0; j < 6; j++) events.external[j] += part * load[4 + j];
+    }
+    return swinging;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

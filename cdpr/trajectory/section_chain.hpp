@@ -1,0 +1,76 @@
+// Chain of sections of a path, which is passed without a stop. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/trajectory/least_tree.hpp>
+#include <cdpr/trajectory/phases.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// Change of speed, and the acceleration and jerk that all sections which it touches allow.
+struct SpeedChange {
+    double way, acceleration, jerk;  // m, m/s^2, m/s^3
+};
+
+struct SectionChain {
+    const double* starts;         // (count + 1), m
+    const double* accelerations;  // (count), m/s^2
+    LeastTree caps;               // m/s
+    LeastTree jerks;              // m/s^3; both limits are least in the same section
+
+    CDPR_INLINE SpeedChange change(double slow, double fast, int64_t near, int64_t far) const {
+        const int64_t strictest = jerks.least(near, far);
+        const double acceleration = accelerations[strictest], jerk = jerks.values[strictest];
+        return {ramp_way(slow, fast, acceleration, jerk), acceleration, jerk};
+    }
+
+    // Index of the last section from `low` to `high` that begins before a place.
+    CDPR_INLINE int64_t last_before(double place, int64_t low, int64_t high) const {
+        while (low < high) {
+            const int64_t middle = (low + high + 1) / 2;
+            if (starts[middle] < place)
+                low = middle;
+            else
+                high = middle - 1;
+        }
+        return low;
+    }
+
+    // Index of the first section from `low` to `high` that ends behind a place.
+    CDPR_INLINE int64_t first_behind(double place, int64_t low, int64_t high) const {
+        while (low < high) {
+            const int64_t middle = (low + high) / 2;
+            if (starts[middle + 1] > place)
+                high = middle;
+            else
+                low = middle + 1;
+        }
+        return low;
+    }
+
+    inline SpeedChange change_after(double place, double slow, double fast, int64_t first, int64_t last) const;
+    inline SpeedChange change_before(double place, double slow, double fast, int64_t first, int64_t last) const;
+};
+
+// Change of speed that begins at a place, where section `first` does.
+inline SpeedChange SectionChain::change_after(double place, double slow, double fast, int64_t first,
+                                              int64_t last) const {
+    for (int64_t far = first;;) {
+        const SpeedChange found = change(slow, fast, first, far);
+        if (far == last || place + found.way <= starts[far + 1]) return found;
+        far = last_before(place + found.way, far + 1, last);
+    }
+}
+
+// Change of speed that ends at a place, where section `last` does.
+inline SpeedChange SectionChain::change_before(double place, double slow, double fast, int64_t first,
+                                               int64_t last) const {
+    for (int64_t near = last;;) {
+        const SpeedChange found = change(slow, fast, near, last);
+        if (near == first || place - found.way >= starts[near]) return found;
+        near = first_behind(place - found.way, first, near - 1);
+    }
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,141 @@
+// Knots of a spline along a polygon, as far apart as the sizes of its corners. SPDX-License-Identifier: Apache-2.0
+//
+// Vertices are 0 to `last`; way (last + 1) is the length of the polygon up to each, m; size (last + 1), m, is how far
+// from a vertex the spline begins to round it.
+#pragma once
+
+#include <cdpr/number.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// Knots on both sides of vertices that are nearer to each other, or to the next vertex, than this share of its size
+// become one, or none.
+constexpr double NEAR = 0.5;
+
+constexpr double GAP = 1e-6;  // m, between knots: from points so near, second derivatives are still precise to 1e-4 / m
+
+// A vertex of a size that is at most so many times the longer chord beside it is a knot: with fewer knots than
+// vertices, but not many fewer, the curvature would go up and down.
+constexpr double OWN = 1.5;
+
+constexpr double SLOPE = 0.1;  // by which sizes change along the polygon, at most
+
+// Places on a polygon; before the first and behind the last one they coincide.
+struct Knots {
+    double* places;
+    int64_t spans;
+
+    CDPR_INLINE double operator()(int64_t j) const { return places[j < 0 ? 0 : j > spans ? spans : j]; }
+    CDPR_INLINE double end() const { return places[spans]; }
+    CDPR_INLINE void add(double place) { places[++spans] = place; }
+};
+
+// Let sizes of vertices differ by no more than a share of their distance: reduce the larger ones.
+inline void grade(const double* way, double* size, int64_t last) {
+    for (int64_t k = 1; k <= last; k++) size[k] = smaller(size[k], size[k - 1] + SLOPE * (way[k] - way[k - 1]));
+    for (int64_t k = last - 1; k >= 0; k--) size[k] = smaller(size[k], size[k + 1] + SLOPE * (way[k + 1] - way[k]));
+}
+
+// Do that by enlarging the smaller ones.
+inline void widen(const double* way, double* size, int64_t last) {
+    for (int64_t k = 1; k <= last; k++) size[k] = larger(size[k], size[k - 1] - SLOPE * (way[k] - way[k - 1]));
+    for (int64_t k = last - 1; k >= 0; k--) size[k] = larger(size[k], size[k + 1] - SLOPE * (way[k + 1] - way[k]));
+}
+
+// Number of spans for a sum of chords in sizes: 1 to `most`.
+CDPR_INLINE int64_t span_count(double total, int64_t most) {
+    return int64_t(smaller(larger(1.0, total + 0.5), double(most)));
+}
+
+// Append a knot at `end`, and before it as many as sizes require, evenly by the sizes. They are sought from vertex
+// `first` on.
+inline void fill(const double* way, const double* size, int64_t first, int64_t last, Knots& knots, double end) {
+    const double begin = knots.end();
+    int64_t k = first;
+    while (k < last - 1 && way[k + 1] <= begin) k++;
+    double total = 0.0, place = begin;
+    int64_t chord = k;
+    for (; place < end; chord++) {
+        const double next = smaller(way[chord + 1], end);
+        total += 2.0 * (next - place) / (size[chord] + size[chord + 1]);
+        place = next;
+    }
+    const int64_t count = span_count(total, 2 * (chord - k));  // sizes are wider than most chords
+    double reached = 0.0;
+    place = begin;
+    for (int64_t i = 1; i < count; i++) {
+        const double wanted = total * double(i) / double(count);
+        double across;
+        for (;;) {
+            across = 0.5 * (size[k] + size[k + 1]);
+            const double left = (way[k + 1] - place) / across;
+            if (reached + left >= wanted || k == last - 1) break;
+            reached += left;
+            place = way[++k];
+        }
+        knots.add(place + (wanted - reached) * across);
+    }
+    knots.add(end);
+}
+
+// State of the placement: knots since vertex `filled` may have been skipped, to be filled in.
+struct KnotPlacement {
+    const double* way;
+    const double* size;
+    int64_t last;
+    Knots knots;
+    int64_t filled;
+    bool skipped;
+
+    inline void place(int64_t k);
+
+    // Append a knot, and those that were skipped before it.
+    CDPR_INLINE void add(double at) {
+        if (skipped)
+            fill(way, size, filled, last, knots, at);
+        else
+            knots.add(at);
+    }
+};
+
+// Place the knots of chord k. A vertex has a knot of its own, and one on both sides as far as its size, where that is
+// no more than a chord beside it. Between these, where sizes are more than chords, knots do not heed vertices, and are
+// as far apart as sizes.
+inline void KnotPlacement::place(int64_t k) {
+    const double begin = way[k], end = way[k + 1], before = size[k], after = size[k + 1];
+    const bool own = k == 0 || before <= OWN * larger(end - begin, begin - way[k - 1]);
+    if (own && way[last] - begin > GAP) {
+        if (begin > knots.end() + GAP) add(begin);
+        filled = k;
+        skipped = false;
+    }
+    skipped = skipped || !own;
+    const bool owns = k + 1 == last || after <= OWN * larger(end - begin, way[k + 2] - end);
+    double left = begin + before;
+    const double right = end - after;
+    const bool has_left = own && larger(begin, knots.end()) + GAP < left && left < end - larger(NEAR * after, GAP);
+    bool has_right = owns && begin + larger(NEAR * before, GAP) < right && right < end - GAP;
+    if (has_left && has_right && right - left < NEAR * smaller(before, after)) {
+        left = 0.5 * (left + right);
+        has_right = false;
+    }
+    if (has_left) knots.add(left);
+    if (has_right && right > knots.end() + GAP) {
+        add(right);
+        filled = k;
+        skipped = false;
+    }
+}
+
+// Place knots from the first to the last vertex.
+inline Knots place_knots(const double* way, const double* size, int64_t last, double* places) {
+    KnotPlacement placement = {way, size, last, {places, 0}, 0, false};
+    places[0] = way[0];
+    for (int64_t k = 0; k < last; k++) placement.place(k);
+    placement.add(way[last]);
+    return placement.knots;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

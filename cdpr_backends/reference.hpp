@@ -1,0 +1,120 @@
+// Reference integrator of free platforms: classical Runge-Kutta, the cables evaluated at every stage.
+// SPDX-License-Identifier: Apache-2.0
+//
+// The variables are position, attitude and velocity of the body frame at the centre of mass, and the angular momentum L
+// about it in world axes, where a torque-free body does not change it. Rates: v, omega q / 2, force / mass + g, moment;
+// omega = R I^-1 R^T L. `inertial` (4): mass, kg, and principal moments, kg m^2.
+#pragma once
+
+#include <cdpr/body_frame.hpp>
+#include <cdpr/scheme.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+namespace free_body {
+
+template <class T> struct Point {
+    Vector<T> p;
+    Quaternion<T> q;
+    Vector<T> v, L;
+};
+
+template <class T> CDPR_INLINE Point<T> along(Point<T> a, T c, Point<T> b) {
+    return {along(a.p, c, b.p), along(a.q, c, b.q), along(a.v, c, b.v), along(a.L, c, b.L)};
+}
+
+// Return R diag(moments) R^T w.
+template <class T> CDPR_INLINE Vector<T> momentum(const T* moments, Quaternion<T> q, Vector<T> w) {
+    const Vector<T> own = rotate(conjugate(q), w);
+    return rotate(q, Vector<T>{moments[0] * own.x, moments[1] * own.y, moments[2] * own.z});
+}
+
+// Return its inverse, R diag(moments)^-1 R^T L.
+template <class T> CDPR_INLINE Vector<T> angular_velocity(const T* moments, Quaternion<T> q, Vector<T> L) {
+    const Vector<T> own = rotate(conjugate(q), L);
+    return rotate(q, Vector<T>{own.x / moments[0], own.y / moments[1], own.z / moments[2]});
+}
+
+}  // namespace free_body
+
+// Body state and angular momentum of a platform state.
+template <class T> struct ReferenceBegin {
+    const T* offset;   // (7), body_frame.hpp
+    const T* moments;  // (3), kg m^2
+    T* state;          // (13), of the platform; written back as the body state gives it
+    T* body;           // (13)
+    T* momentum;       // (3), kg m^2/s
+    static constexpr Field fields[] = {in<T>("offset", "7"), in<T>("moments", "3"), both<T>("state", "13"),
+                                       out<T>("body", "13"), out<T>("momentum", "3")};
+};
+
+template <class T> inline int reference_begin(ReferenceBegin<T>& start) {
+    from_platform(start.offset, start.state, start.body);
+    const Vector<T> omega = vector(start.body + 10);
+    store(free_body::momentum(start.moments, quaternion(start.body + 3), omega), start.momentum);
+    to_platform(start.offset, start.body, start.state);
+    return 0;
+}
+
+// Several steps.
+template <class T> struct ReferenceStep {
+    const T* lines;     // (m, w), geometry.hpp, with B_i in the body frame
+    const T* offset;    // (7), body_frame.hpp
+    const T* inertial;  // (4)
+    const T* gravity;   // (3), m/s^2
+    const T* command;   // (m), N: the tensions
+    const T* external;  // (6), N and N m, at the platform's origin, world axes
+    T* body;            // (13)
+    T* momentum;        // (3), kg m^2/s
+    T* state;           // (13), of the platform, after the last step
+    double step;        // s
+    int64_t steps;
+    int64_t m;
+    int64_t w;
+    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
+                                       in<T>("offset", "7"),
+                                       in<T>("inertial", "4"),
+                                       in<T>("gravity", "3"),
+                                       in<T>("command", "m"),
+                                       in<T>("external", "6"),
+                                       both<T>("body", "13"),
+                                       both<T>("momentum", "3"),
+                                       out<T>("state", "13"),
+                                       value("step"),
+                                       value<int64_t>("steps"),
+                                       size("m"),
+                                       size("w")};
+
+    CDPR_INLINE const T* moments() const { return inertial + 1; }
+
+    CDPR_INLINE free_body::Point<T> slope(free_body::Point<T> at) const {
+        const Wrench<T> pull = pull_of_cables(lines, w, m, command, at.p, at.q);
+        const Wrench<T> applied = with_external(pull, offset, external, at.q);
+        const Vector<T> omega = free_body::angular_velocity(moments(), at.q, at.L);
+        return {at.v, turning(at.q, omega), applied.force / inertial[0] + vector(gravity), applied.moment};
+    }
+};
+
+template <class T> inline int reference_step(ReferenceStep<T>& plant) {
+    if (!has_anchors<T>(plant.w)) return code(T(double(BAD_INPUT)));
+    const Vector<T> zero = {0.0, 0.0, 0.0};
+    const free_body::Point<T> none = {zero, {0.0, 0.0, 0.0, 0.0}, zero, zero};
+    for (int64_t k = 0; k < plant.steps; k++) {
+        const free_body::Point<T> start = {vector(plant.body), quaternion(plant.body + 3), vector(plant.body + 7),
+                                           vector(plant.momentum)};
+        const free_body::Point<T> end =
+            runge_kutta<T>(start, none, plant.step, [&](free_body::Point<T> at) { return plant.slope(at); });
+        store(end.p, plant.body);
+        store(normalised(end.q), plant.body + 3);
+        store(end.v, plant.body + 7);
+        store(end.L, plant.momentum);
+    }
+    const Quaternion<T> q = quaternion(plant.body + 3);
+    store(free_body::angular_velocity(plant.moments(), q, vector(plant.momentum)), plant.body + 10);
+    to_platform(plant.offset, plant.body, plant.state);
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

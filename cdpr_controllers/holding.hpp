@@ -1,0 +1,106 @@
+// Tensions that hold the platform up at a pose: cdpr_controllers/holding.py. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/box_least_squares.hpp>
+#include <cdpr/geometry.hpp>
+#include <cdpr/inverse_dynamics.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct Holding {
+    const double* lines;     // (m, w), as of Geometry
+    const int64_t* rows;     // (n), degrees of freedom: rows of the wrench matrix (6, m)
+    const double* weights;   // (n): 1 for forces and 1 / characteristic length, 1/m, for moments
+    const double* low;       // (m), N: limits less the pretension
+    const double* high;      // (m), N
+    const double* inertial;  // (13), `Robot.inertial`
+    const double* gravity;   // (3), m/s^2, world
+    const double* pose;      // (7): position, m, and quaternion
+    double* tension;         // (m), N; as before where no tensions are found
+    double* state;           // (13), work space: the pose at rest
+    double* whole_matrix;    // (6, m), work space
+    double* lengths;         // (2, m), work space
+    double* matrix;          // (n, m), work space
+    double* whole_wrench;    // (6), work space
+    double* wrench;          // (n), work space
+    double* change;          // (m), work space
+    double* results;         // (2), work space: status and steps
+    double* basis;           // (m, m), work space; this and the following: box_least_squares.hpp
+    double* box;             // (4, m)
+    double* factors;         // (n + 5, n + m)
+    double* search;          // (2 m + 8, m)
+    double* vectors;         // (3, m)
+    double* reached;         // (n)
+    double* table;           // (3 n + 8, n + m)
+    double pretension;       // N
+    int64_t n;
+    int64_t m;
+    int64_t w;
+    static constexpr Field fields[] = {in("lines", "m", "w >= 6"),
+                                       in<int64_t>("rows", "n"),
+                                       in("weights", "n"),
+                                       in("low", "m"),
+                                       in("high", "m"),
+                                       in("inertial", "13"),
+                                       in("gravity", "3"),
+                                       in("pose", "7"),
+                                       both("tension", "m"),
+                                       work("state", "13"),
+                                       work("whole_matrix", "6", "m"),
+                                       work("lengths", "2", "m"),
+                                       work("matrix", "n", "m"),
+                                       work("whole_wrench", "6"),
+                                       work("wrench", "n"),
+                                       work("change", "m"),
+                                       work("results", "2"),
+                                       work("basis", "m", "m"),
+                                       work("box", "4", "m"),
+                                       work("factors", "n + 5", "n + m"),
+                                       work("search", "2*m + 8", "m"),
+                                       work("vectors", "3", "m"),
+                                       work("reached", "n"),
+                                       work("table", "3*n + 8", "n + m"),
+                                       value("pretension"),
+                                       size("n"),
+                                       size("m"),
+                                       size("w")};
+
+    CDPR_INLINE Geometry<double> cables() const { return {lines, state, whole_matrix, lengths, lengths + m, m, w}; }
+    CDPR_INLINE BoxLeastSquares nearest() const {
+        return {matrix,  wrench, low,     high,    weights, change, results, results + 1, basis, box,
+                factors, search, vectors, reached, table,   n,      m};
+    }
+};
+
+// Write the platform's weight, of which the pretension has balanced a part, and the wrench matrix; of all directions,
+// and of the degrees of freedom.
+inline int write_load(const Holding& p) {
+    for (int i = 0; i < 13; i++) p.state[i] = i < 7 ? p.pose[i] : 0.0;
+    Geometry<double> cables = p.cables();
+    if (const int refused = geometry(cables)) return refused;
+    const Vector<double> still = no_vector<double>();
+    store(inverse_dynamics<double>({p.inertial}, vector(p.gravity), quaternion(p.pose + 3), still, still, still),
+          p.whole_wrench);
+    for (int64_t j = 0; j < 6; j++) {
+        const double* row = p.whole_matrix + j * p.m;
+        p.whole_wrench[j] = difference(p.whole_wrench[j], 0, p.m, [&](int64_t i) { return row[i] * p.pretension; });
+    }
+    for (int64_t k = 0; k < p.n; k++) {
+        p.wrench[k] = p.whole_wrench[p.rows[k]];
+        for (int64_t i = 0; i < p.m; i++) p.matrix[k * p.m + i] = p.whole_matrix[p.rows[k] * p.m + i];
+    }
+    return 0;
+}
+
+// Write the tensions. Returns 0 also where none are found: those before are kept.
+inline int hold(Holding& p) {
+    if (const int refused = write_load(p)) return refused;
+    BoxLeastSquares problem = p.nearest();
+    if (bounded::find(problem) < 0) return 0;
+    for (int64_t i = 0; i < p.m; i++) p.tension[i] = p.pretension + p.change[i];
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
