@@ -153,6 +153,6 @@ def replace_tension(
     arrays = {name: np.array(value, dtype=np.float64) for name, value in given.items()}
     arrays |= {"tension": np.array(previous, dtype=np.float64), "report": np.full(4, np.nan)}
     arrays["answer"] = np.array(np.full(arrays["tension"].shape, np.nan) if answer is None else answer, dtype=float)
-    values = {"action": action(policy, answer is None), "status": int(status), "answered": 0}
-    code = bind("replace_tension", known=np.zeros(2, dtype=np.int64), **arrays, **values)()
+    values = {"action": action(policy, answer is None), "answered": 0}
+    code = bind("replace_tension", known=np.zeros(2, dtype=np.int64), **arrays, **values)(float(status))
     return None if code else (arrays["tension"], arrays["report"])

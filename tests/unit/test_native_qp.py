@@ -12,10 +12,10 @@ from kernel_cases import COUNT, HOSTILE, assert_same_bits, rubbish, run, run_lan
 from solver_kernel_cases import EACH, NAMES, SHAPES, compiled, problems
 
 from cdpr.model.address import address
-from cdpr.tension import active_set, null_space, policy, row_space
+from cdpr.tension import active_set, null_space, row_space
 from cdpr.tension.box_least_squares import box_least_squares
 from cdpr.tension.box_least_squares import work_rows as box_rows
-from cdpr.tension.status import BAD_INPUT, Status
+from cdpr.tension.status import Status
 from cdpr_solvers import best_effort, qp
 
 SIZES = {"status": (1,)}
@@ -196,40 +196,6 @@ def test_nearest_wrenches_have_the_bits_of_numba(name):
     assert count >= COUNT
     assert statuses[Status.OK] > 1000
     assert statuses[Status.UNSUPPORTED] > 20
-
-
-@pytest.mark.slow
-@compiled
-def test_policies_have_the_bits_of_numba():
-    rng, count, replaced = np.random.default_rng(5), 0, 0
-    for n, m in SHAPES:
-        inputs = excessive(rng, n, m)
-        inputs["limits"] = np.stack([inputs.pop("tension_min"), inputs.pop("tension_max")], axis=1)
-        answer = np.where(rng.random((EACH, 1)) < 0.5, rng.uniform(-50.0, 500.0, (EACH, m)), np.nan)
-        answer[::8, 0] = rng.choice(HOSTILE, len(answer[::8]))
-        before = {"answer": answer, "tension": rng.uniform(0.0, 100.0, (EACH, m)), "report": rng.normal(size=(EACH, 4))}
-        before["known"] = rng.integers(0, 2, (EACH, 2))
-        work = np.empty((box_rows(n, m), max(n, m)))
-        for deed in (policy.NEAREST, policy.HOLD, policy.CLIP):
-            status, answered = int(rng.integers(0, BAD_INPUT + 1)), int(rng.integers(0, 2))
-            wanted, codes = {key: value.copy() for key, value in before.items()}, np.empty(EACH, dtype=int)
-            for k in range(EACH):
-                rubbish(work)
-                given = [inputs[key][k] for key in ("matrix", "wrench", "weights", "limits")]
-                arrays = [wanted[key][k] for key in ("answer", "tension", "report")]
-                codes[k] = policy.replace(
-                    wanted["known"][k], bool(answered), deed, *given, *arrays, work, float(status)
-                )
-            shapes = {key: value.shape[1:] for key, value in before.items()}
-            values = {"action": deed, "status": status, "answered": answered}
-            found, given_codes = run("replace_tension", inputs, shapes, before, **values)
-            assert given_codes.tolist() == codes.tolist()
-            for key in shapes:
-                assert_same_bits(found[key], wanted[key])
-            count += EACH
-            replaced += int((codes == 0).sum())
-    assert count >= COUNT
-    assert replaced > COUNT
 
 
 MODULES = ["cdpr.tension.active_set", "cdpr.tension.row_space", "cdpr.tension.box_least_squares", "cdpr.tension.policy"]

@@ -9,6 +9,7 @@
 #include <cdpr_solvers/improved_puncture.hpp>
 #include <cdpr_solvers/infinity_norm.hpp>
 #include <cdpr_solvers/kernel_method.hpp>
+#include <cdpr_solvers/library.hpp>
 #include <cdpr_solvers/lp.hpp>
 #include <cdpr_solvers/maximin.hpp>
 #include <cdpr_solvers/p_norm.hpp>
@@ -38,6 +39,8 @@ static constexpr cdpr_entry entries[] = {
     entry<AnalyticCentre, analytic_centre>("analytic_centre"),
     entry<MinimumNorm<double>, static_cast<int (*)(MinimumNorm<double>&)>(minimum_norm)>("minimum_norm"),
     entry<MinimumNorm<Lanes>, static_cast<int (*)(MinimumNorm<Lanes>&)>(minimum_norm)>("minimum_norm_lanes"),
+    entry<LibraryProblem, library_problem>("library_problem"),
+    entry<LibraryAnswer, library_answer>("library_answer"),
 };
 
 extern const cdpr_group solvers = group(entries);

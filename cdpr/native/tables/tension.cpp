@@ -1,10 +1,14 @@
 // Tension distribution: what solvers share, checks and policies. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/checks.hpp>
+#include <cdpr/command.hpp>
 #include <cdpr/group.hpp>
+#include <cdpr/imposed.hpp>
+#include <cdpr/null_space_form.hpp>
 #include <cdpr/policy.hpp>
 #include <cdpr/polygons.hpp>
 #include <cdpr/polytope_points.hpp>
 #include <cdpr/safest.hpp>
+#include <cdpr/select_rows.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -12,6 +16,16 @@ inline namespace CDPR_TARGET {
 static constexpr cdpr_entry entries[] = {
     entry<Acceptance<double>, accept<double>>("accept"),
     entry<Acceptance<Lanes>, accept<Lanes>>("accept_lanes"),
+    entry<Selection<double>, select_rows<double>>("select_rows"),
+    entry<Selection<Lanes>, select_rows<Lanes>>("select_rows_lanes"),
+    entry<Imposed<double>, impose_tensions<double>>("impose_tensions"),
+    entry<Imposed<Lanes>, impose_tensions<Lanes>>("impose_tensions_lanes"),
+    entry<Room<double>, room_within_limits<double>>("room_within_limits"),
+    entry<Room<Lanes>, room_within_limits<Lanes>>("room_within_limits_lanes"),
+    entry<Command, take_command>("take_command"),
+    entry<ImposedCommand<double>, impose_command<double>>("impose_command"),
+    entry<ImposedCommand<Lanes>, impose_command<Lanes>>("impose_command_lanes"),
+    entry<NullSpaceForm, null_space_form>("null_space_form"),
     entry<NearestPoint, nearest_point>("nearest_point"),
     entry<ExtremePoint, extreme_point>("extreme_point"),
     entry<NearestByRows, nearest_tension_by_rows>("nearest_by_rows"),

@@ -20,6 +20,42 @@ constexpr double RESIDUAL_TOLERANCE = 1e-6;
 // Squares of numbers beyond 1e154 are infinite: those of such wrenches are taken in units so large that none overflows.
 constexpr double FAR_UNIT = 0x1p-520;
 
+// Limits of the cables.
+template <class T> struct Limits {
+    const T* low;   // (m), N
+    const T* high;  // (m), N
+    int64_t m;
+};
+
+// Return what is large beside the tolerances, N: one newton, or the largest of the limits if that is less. Otherwise
+// nothing would be proved of robots that are held by millinewtons. Of limits that are all zero it is 1.
+template <class T> CDPR_INLINE T newton(Limits<T> limits) {
+    T largest = 0.0;
+    for (int64_t i = 0; i < limits.m; i++)
+        largest = larger(largest, larger(absolute(limits.low[i]), absolute(limits.high[i])));
+    return select((largest >= T(1.0)) | !(largest > T(0.0)), T(1.0), largest);
+}
+
+// Margin of tensions to the nearest limit, N, and number of cables at a limit.
+template <class T> struct Margin {
+    T least, at_limit;
+};
+
+// Return the margin of tensions (m). A locked cable, whose limits are equal, counts only where it does not have that
+// tension. Cables whose `held` (m), if given, is not NaN are broken or jammed and do not count.
+template <class T> CDPR_INLINE Margin<T> margin_of(Limits<T> limits, const T* tension, const T* held, T tolerance) {
+    Margin<T> margin = {INFINITE, 0.0};
+    for (int64_t i = 0; i < limits.m; i++) {
+        const T low = limits.low[i], high = limits.high[i];
+        const T distance = smaller(tension[i] - low, high - tension[i]);
+        Truth<T> aside = (low == high) & (distance >= -tolerance);
+        if (held) aside = aside | (held[i] == held[i]);
+        margin.least = select(aside, margin.least, smaller(margin.least, distance));
+        margin.at_limit += select(aside, T(0.0), select(distance <= tolerance, T(1.0), T(0.0)));
+    }
+    return margin;
+}
+
 // Decision on an answer.
 template <class T> struct Acceptance {
     const T* matrix;   // (n, m), moments in N m per N
@@ -42,32 +78,8 @@ template <class T> struct Acceptance {
                                        size("n"),
                                        size("m")};
 
-    CDPR_INLINE const T* low() const { return limits; }
-    CDPR_INLINE const T* high() const { return limits + m; }
+    CDPR_INLINE Limits<T> bounds() const { return {limits, limits + m, m}; }
 };
-
-// Return what is large beside the tolerances, N: one newton, or the largest of the limits if that is less. Otherwise
-// nothing would be proved of robots that are held by millinewtons. Of limits that are all zero it is 1.
-template <class T> CDPR_INLINE T newton(const Acceptance<T>& problem) {
-    T largest = 0.0;
-    for (int64_t i = 0; i < problem.m; i++)
-        largest = larger(largest, larger(absolute(problem.low()[i]), absolute(problem.high()[i])));
-    return select((largest >= T(1.0)) | !(largest > T(0.0)), T(1.0), largest);
-}
-
-// Write margin, N, and number of cables at a limit. A locked cable, whose limits are equal, counts only where it does
-// not have that tension.
-template <class T> CDPR_INLINE void limit_margin(const Acceptance<T>& problem, T tolerance, T& margin, T& at_limit) {
-    margin = INFINITE;
-    at_limit = 0.0;
-    for (int64_t i = 0; i < problem.m; i++) {
-        const T low = problem.low()[i], high = problem.high()[i];
-        const T distance = smaller(problem.answer[i] - low, high - problem.answer[i]);
-        const Truth<T> aside = (low == high) & (distance >= -tolerance);
-        margin = select(aside, margin, smaller(margin, distance));
-        at_limit += select(aside, T(0.0), select(distance <= tolerance, T(1.0), T(0.0)));
-    }
-}
 
 // Write the squares of the weighted residual and of the wrench, in a unit.
 template <class T> CDPR_INLINE void squares(const Acceptance<T>& problem, T unit, T& residual, T& load) {
@@ -83,22 +95,23 @@ template <class T> CDPR_INLINE void squares(const Acceptance<T>& problem, T unit
 }
 
 // Whether a finite answer keeps the limits and balances the wrench; write the report for the lanes that are finite.
-template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> sound) {
-    T unit = 1.0, residual, load, margin, at_limit;
+// Cables that are `held` count as of `margin_of`.
+template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> sound, const T* held = nullptr) {
+    T unit = 1.0, residual, load;
     squares(problem, unit, residual, load);
     const Truth<T> summed = (residual < T(INFINITE)) & (load < T(INFINITE));
     if (!all(summed)) {
         unit = select(summed, unit, T(FAR_UNIT));
         squares(problem, unit, residual, load);
     }
-    const T one = newton(problem), tolerance = LIMIT_TOLERANCE * one;
-    limit_margin(problem, tolerance, margin, at_limit);
+    const T one = newton(problem.bounds()), tolerance = LIMIT_TOLERANCE * one;
+    const Margin<T> margin = margin_of(problem.bounds(), problem.answer, held, tolerance);
     const T missed = square_root(residual) / unit;
     const T allowed = RESIDUAL_TOLERANCE * larger(one, square_root(load) / unit);
     problem.report[1] = select(sound, missed, problem.report[1]);
-    problem.report[2] = select(sound, margin, problem.report[2]);
-    problem.report[3] = select(sound, at_limit, problem.report[3]);
-    return (margin >= -tolerance) & (missed <= allowed) & (allowed < T(INFINITE));
+    problem.report[2] = select(sound, margin.least, problem.report[2]);
+    problem.report[3] = select(sound, margin.at_limit, problem.report[3]);
+    return (margin.least >= -tolerance) & (missed <= allowed) & (allowed < T(INFINITE));
 }
 
 // Copy a solver's answer if it is finite, within the limits and balances the wrench. Return the status: OK, BAD_INPUT
@@ -110,8 +123,9 @@ template <class T> inline int accept(Acceptance<T>& problem) {
     Truth<T> right = sound;
     if (any(sound)) {
         right = sound & holds(problem, sound);
+        const Limits<T> limits = problem.bounds();
         for (int64_t i = 0; i < problem.m; i++) {
-            const T within = smaller(larger(problem.answer[i], problem.low()[i]), problem.high()[i]);
+            const T within = smaller(larger(problem.answer[i], limits.low[i]), limits.high[i]);
             problem.tension[i] = select(right, within, problem.tension[i]);
         }
     }

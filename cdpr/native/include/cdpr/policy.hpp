@@ -30,7 +30,6 @@ struct Fallback {
     double* reached;
     double* table;
     int64_t action;    // an Action
-    int64_t status;    // of the solver
     int64_t answered;  // whether the solver gave an answer, which failed the checks
     int64_t n;
     int64_t m;
@@ -51,7 +50,6 @@ struct Fallback {
                                        work("reached", "n"),
                                        work("table", "3*n + 8", "n + m"),
                                        value<int64_t>("action"),
-                                       value<int64_t>("status"),
                                        value<int64_t>("answered"),
                                        size("n"),
                                        size("m")};
@@ -70,7 +68,7 @@ CDPR_INLINE bool all_finite(const double* numbers, int64_t count) {
 
 // Replace the tensions of the step before, and let the report say what the new ones do, with the solver's status.
 // Return false, and change nothing, where an input is not finite.
-inline bool fall_back(Fallback& p) {
+inline bool fall_back(const Fallback& p, double status) {
     if (!all_finite(p.wrench, p.n) || !all_finite(p.matrix, p.n * p.m)) return false;
     if (p.action == CLIP && all_finite(p.answer, p.m)) {
         for (int64_t i = 0; i < p.m; i++) p.tension[i] = p.answer[i];
@@ -82,19 +80,20 @@ inline bool fall_back(Fallback& p) {
     for (int64_t i = 0; i < p.m; i++) p.tension[i] = smaller(larger(p.tension[i], p.limits[i]), p.limits[p.m + i]);
     Acceptance<double> judged = {p.matrix, p.wrench, p.weights, p.limits, p.tension, p.tension, p.report, p.n, p.m};
     holds(judged, true);
-    p.report[0] = double(p.status);
+    p.report[0] = status;
     return true;
 }
 
 // Replace tensions and answer where the solver gave no answer, or none that passed the checks; return OK. Return the
-// status, and replace nothing, where there is more to say: it is none, an input is not finite, or nothing was told yet
-// of a refused answer.
-inline int replace_tension(Fallback& p) {
+// solver's status, which is taken in place of the time, and replace nothing, where there is more to say: it is none, an
+// input is not finite, or nothing was told yet of a refused answer.
+inline int replace_tension(Fallback& p, double solver_status) {
+    const int status = int(solver_status);
     for (int64_t i = 0; i < p.m; i++)
         if (p.answer[i] == p.answer[i]) p.known[0] = 1;
-    const bool untold = p.answered && p.status == NOT_FOUND && p.known[1] == 0;
-    if (p.status <= OK || p.status > BAD_INPUT || untold) return int(p.status);
-    if (!fall_back(p)) return int(p.status);
+    const bool untold = p.answered && status == NOT_FOUND && p.known[1] == 0;
+    if (status <= OK || status > BAD_INPUT || untold) return status;
+    if (!fall_back(p, double(status))) return status;
     for (int64_t i = 0; i < p.m; i++) p.answer[i] = p.tension[i];
     return OK;
 }

@@ -1,0 +1,63 @@
+// Tensions that cables have whatever was distributed. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/checks.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// Give the cables the tensions that they are `held` at, N; NaN for cables that are free.
+template <class T> CDPR_INLINE void hold(const T* held, T* tension, int64_t m) {
+    for (int64_t i = 0; i < m; i++) tension[i] = select(held[i] == held[i], held[i], tension[i]);
+}
+
+template <class T> struct Imposed {
+    const T* held;     // (m), N, NaN for cables that are free
+    const T* matrix;   // (n, m), moments in N m per N
+    const T* wrench;   // (n), N and N m
+    const T* weights;  // (n), 1 for forces, 1 / characteristic length, 1/m, for moments
+    const T* limits;   // (2, m), N
+    T* tension;        // (m), N
+    T* report;         // (4), as of Acceptance; its status remains that of the distribution
+    int64_t n;
+    int64_t m;
+    static constexpr Field fields[] = {in<T>("held", "m"),
+                                       in<T>("matrix", "n", "m"),
+                                       in<T>("wrench", "n"),
+                                       in<T>("weights", "n"),
+                                       in<T>("limits", "2", "m"),
+                                       both<T>("tension", "m"),
+                                       both<T>("report", "4"),
+                                       size("n"),
+                                       size("m")};
+};
+
+// Let held tensions be, and report what all tensions do.
+template <class T> inline int impose_tensions(Imposed<T>& p) {
+    hold(p.held, p.tension, p.m);
+    Acceptance<T> judged = {p.matrix, p.wrench, p.weights, p.limits, p.tension, p.tension, p.report, p.n, p.m};
+    holds(judged, Truth<T>(true), p.held);
+    return OK;
+}
+
+// Room of the tensions within the limits.
+template <class T> struct Room {
+    const T* limits;   // (2, m), N
+    const T* tension;  // (m), N
+    const T* held;     // (m), N, NaN for cables that are free
+    T* room;           // (m), N, to the nearer limit, negative beyond; NaN for cables that are held
+    int64_t m;
+    static constexpr Field fields[] = {in<T>("limits", "2", "m"), in<T>("tension", "m"), in<T>("held", "m"),
+                                       out<T>("room", "m"), size("m")};
+};
+
+template <class T> inline int room_within_limits(Room<T>& p) {
+    for (int64_t i = 0; i < p.m; i++) {
+        const T distance = smaller(p.tension[i] - p.limits[i], p.limits[p.m + i] - p.tension[i]);
+        p.room[i] = select(p.held[i] == p.held[i], T(NOT_A_NUMBER), distance);
+    }
+    return OK;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,48 @@
+// Null-space form of a tension distribution problem, as an operation. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/null_space.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct NullSpaceForm {
+    const double* matrix;       // (n, m), W, moments in N m per N
+    const double* wrench;       // (n), N and N m
+    const double* tension_min;  // (m), N
+    const double* tension_max;  // (m), N
+    double* center;             // (m), N, c
+    double* basis;              // (m, m), N in its first `redundancy` columns; the others are without meaning
+    double* redundancy;         // (1), r
+    double* box;                // (4, m), work space
+    double* factors;            // (n + 5, n + m), work space
+    int64_t n;
+    int64_t m;
+    static constexpr Field fields[] = {in("matrix", "n", "m"),
+                                       in("wrench", "n"),
+                                       in("tension_min", "m"),
+                                       in("tension_max", "m"),
+                                       out("center", "m"),
+                                       out("basis", "m", "m"),
+                                       out("redundancy", "1"),
+                                       work("box", "4", "m"),
+                                       work("factors", "n + 5", "n + m"),
+                                       size("n"),
+                                       size("m")};
+};
+
+// Write the form; return OK, INFEASIBLE where no tensions at all exert the wrench, NOT_FOUND where they are larger than
+// numbers can be, or BAD_INPUT.
+inline int null_space_form(NullSpaceForm& p) {
+    double status;
+    const TensionProblem<double> problem = {p.matrix, p.wrench, p.tension_min, p.tension_max, p.center, &status,
+                                            p.basis,  p.box,    p.factors,     p.n,           p.m};
+    const int64_t r = reduce(problem);
+    *p.redundancy = r < 0 ? 0.0 : double(r);
+    if (r < 0) return int(-r);
+    for (int64_t i = 0; i < p.m; i++) p.center[i] = problem.center()[i];
+    return OK;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
