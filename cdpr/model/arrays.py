@@ -9,6 +9,7 @@ from cdpr.errors import CdprError
 from cdpr.model.masks import MASKED, masked
 from cdpr.model.robot import Array
 
+FLOAT = np.dtype(np.float64)
 REAL = "iuf"  # kinds of numpy's numbers that are real; text, truth values and complex numbers are mistakes
 
 
@@ -18,14 +19,16 @@ def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, fini
     Raises CdprError naming the values where they are no real numbers, have another shape, or, if `finite` is asked
     for, one of them is not finite.
     """
-    if type(values) is np.ndarray and values.shape == shape and values.dtype == np.float64 and values.flags.carray:
+    if type(values) is np.ndarray and values.shape == shape and values.dtype == FLOAT and values.flags.carray:
         array = values
     else:
         array = real(values, name)
-    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
-    if not fits:
-        raise CdprError(f"{name}: the shape must be {shape_text(shape)}, got {array.shape}")
-    if finite and not np.isfinite(array).all():
+        fits = array.ndim == len(shape) and all(
+            want in (None, got) for want, got in zip(shape, array.shape, strict=True)
+        )
+        if not fits:
+            raise CdprError(f"{name}: the shape must be {shape_text(shape)}, got {array.shape}")
+    if finite and not (array.ndim == 1 and array.dot(array) < np.inf) and not np.isfinite(array).all():  # dot is quick
         raise CdprError(f"{name}: all numbers must be finite")
     return array
 

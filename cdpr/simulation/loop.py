@@ -22,6 +22,7 @@ from cdpr.plugins.snapshots import Saved, SnapshotOfArrays, put_back, save
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.faults import told
 from cdpr.simulation.loads import Loads
+from cdpr.simulation.outside import Outside
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
@@ -66,6 +67,10 @@ class Loop:
     """A closed loop, ready to run.
 
     Attributes:
+        parts: what it is made of.
+        program: its steps.
+        stage: what distributes the controller's wrench, or checks its commands.
+        advancing: the acts that take the plant to the next sample.
         row: the present sample, columns as `cdpr.log.layout` says; the parts work on views of it.
         out: where the controller writes: the wrench (6,) or the commands (m,).
     """
@@ -80,9 +85,9 @@ class Loop:
         # What the controller sees of them it cannot change.
         self.given_state, self.given_desired = read_only(self.state), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
-        self._outside: dict[Output, tuple[TensionStage | CommandStage, Array, list[Act]]] = {}
-        self.stage = self._stage(parts.output)
-        self.out = self._written(self.stage)
+        self.stage = self.stage_of(parts.output)
+        self.out = self.written(self.stage)
+        self._outside = Outside(self)
         loads = Loads(present.view("external"), parts.backend.external)
         self.schedule = Schedule(parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings)
         self._clock = np.zeros(1)  # what the engine's reads, s
@@ -164,7 +169,7 @@ class Loop:
         self.row[0] = 0.0
         if self.program.due == 0:
             self._happen()
-        self.program.refresh()
+        self._refresh()
         self.sample(0.0)
 
     def revise(self, events: Sequence[ScenarioEvent], motion: Trajectory) -> None:
@@ -172,7 +177,6 @@ class Loop:
         self.parts = replace(self.parts, events=tuple(events), trajectory=motion)
         self.sample = motion.sampler(self.desired)
         self.schedule.plan(events)
-        self._outside.clear()
         before = self.program
         self._plan()
         self.program.rows, self.program.place = before.rows, before.place
@@ -181,7 +185,7 @@ class Loop:
         """Let happen what an event, of which `revise` knows, does at the present sample, which is not yet decided."""
         self.schedule.join(event, self.count)
         self.push()
-        self.program.refresh()
+        self._refresh()
         self.sample(self.time)
 
     def push(self) -> None:
@@ -190,13 +194,20 @@ class Loop:
 
     def write_to(self, rows: Array) -> None:
         """Put the samples into `rows` from now on."""
-        self.program.rows = rows
+        for program in self._programs():
+            program.rows = rows
 
-    def decide(self, given: Callable[[], None] | None = None) -> None:
-        """Complete the sample that is looked at, `given` in place of what decides."""
+    def decide(self, given: Program | None = None) -> None:
+        """Complete the sample that is looked at; by a program that `give` returned in place of the controller."""
         if given is None and self._playback is not None:
             given = self._playback.at(self.count)
-        self.program.decide(given)
+        if given is None:
+            self.program.decide()
+        else:
+            try:
+                given.decide()
+            finally:
+                self.program.stand()
 
     def advance(self) -> None:
         """Take the plant to the next sample, and look at that."""
@@ -226,12 +237,12 @@ class Loop:
             self.decide()
         return self.count
 
-    def go(self, k: int, pace: Pace) -> None:
-        """Complete the samples before sample k, and look at that; raises as `run`."""
-        program, most = self.program, 1
+    def go(self, k: int, pace: Pace, given: Program | None = None) -> None:
+        """Complete the samples before sample k, and look at that; raises as `run`. `given` as for `decide`."""
+        program, most = given or self.program, 1
         try:
             while (count := program.count) < k:
-                if self._playback is not None:
+                if given is None and self._playback is not None:
                     self.decide()
                     self.advance()
                 else:
@@ -254,30 +265,16 @@ class Loop:
     def _dated(self, stop: SimulationStopped | PluginError) -> SimulationStopped | PluginError:
         return type(stop)(f"t = {self.time:.6g} s: {stop}")
 
-    def give(self, output: Output, values: Array) -> Callable[[], None]:
-        """Return what decides a step in place of the controller: a wrench to distribute, or the command of each cable.
+    def give(self, output: Output, values: Array) -> Program:
+        """Return the program in which these values decide in place of the controller, until others are given.
 
-        For `decide`; `values` is (6,) or (m,), live.
+        They are a wrench (6,) to distribute, or the command of each cable (m,). For `decide` and `go`.
         """
-        if output not in self._outside:
-            stage = self.stage if output == self.parts.output else self._stage(output)
-            self._outside[output] = stage, self._written(stage), self._through(stage)
-        stage, out, acts = self._outside[output]
+        return self._outside.give(output, values)
 
-        def given() -> None:
-            out[:] = values
-            if self.count:
-                stage.follow()
-            else:
-                stage.forget()
-            perform(acts)
-            self.stage.follow()
-
-        def same() -> None:
-            out[:] = values
-            perform(acts)
-
-        return same if stage is self.stage else given
+    def _programs(self) -> Iterator[Program]:
+        yield self.program
+        yield from self._outside.programs
 
     def snapshot(self) -> Moment:
         """Return all that the samples after the present one depend on, to be taken between them.
@@ -313,14 +310,14 @@ class Loop:
             part.restore(taken)
         put_back(snapshot.live, (self.row, self.W, self.present.true_W, backend.command, backend.external))
         self.program.place = snapshot.place
-        self.program.refresh()
+        self._refresh()
 
     def close(self) -> None:
         """Let go of all that it is made of: its acts hold it as it holds them, and many are made one after another."""
         vars(self.program).clear()
         vars(self).clear()
 
-    def _stage(self, output: Output) -> TensionStage | CommandStage:
+    def stage_of(self, output: Output) -> TensionStage | CommandStage:
         """Make what takes the output of a controller; all share the cables."""
         parts = self.parts
         if output == "command":
@@ -331,11 +328,11 @@ class Loop:
         asked = Asked(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
         return TensionStage(parts.controlled, asked, self.present.live, self.present.cables)
 
-    def _written(self, stage: TensionStage | CommandStage) -> Array:
+    def written(self, stage: TensionStage | CommandStage) -> Array:
         """What is written for a stage: commands (m,) or the wrench (6,)."""
         return stage.command if isinstance(stage, CommandStage) else self.wrench
 
-    def _through(self, stage: TensionStage | CommandStage) -> list[Act]:
+    def through(self, stage: TensionStage | CommandStage) -> list[Act]:
         """What completes a sample, given what is written for the stage."""
         return self.present.completing(self.schedule.through(stage), self.parts.events)
 
@@ -351,7 +348,7 @@ class Loop:
             control(time, *given)
 
         deciding = Act("controller", law) if law else Act("controller", ask, timed=True)
-        advancing = [
+        self.advancing = advancing = [
             Act("command", partial(copy, self.tension, backend.command)),
             *self._moving(),
             *self._reading_clock(),
@@ -364,9 +361,8 @@ class Loop:
         playback = Playback(parts.events, parts.control_step, self.give)
         self._playback = playback if playback else None
         checking = Act("controller", partial(not_finite, self.out), self._refuse_output)
-        self.program = Program(
-            [deciding, checking, *self._through(self.stage)], advancing, self.row, parts.control_step
-        )
+        self._outside = Outside(self)
+        self.program = Program([deciding, checking, *self.through(self.stage)], advancing, self.row, parts.control_step)
 
     def _moving(self) -> list[Act]:
         """What takes the plant a control step further."""
@@ -398,7 +394,12 @@ class Loop:
     def _happen(self) -> None:
         """Let happen what is due at the sample that is looked at."""
         self.program.due = self.schedule.act(self.count)
-        self.program.refresh()
+        self._refresh()
+
+    def _refresh(self) -> None:
+        """Ask all acts whether they are done from now on."""
+        for program in self._programs():
+            program.refresh()
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state

@@ -9,8 +9,9 @@ from cdpr.model.robot import Array
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import overlay
+from cdpr.simulation.program import Program
 
-Give = Callable[[Output, Array], Callable[[], None]]
+Give = Callable[[Output, Array], Program]
 
 
 class Playback:
@@ -22,18 +23,15 @@ class Playback:
             spans = overlay(spans, commands)
         self._spans = [(first_sample(span.start, step), first_sample(span.end, step), span) for span in spans]
         self._give = give
-        self._known: tuple[object, Callable[[], None]] | None = None
 
     def __bool__(self) -> bool:
         return bool(self._spans)
 
-    def at(self, k: int) -> Callable[[], None] | None:
-        """Return what decides sample k; None where that is left to the controller."""
+    def at(self, k: int) -> Program | None:
+        """Return the program that decides sample k; None where that is left to the controller."""
         i = bisect_right(self._spans, k, key=lambda row: row[0]) - 1
         if i < 0 or k >= self._spans[i][1]:
             return None
         span = self._spans[i][2]
-        if self._known is None or self._known[0] is not span:
-            output: Output = "wrench" if span.kind == "wrench" else "command"
-            self._known = span, self._give(output, span.values)
-        return self._known[1]
+        output: Output = "wrench" if span.kind == "wrench" else "command"
+        return self._give(output, span.values)

@@ -93,7 +93,7 @@ inline int proceed(Proceed& loop) {
     int64_t sample = standing.sample, act = standing.act;
     int code = 0;
     while (true) {
-        if (act == loop.acts) act = 0;
+        if (act >= loop.acts) act = 0;
         if (sample == standing.last && act == standing.last_act) {
             code = REACHED;
             break;

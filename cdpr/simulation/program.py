@@ -67,13 +67,21 @@ class Program:
         advancing: what takes the plant to the next, and looks at it.
         row: the present sample.
         period: control period, s.
+        beside: another program of the same run, whose position, time and rows are this one's, too.
 
     Attributes:
         acts: all of them, in order.
         due: the next sample at which something is due.
     """
 
-    def __init__(self, deciding: Sequence[Act], advancing: Sequence[Act], row: Array, period: float) -> None:
+    def __init__(
+        self,
+        deciding: Sequence[Act],
+        advancing: Sequence[Act],
+        row: Array,
+        period: float,
+        beside: Program | None = None,
+    ) -> None:
         self.acts = (*deciding, COMPLETE, NEXT, *advancing)
         self._complete = len(deciding)
         known = {id(act.do): bound(act.do, act.timed) for act in self.acts}  # some are done more than once
@@ -92,6 +100,11 @@ class Program:
         self._row, self._period, self._rows = row, period, np.zeros((1, len(row)))
         self._turn: Callable[[], int]
         self._apart = False
+        if beside is not None:
+            self._place, self._time, self._apart = beside._place, beside._time, beside._apart
+            self.rows = beside.rows
+        # An index into numpy's own array costs a tenth of a turn to Python.
+        self._at, self._now = self._place.data, self._time.data
         self.refresh()
 
     @property
@@ -103,17 +116,17 @@ class Program:
     @property
     def count(self) -> int:
         """How many samples are complete."""
-        return int(self._place[SAMPLE])
+        return self._at[SAMPLE]
 
     @property
     def time(self) -> float:
         """Of the sample that is looked at, s."""
-        return float(self._time[0])
+        return self._now[0]
 
     @property
     def due(self) -> int:
         """The next sample at which something is due."""
-        return int(self._place[DUE_AT])
+        return self._at[DUE_AT]
 
     @due.setter
     def due(self, sample: int) -> None:
@@ -198,20 +211,17 @@ class Program:
         """Go on until a sample is looked at, and nothing of it is decided."""
         self._go(sample, 0)
 
-    def decide(self, given: Callable[[], None] | None = None) -> None:
-        """Complete the sample that is looked at; `given` in place of what decides."""
-        if given is not None:
-            try:
-                given()
-            except Infeasible:
-                self._keep()
-                raise
-            self._place[ACT] = self._complete
+    def decide(self) -> None:
+        """Complete the sample that is looked at."""
         self._go(self.count + 1, self._complete + 1)
+
+    def stand(self) -> None:
+        """Stand after the sample that a program beside this one has completed."""
+        self._place[ACT] = self._complete + 1
 
     def _go(self, sample: int, act: int) -> None:
         acts, plain, turn = self.acts, self._plain, self._turn
-        place, time = self._place.data, self._time.data  # an index into numpy's own costs a tenth of a turn to Python
+        place, time = self._at, self._now
         place[LAST], place[LAST_ACT] = sample, act
         while (code := turn()) != REACHED:
             at = place[ACT]

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import ValidationError
 
@@ -31,8 +30,7 @@ E = TypeVar("E", bound=ScenarioEvent)
 DIGITS = 12  # of the times that are written: first_sample takes what differs by less than 1e-9 of itself for equal
 
 
-@dataclass(frozen=True, eq=False)
-class Given:
+class Given(NamedTuple):
     """A command from outside, from sample `first` to `stop`, excluded, and those before: shared with snapshots."""
 
     kind: Kind

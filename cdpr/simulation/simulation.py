@@ -29,6 +29,7 @@ from cdpr.simulation.branches import Branches
 from cdpr.simulation.build import make_header
 from cdpr.simulation.live import Alone
 from cdpr.simulation.pace import Pace
+from cdpr.simulation.program import Program
 from cdpr.simulation.start import attempt
 
 Observer = Callable[[Array], None]
@@ -286,17 +287,17 @@ class Simulation(Branches):
         assert tension is not None
         return "command", checked(tension, (self.scenario.robot.m,), "tension", finite=True).copy()
 
-    def _go(self, k: int, given: Callable[[], None] | None) -> None:
+    def _go(self, k: int, given: Program | None) -> None:
         """Go on to sample k; complete that, too, if it is the last. Whatever ends it, end the run with it."""
         try:
-            if given is None and not self._observers:
-                self._loop.go(k, self._pace)
+            if not self._observers:
+                self._loop.go(k, self._pace, given)
             if self._loop.count < k or k == self._last:
                 self._go_watched(k, given)
         except BaseException as error:
             self._attempt.end(self._attempt.told(error))
 
-    def _go_watched(self, k: int, given: Callable[[], None] | None) -> None:
+    def _go_watched(self, k: int, given: Program | None) -> None:
         """Likewise, where somebody looks on or gives commands."""
         loop, pace = self._loop, self._pace
         with loop.timed():
@@ -307,7 +308,7 @@ class Simulation(Branches):
             if k == self._last:
                 self._decide(given)
 
-    def _decide(self, given: Callable[[], None] | None) -> None:
+    def _decide(self, given: Program | None) -> None:
         """Complete a sample."""
         self._loop.decide(given)
         try:

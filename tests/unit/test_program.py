@@ -161,14 +161,17 @@ def test_acts_are_done_in_their_order_and_when_they_are_due(python):
     assert (it.program.count, it.program.time, it.program.due) == (7, 3.5, 8)
     it.program.decide()
     assert (it.program.count, it.program.time, it.row[0]) == (8, 3.5, 8.0)
-    it.program.decide(lambda: None)  # something else decides: neither controller nor solver
-    assert (it.program.count, it.row[0], len(it.seen)) == (9, 8.0, 7)
+    it.program.look(8)
+    beside = Program([], [], it.row, 0.5, it.program)
+    beside.decide()  # something else decides: neither controller nor solver
+    it.program.stand()
+    assert (it.program.count, it.row[0], it.seen[-1][0]) == (9, 8.0, "event")
     place = it.program.place
     it.program.look(9)
-    assert it.row[1] == 80.0
+    assert it.row[1] == 90.0
     it.program.place = place
     it.program.look(9)
-    assert it.row[1] == 90.0
+    assert it.row[1] == 100.0
 
 
 @pytest.mark.parametrize("python", [False, True])
@@ -211,7 +214,7 @@ def test_a_sample_without_tensions_is_kept_with_what_tells_of_it(python):
     assert made.count == 1
     np.testing.assert_array_equal(rows[0], [0.0, 1.0])
     with pytest.raises(Infeasible):
-        made.decide(lambda: refuse(1))
+        made.decide()
     assert made.count == 2
 
 
