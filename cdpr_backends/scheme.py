@@ -7,11 +7,26 @@ is y_0 + reach * k, and the result of the step y_0 + h/6 * sum.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import Quaternion, Vector
+from cdpr.native.bind import bind
+
+if TYPE_CHECKING:
+    from cdpr.native.library import Bound
 
 STAGES = 4
+
+
+def steps_of(operation: str, **given: Any) -> Callable[[int], Bound]:
+    """Return a function of n that returns an integrator's operation, bound to `given`, for n physics steps.
+
+    Each is bound when it is first needed, and kept.
+    """
+    return cache(lambda n: bind(operation, **given, steps=n))
 
 
 @kernel
@@ -24,18 +39,6 @@ def weight(stage: int) -> float:
 def reach(stage: int, h: float) -> float:
     """Return how far the next stage lies from the start of the step; nothing comes after the last."""
     return h if stage == 2 else 0.5 * h
-
-
-@kernel
-def along(a: Vector, c: float, b: Vector) -> Vector:
-    """Return a + c b."""
-    return (a[0] + c * b[0], a[1] + c * b[1], a[2] + c * b[2])
-
-
-@kernel
-def along4(a: Quaternion, c: float, b: Quaternion) -> Quaternion:
-    """Return a + c b."""
-    return (a[0] + c * b[0], a[1] + c * b[1], a[2] + c * b[2], a[3] + c * b[3])
 
 
 @kernel

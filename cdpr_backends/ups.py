@@ -8,15 +8,14 @@ weight, and the damping of their joints where that is asked for, it adds nothing
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from cdpr.errors import PluginError
-from cdpr.mechanics.body_frame import applied_wrench
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
 from cdpr_backends.ideal import require_ideal
 
@@ -83,7 +82,15 @@ class UpsBackend(RigidBodyBackend):
         frame = self.frame
         self._damping = np.array([options.hinge_damping, options.hinge_damping, options.slide_damping])
         slack = np.zeros(robot.m)  # the slides already pull
-        self._pull = partial(applied_wrench, frame.lines, frame.offset, slack, self.external, self.body, self.applied)
+        self._pull = bind(
+            "applied_wrench",
+            lines=frame.line_table,
+            offset=frame.offset,
+            tension=slack,
+            external=self.external,
+            body=self.body,
+            applied=self.applied,
+        )
 
     def legs(self) -> list[Leg]:
         """The legs for the pose in `body`."""

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from cdpr.cables.lines import lines
+from cdpr.cables.tables import line_table
 from cdpr.errors import CdprError
 from cdpr.mechanics.forward_kinematics import fit, scales, work_size
-from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
-from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr_controllers.holding import Holding
 
 
@@ -47,18 +46,39 @@ class CableLength(SnapshotOfArrays, Controller):
         limits = np.array([robot.tension_min, robot.tension_max])
         self._pose = np.zeros(7)
         self._tracking = np.zeros(1, dtype=bool)  # whether the pose is one that was found
-        self._integral = np.zeros(m)
-        measured, wanted, W = np.zeros((2, m)), np.zeros((2, m)), np.zeros((6, m))
-        self._measured = measured
-        self._measure: Callable[[Array], None] = partial(lengths_and_rates, lines(robot), W, measured)
-        self._want = partial(lengths_and_rates, lines(robot), W, wanted)
+        self._integral, self._command = np.zeros(m), np.zeros(m)
+        self._measured, self._desired = np.zeros((2, m)), np.zeros((2, m))
+        self._measure = self._lengths_and_rates(self._measured)
+        self._want = self._lengths_and_rates(self._desired)
         self._fit = None
         if options.forward_kinematics:
             work = np.zeros(work_size(n, m))
-            self._fit = partial(fit, lines(robot), *scales(robot), measured[0], self._pose, np.zeros((n, n)), work)
+            self._fit = partial(
+                fit, lines(robot), *scales(robot), self._measured[0], self._pose, np.zeros((n, n)), work
+            )
         self._holding = Holding(robot, gravity, options.pretension)
         self.arrays = (self._pose, self._tracking, self._integral, self._holding.tension)
-        self._law = partial(law, self._gains, limits, measured, wanted, self._holding.tension, self._integral)
+        self._law = bind(
+            "cable_length",
+            gains=self._gains,
+            limits=limits,
+            measured=self._measured,
+            desired=self._desired,
+            feed=self._holding.tension,
+            integral=self._integral,
+            command=self._command,
+        )
+
+    def _lengths_and_rates(self, out: Array) -> Callable[[Array], None]:
+        """Return a function that writes lengths (m) and rates (m/s) at a state into `out` (2, m)."""
+        state, matrix = np.zeros(13), np.zeros((6, self.robot.m))
+        call = bind("geometry", lines=line_table(self.robot), state=state, matrix=matrix, length=out[0], rate=out[1])
+
+        def measure(at: Array) -> None:
+            state[:] = at[:13]
+            call()
+
+        return measure
 
     def change(self, options: Any) -> None:
         """Take other gains and limits of the integrals; these stay, within their limits from the next step on."""
@@ -89,37 +109,10 @@ class CableLength(SnapshotOfArrays, Controller):
             if not self._tracking[0]:
                 self._pose[:] = desired[:7]
         self._holding.update(self._pose)
-        self._law(out)
+        self._law()
+        out[:] = self._command
 
     def reset(self) -> None:
         """Clear the integrals and the estimate of the pose."""
         self._integral[:] = 0.0
         self._tracking[0] = False
-
-
-@kernel
-def lengths_and_rates(lines: Array, W: Array, out: Array, state: Array) -> None:
-    """Write lengths (m) and rates (m/s) at `state` into `out` (2, m); W (6, m) is work space."""
-    cable_geometry(lines, state, W, out[0], out[1])
-
-
-@kernel
-def law(
-    gains: Array, limits: Array, measured: Array, wanted: Array, feed: Array, integral: Array, command: Array
-) -> None:
-    """Write the commands (m,) and advance the integrals (m,).
-
-    `gains` (4, m): kp, kd, ki times the control step, limit of the integral; `limits` (2, m) of the tension;
-    `measured` and `wanted` (2, m) are lengths and rates, `feed` (m,) the tensions that hold the platform up.
-    """
-    for i in range(command.shape[0]):
-        e = measured[0, i] - wanted[0, i]
-        change = gains[2, i] * e
-        z = min(max(integral[i] + change, -gains[3, i]), gains[3, i])
-        t = feed[i] + gains[0, i] * e + gains[1, i] * (measured[1, i] - wanted[1, i])
-        pushes = (t + z > limits[1, i] - LIMIT_TOLERANCE and change > 0.0) or (
-            t + z < limits[0, i] + LIMIT_TOLERANCE and change < 0.0
-        )
-        if not pushes or integral[i] * change < 0.0:
-            integral[i] = z
-        command[i] = t + integral[i]

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from cdpr.model import Robot
-from cdpr.model.jit import any_width, kernel
-from cdpr.model.kernels import inverse_dynamics, proportional_derivative, quaternion, vector
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
+from cdpr_controllers.law import Law
 
 
 class ComputedTorque(SnapshotOfArrays, Controller):
@@ -30,7 +29,8 @@ class ComputedTorque(SnapshotOfArrays, Controller):
         super().__init__(robot, gravity, control_step, options)
         self._gains = np.zeros(12)
         self.change(options)
-        self._law = partial(law, self._gains, robot.inertial, np.array(gravity, dtype=np.float64))
+        self._body = {"inertial": robot.inertial, "gravity": np.array(gravity, dtype=np.float64)}
+        self._law = Law(self._bound, 6)
 
     def change(self, options: Any) -> None:
         """Take other gains."""
@@ -44,16 +44,9 @@ class ComputedTorque(SnapshotOfArrays, Controller):
         """Return the gains."""
         return {"kp": self._gains[:6], "kd": self._gains[6:]}
 
-    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
+    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
         """Return the law with these arrays."""
-        return partial(self._law, state, desired, out)
+        return self._bound(state, desired, out)
 
-
-@any_width
-@kernel
-def law(gains: Array, inertial: Array, gravity: Array, state: Array, desired: Array, wrench: Array) -> None:
-    """Write the wrench (6,) of computed torque; gains are kp (6) and kd (6)."""
-    linear, angular = proportional_derivative(state, desired, gains)
-    a = (desired[13] + linear[0], desired[14] + linear[1], desired[15] + linear[2])
-    alpha = (desired[16] + angular[0], desired[17] + angular[1], desired[18] + angular[2])
-    inverse_dynamics(inertial, gravity, quaternion(state, 3), vector(state, 10), a, alpha, wrench)
+    def _bound(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
+        return bind("computed_torque", gains=self._gains, **self._body, state=state, desired=desired, wrench=out)

@@ -6,11 +6,10 @@ matrix [u_i; R B_i x u_i]. `lines` is the table of `cdpr.cables.tables.line_tabl
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
-from cdpr.native.bind import bind
+from cdpr.native.compute import compute
 
 
 def cable_geometry(lines: Array, state: ArrayLike) -> tuple[Array, Array, Array]:
@@ -31,8 +30,8 @@ def cable_geometry(lines: Array, state: ArrayLike) -> tuple[Array, Array, Array]
         >>> matrix, length, rate = cable_geometry(line_table(robot), state)
     """
     m = len(lines)
-    matrix, length, rate = np.empty((6, m)), np.empty(m), np.empty(m)
-    bind("geometry", lines=lines, state=_array(state), matrix=matrix, length=length, rate=rate)()
+    shapes = {"matrix": (6, m), "length": (m,), "rate": (m,)}
+    _, (matrix, length, rate) = compute("geometry", {"lines": lines, "state": state}, shapes)
     return matrix, length, rate
 
 
@@ -52,8 +51,7 @@ def wrench_matrix_rate(lines: Array, state: ArrayLike) -> Array:
     Example:
         >>> rate = wrench_matrix_rate(line_table(robot), state)
     """
-    rate = np.empty((6, len(lines)))
-    bind("matrix_rate", lines=lines, state=_array(state), rate=rate)()
+    _, (rate,) = compute("matrix_rate", {"lines": lines, "state": state}, {"rate": (6, len(lines))})
     return rate
 
 
@@ -74,10 +72,6 @@ def cable_wrench(lines: Array, pose: ArrayLike, tension: ArrayLike) -> Array:
     Example:
         >>> wrench = cable_wrench(line_table(robot), state[:7], tension)
     """
-    wrench = np.empty(6)
-    bind("cable_wrench", lines=lines, pose=_array(pose), tension=_array(tension), wrench=wrench)()
+    given = {"lines": lines, "pose": pose, "tension": tension}
+    _, (wrench,) = compute("cable_wrench", given, {"wrench": (6,)})
     return wrench
-
-
-def _array(given: ArrayLike) -> Array:
-    return np.ascontiguousarray(given, dtype=np.float64)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from cdpr.mechanics.kinematics import STILL
-from cdpr.model import kernels
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
+from cdpr.native.compute import compute
 
 
 def required_wrench(
@@ -25,14 +23,11 @@ def required_wrench(
     world axes. At rest and without acceleration this is the statics: -m g, and its moment about the origin. Raises
     CdprError where an array has another shape or holds no real numbers.
     """
-    wrench, at = np.empty(6), checked(state, (13,), "state")
-    kernels.inverse_dynamics(
-        robot.inertial,
-        checked(gravity, (3,), "gravity"),
-        kernels.quaternion(at, 3),
-        kernels.vector(at, 10),
-        kernels.vector(checked(acceleration, (3,), "acceleration"), 0),
-        kernels.vector(checked(angular_acceleration, (3,), "angular acceleration"), 0),
-        wrench,
-    )
+    given = {
+        "state": checked(state, (13,), "state"),
+        "gravity": checked(gravity, (3,), "gravity"),
+        "acceleration": checked(acceleration, (3,), "acceleration"),
+        "angular_acceleration": checked(angular_acceleration, (3,), "angular acceleration"),
+    }
+    _, (wrench,) = compute("inverse_dynamics", {"inertial": robot.inertial, **given}, {"wrench": (6,)})
     return wrench

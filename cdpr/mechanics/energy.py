@@ -2,37 +2,57 @@
 
 from __future__ import annotations
 
-from cdpr.model.jit import kernel
-from cdpr.model.kernels import Vector, conjugate, cross, dot, product, quaternion, rotate, vector
-from cdpr.model.robot import Array
+from numpy.typing import ArrayLike
+
+from cdpr.native.compute import compute
 
 
-@kernel
-def energy(inertial: Array, gravity: Array, state: Array) -> tuple[float, float]:
-    """Kinetic and potential energy, J, of the platform at `state` (13,); `inertial` is as `Robot` says.
+def energy(inertial: ArrayLike, gravity: ArrayLike, state: ArrayLike) -> tuple[float, float]:
+    """Compute the kinetic and the potential energy of the platform.
 
-    With G the centre of mass: m |v_G|^2 / 2 + omega . I omega / 2, and -m g . p_G, which is 0 at the world's origin.
+    With G the centre of mass: m |v_G|^2 / 2 + omega . I omega / 2, and -m g . p_G.
+
+    Args:
+        inertial: (13,), `Robot.inertial`.
+        gravity: (3,) m/s^2, world.
+        state: (13,).
+
+    Returns:
+        Kinetic and potential energy, J; the latter is 0 at the world's origin.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> kinetic, potential = energy(robot.inertial, [0.0, 0.0, -9.81], state)
     """
-    q, omega = quaternion(state, 3), vector(state, 10)
-    r = rotate(q, vector(inertial, 1))
-    swing = cross(omega, r)
-    v = (state[7] + swing[0], state[8] + swing[1], state[9] + swing[2])
-    w = rotate(conjugate(q), omega)
-    height = gravity[0] * (state[0] + r[0]) + gravity[1] * (state[1] + r[1]) + gravity[2] * (state[2] + r[2])
-    return 0.5 * (inertial[0] * dot(v, v) + dot(w, product(inertial, 4, w))), -inertial[0] * height
+    _, (found,) = compute("energy", {"inertial": inertial, "gravity": gravity, "state": state}, {"energies": (2,)})
+    return float(found[0]), float(found[1])
 
 
-@kernel
-def external_work(external: Array, period: float, turn: Vector, before: Array, after: Array) -> float:
-    """Work, J, of a constant wrench (6,) at the origin, world axes, over a `period` between two states (13,).
+def external_work(wrench: ArrayLike, period: float, turn: ArrayLike, before: ArrayLike, after: ArrayLike) -> float:
+    """Compute the work of a constant wrench on the platform between two states.
 
-    The force's is exact. The moment's is moment . integral of omega, and that integral is the rotation vector `turn`
-    of the period plus period^2 / 12 omega_0 x omega_1 (second term of the Magnus expansion, with omega linear in time):
-    exact about a fixed axis, else of fourth order in the period; the rotation vector alone would be of second.
+    That of the force is exact. That of the moment is moment . integral of omega, and that integral is the rotation
+    vector of the period plus period^2 / 12 omega_0 x omega_1 (second term of the Magnus expansion, with omega linear in
+    time): exact about a fixed axis, else of fourth order in the period.
+
+    Args:
+        wrench: (6,) N and N m, about the platform's origin, world axes.
+        period: Time between the states, s.
+        turn: (3,) rad, rotation vector between the states, world axes.
+        before: (13,), state.
+        after: (13,), state.
+
+    Returns:
+        Work, J.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> work = external_work([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 0.001, [0.0, 0.0, 0.0], before, after)
     """
-    work = 0.0
-    drift = cross(vector(before, 10), vector(after, 10))
-    for i in range(3):
-        work += external[i] * (after[i] - before[i])
-        work += external[3 + i] * (turn[i] + period * period / 12.0 * drift[i])
-    return work
+    given = {"wrench": wrench, "turn": turn, "before": before, "after": after}
+    _, (work,) = compute("external_work", given, {"work": (1,)}, period=period)
+    return float(work[0])

@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.jit import apart, kernel
-from cdpr.model.kernels import Vector, cross, dot, product, rotate, vector
+from cdpr.model.jit import kernel
+from cdpr.model.kernels import Vector
 from cdpr.model.robot import Array, Robot
 
 IntArray = NDArray[np.int64]
@@ -54,43 +54,6 @@ class Guide:
     def angle(self, state: Array) -> float:
         """Angle about the hinge, rad, of a state (13,)."""
         return 0.0 if self.hinge is None else 2.0 * math.atan2(state[4 + self.hinge], state[3])
-
-
-@apart
-@kernel
-def guided_acceleration(
-    guide: Array, inertial: Array, gravity: Array, angle: float, spin: float, force: Vector, moment: Vector
-) -> tuple[Vector, float]:
-    """Acceleration of the origin and angular acceleration about the hinge, world axes.
-
-    Force and moment about the origin act besides gravity; `inertial` is as `Robot` says, `angle` and `spin` are the
-    hinge's. With a the hinge's axis, r from origin to centre of mass, c = a x r along the free axes and
-    f = force + m g - m a x (a x r) spin^2 along them: m v' + m c w' = f and c . m v' + J w' = a . (moment + r x m g),
-    J the inertia about the hinge.
-    """
-    mass = inertial[0]
-    axis = vector(guide, 3)
-    half = 0.5 * angle
-    s = math.sin(half)
-    q = (math.cos(half), s * axis[0], s * axis[1], s * axis[2])
-    r = rotate(q, vector(inertial, 1))
-    c = cross(axis, r)
-    centripetal = cross(axis, c)
-    weight = (mass * gravity[0], mass * gravity[1], mass * gravity[2])
-    w2 = mass * spin * spin
-    f = (
-        guide[0] * (force[0] + weight[0] - w2 * centripetal[0]),
-        guide[1] * (force[1] + weight[1] - w2 * centripetal[1]),
-        guide[2] * (force[2] + weight[2] - w2 * centripetal[2]),
-    )
-    free = (guide[0] * c[0], guide[1] * c[1], guide[2] * c[2])
-    alpha = 0.0
-    if dot(axis, axis) > 0.0:
-        # Turning about the axis leaves the inertia about it unchanged.
-        inertia = dot(axis, product(inertial, 4, axis)) + mass * dot(c, c)
-        torque = dot(axis, moment) + dot(axis, cross(r, weight))
-        alpha = (torque - dot(free, f)) / (inertia - mass * dot(free, free))
-    return (f[0] / mass - free[0] * alpha, f[1] / mass - free[1] * alpha, f[2] / mass - free[2] * alpha), alpha
 
 
 @kernel

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdpr.cables.lines import lines
-from cdpr.mechanics import geometry
+from cdpr.cables.tables import line_table
+from cdpr.mechanics import cable_geometry
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 
@@ -51,12 +51,8 @@ def wrench_matrix(robot: Robot, state: Array) -> Array:
 
 def wrench_matrix_rate(robot: Robot, state: Array) -> Array:
     """Time derivative (6, m) of the wrench matrix at a state (13,) with its twist."""
-    rate = np.empty((6, robot.m))
-    geometry.wrench_matrix_rate(lines(robot), checked(state, (13,), "state"), rate)
-    return rate
+    return cable_geometry.wrench_matrix_rate(line_table(robot), checked(state, (13,), "state"))
 
 
 def _geometry(robot: Robot, state: Array) -> tuple[Array, Array, Array]:
-    W, length, rate = np.empty((6, robot.m)), np.empty(robot.m), np.empty(robot.m)
-    geometry.cable_geometry(lines(robot), checked(state, (13,), "state"), W, length, rate)
-    return W, length, rate
+    return cable_geometry.cable_geometry(line_table(robot), checked(state, (13,), "state"))

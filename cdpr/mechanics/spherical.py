@@ -9,11 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.model.jit import kernel
-from cdpr.model.kernels import Quaternion, Vector, conjugate, cross, product, rotate, vector
 from cdpr.model.robot import Array, Robot
-
-HELD, INERTIA, INVERSE = 0, 3, 12  # places in what `pack` returns
 
 
 def pack(robot: Robot) -> Array:
@@ -31,16 +27,3 @@ def pack(robot: Robot) -> Array:
     det = Jxx * xx + Jxy * xy + Jxz * xz
     inverse = np.array([xx, xy, xz, xy, yy, yz, xz, yz, zz]) / det
     return np.concatenate([[mass * x, mass * y, mass * z], [Jxx, Jxy, Jxz, Jxy, Jyy, Jyz, Jxz, Jyz, Jzz], inverse])
-
-
-@kernel
-def moment_about_ball(packed: Array, gravity: Array, q: Quaternion, moment: Vector) -> Vector:
-    """Moment about the origin, world axes, of the weight and of what else there is; `packed` as `pack` returns it."""
-    weight = cross(rotate(q, vector(packed, HELD)), vector(gravity, 0))
-    return (moment[0] + weight[0], moment[1] + weight[1], moment[2] + weight[2])
-
-
-@kernel
-def turned_product(packed: Array, start: int, q: Quaternion, v: Vector) -> Vector:
-    """Return R A R^T v, world axes, A being the inertia (start INERTIA) or its inverse (start INVERSE)."""
-    return rotate(q, product(packed, start, rotate(conjugate(q), v)))

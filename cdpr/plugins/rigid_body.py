@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 from cdpr.cables import immediate
-from cdpr.mechanics.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
+from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins.backend import Acts, Backend
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.inertia import Inertia, check_held, check_range
@@ -53,10 +53,18 @@ class RigidBodyBackend(Backend):
         self.applied = np.zeros(6)
         self.build()
         frame = self.frame
-        self._pull: Callable[[], None] = partial(
-            applied_wrench, frame.lines, frame.offset, self.command, self.external, self.body, self.applied
+        self._wanted = np.zeros(13)
+        self._place = bind("body_state", offset=frame.offset, state=self._wanted, body=self.body)
+        self._pull: Callable[[], object] = bind(
+            "applied_wrench",
+            lines=frame.line_table,
+            offset=frame.offset,
+            tension=self.command,
+            external=self.external,
+            body=self.body,
+            applied=self.applied,
         )
-        self._publish = partial(to_platform, frame.offset, self.body, self.state)
+        self._publish = bind("platform_state", offset=frame.offset, body=self.body, state=self.state)
         self.winches: Winches | None = None
         if not immediate(robot):
             self.winches = winches = Winches(
@@ -66,7 +74,7 @@ class RigidBodyBackend(Backend):
 
     @abstractmethod
     def build(self) -> None:
-        """Make the world. An engine that takes the wrench in an array of its own sets `applied` to it here."""
+        """Make the world. An engine that takes the wrench in its own array (C-contiguous) sets `applied` to it here."""
 
     @abstractmethod
     def write(self) -> None:
@@ -89,7 +97,8 @@ class RigidBodyBackend(Backend):
 
         Raises PluginError where the engine holds another body than `frame`.
         """
-        from_platform(self.frame.offset, checked(state, (13,), "state"), self.body)
+        self._wanted[:] = checked(state, (13,), "state")
+        self._place()
         self.write()
         if (held := self.held()) is not None:  # here, for some engines are built anew by `write`
             check_held(self.frame, held, self.title or type(self).__name__)

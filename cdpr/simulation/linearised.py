@@ -9,7 +9,7 @@ import numpy as np
 
 from cdpr.cables.pack import REST, WINCH
 from cdpr.log.recorder import BLOCK
-from cdpr.mechanics.body_frame import to_platform
+from cdpr.mechanics.body_frame import platform_state
 from cdpr.mechanics.winches import Winches
 from cdpr.model import rotations
 from cdpr.model.robot import Array
@@ -109,4 +109,4 @@ class _Step:
             winch[i - 12] += size
         else:
             self._loop.tension[i - 12 - len(winch)] += size
-        to_platform(self._winches.fixed.offset, body, self._backend.state)
+        self._backend.state[:] = platform_state(self._winches.fixed.offset, body)

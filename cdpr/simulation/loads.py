@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from cdpr.model.jit import kernel
+import numpy as np
+
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,21 +18,18 @@ class Loads:
     row: Array  # in the present sample
     plant: Array  # in the backend
 
+    def writing(self, loads: Array) -> Callable[[int], bool]:
+        """Return a function that writes the wrench at a sample, and returns whether it differs at the next.
 
-@kernel
-def write_loads(loads: Array, k: int, external: Array) -> bool:
-    """Write the wrench (6,) at sample k and return whether it will be another one at the next.
+        Args:
+            loads: (k, 10), first sample, sample at which it has ended, angle per sample and first angle of the sine by
+                which the amplitude is multiplied (rad; a quarter turn where it does not swing), amplitude (6).
+        """
+        number = np.zeros(1, dtype=np.int64)
+        call = bind("external_loads", loads=loads, sample=number, external=self.row)
 
-    Rows of `loads`: first sample, sample at which it has ended, angle per sample and first angle of the sine that the
-    amplitude is multiplied by (rad; a quarter turn for what does not swing), amplitude (6).
-    """
-    swinging = False
-    for j in range(6):
-        external[j] = 0.0
-    for i in range(loads.shape[0]):
-        if loads[i, 0] <= k < loads[i, 1]:
-            swinging = swinging or loads[i, 2] > 0.0
-            part = math.sin(loads[i, 3] + (k - loads[i, 0]) * loads[i, 2])
-            for j in range(6):
-                external[j] += part * loads[i, 4 + j]
-    return swinging
+        def write(sample: int) -> bool:
+            number[0] = sample
+            return bool(call())
+
+        return write

@@ -13,8 +13,8 @@ import numpy as np
 
 from cdpr.errors import BackendDied, Diverged, PluginError, SimulationStopped
 from cdpr.log.recorder import BLOCK
-from cdpr.model.kernels import copy
 from cdpr.model.robot import Array, read_only
+from cdpr.native.bind import bind
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
@@ -26,7 +26,6 @@ from cdpr.simulation.outside import Outside
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
-from cdpr.simulation.proceed import late, not_finite, stamp
 from cdpr.simulation.program import Program
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
@@ -349,18 +348,18 @@ class Loop:
 
         deciding = Act("controller", law) if law else Act("controller", ask, timed=True)
         self.advancing = advancing = [
-            Act("command", partial(copy, self.tension, backend.command)),
+            Act("command", bind("copy", source=self.tension, target=backend.command)),
             *self._moving(),
             *self._reading_clock(),
             *self._looking,
             *self._checking_clock(),
-            Act("time", partial(stamp, self.row), timed=True),
+            Act("time", bind("stamp", row=self.row), timed=True),
             Act("events", self._happen, due=True),
             Act("trajectory", self.sample, timed=True),
         ]
         playback = Playback(parts.events, parts.control_step, self.give)
         self._playback = playback if playback else None
-        checking = Act("controller", partial(not_finite, self.out), self._refuse_output)
+        checking = Act("controller", bind("not_finite", values=self.out), self._refuse_output)
         self._outside = Outside(self)
         self.program = Program([deciding, checking, *self.through(self.stage)], advancing, self.row, parts.control_step)
 
@@ -382,7 +381,7 @@ class Loop:
     def _checking_clock(self) -> list[Act]:
         if self.parts.backend.engine_time() is None:
             return []
-        return [Act("clock", partial(late, self._clock), self._refuse_clock, timed=True)]
+        return [Act("clock", bind("clock_differs", clock=self._clock), self._refuse_clock, timed=True)]
 
     def _refuse_clock(self, _: int) -> None:
         raise Diverged(f"the engine's clock reads {self._clock[0]:.6g} s: it reset itself")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins.controller import Output
 from cdpr.simulation.program import Program
 from cdpr.tension.acts import Act
@@ -56,7 +55,7 @@ class Outside:
         stage = self._stages[output]
         out = loop.written(stage)
         given = np.zeros_like(out)
-        deciding = [Act("outside", partial(copy, given, out)), *loop.through(stage)]
+        deciding = [Act("outside", bind("copy", source=given, target=out)), *loop.through(stage)]
         if stage is not loop.stage:
             before = [] if first else self._following(stage)
             deciding = [*before, *deciding, *self._following(loop.stage)]
@@ -64,4 +63,4 @@ class Outside:
 
     def _following(self, stage: TensionStage | CommandStage) -> list[Act]:
         """Let a stage take the present tensions, which another one chose, for its answer of the step before."""
-        return [Act("outside", partial(copy, self._loop.tension, answer)) for answer in stage.arrays]
+        return [Act("outside", bind("copy", source=self._loop.tension, target=answer)) for answer in stage.arrays]

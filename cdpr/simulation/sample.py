@@ -7,21 +7,19 @@ from functools import partial
 
 import numpy as np
 
-from cdpr.cables.lines import lines
+from cdpr.cables.tables import line_table
 from cdpr.errors import BeyondLimits, Diverged
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import bounds_of
-from cdpr.model import Robot
-from cdpr.model.kernels import copy
 from cdpr.model.robot import Array, read_only
+from cdpr.native.bind import bind
 from cdpr.plugins import Backend
 from cdpr.plugins.compiled import speaks_for
 from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes
 from cdpr.simulation.columns import hand_out
-from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, believe, exert, observing
+from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.proceed import not_finite
 from cdpr.tension.acts import Act
 from cdpr.tension.checks import true_margin
 from cdpr.tension.present import Cables, Present
@@ -55,7 +53,7 @@ class Sample:
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
         self.cables = Cables.of(parts.controlled, None if parts.believed is None else robot)
         bounds = acceleration_bounds(robot, parts.backend.gravity)
-        self._body = Body(lines(robot), robot.inertial, parts.backend.gravity, bounds)
+        self._body = Body(line_table(robot), robot.inertial, parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
         self.true_W = W if parts.believed is None else np.zeros((6, robot.m))
         parts.controller.connect(self.live.report)
@@ -69,13 +67,14 @@ class Sample:
         """Return what looks at the plant a control `period` (s) after the last time; 0 where no time has passed."""
         parts, backend = self._parts, self._parts.backend
         energies = self.view("kinetic", "external_work")
-        seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies, np.zeros(parts.robot.m))
+        seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
         look = observing(self._body, Shown(backend.state, backend.external, backend.highest), seen, period)
         acts = [Act("geometry", look, refuse)]
         if not parts.ideal_cables and period:
             acts += self._readings[1]
         if parts.believed is not None:
-            acts.append(Act("geometry", self._believing(parts.believed), refuse))
+            nominal = observing_nominal(parts.believed, self.state, self.live.W)
+            acts.append(Act("geometry", nominal, refuse))
         return acts
 
     def completing(self, distributing: Sequence[Act], events: Sequence[ScenarioEvent]) -> list[Act]:
@@ -111,25 +110,20 @@ class Sample:
         ):
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
-        command: Do = partial(copy, self.live.tension, backend.command)
+        command: Do = bind("copy", source=self.live.tension, target=backend.command)
         reading = [Act("backend", do) for do in (command, *tensions)]
-        reading.append(Act("backend", partial(not_finite, tension), self._refuse_tension))
+        reading.append(Act("backend", bind("not_finite", values=tension), self._refuse_tension))
         return reading, [Act("backend", do) for do in works]
 
     def _refuse_tension(self, _: int) -> None:
         values = ", ".join(f"{value:.4g}" for value in self.view("cable_tension"))
         raise Diverged(f"the backend's cable tensions are not finite: [{values}]")
 
-    def _believing(self, believed: Robot) -> Callable[[], int]:
-        """Write the W that the stage works with."""
-        spare = np.zeros(believed.m), np.zeros(believed.m)
-        return partial(believe, lines(believed), self.state, self.live.W, *spare)
-
     def _exerting(self) -> list[Act]:
         """Write what the cables exert in truth, too, and how far their commands are from their true limits."""
         command, cables = self.live.tension, self.cables
         tension = command if self._parts.ideal_cables else self.view("cable_tension")
-        exerted = partial(exert, self.true_W, tension, self.view("true_wrench"))
+        exerted = bind("exert", matrix=self.true_W, tension=tension, wrench=self.view("true_wrench"))
         measured = partial(true_margin, cables.true_limits, command, cables.held, self.view("true_margin"))
         # A sample that tells why there are no tensions tells what they do, too.
         return [Act("geometry", exerted, telling=True), Act("geometry", measured, telling=True)]

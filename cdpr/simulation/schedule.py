@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from cdpr.model import Robot
+from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, first_sample
-from cdpr.simulation.loads import Loads, write_loads
-from cdpr.simulation.proceed import ask_nothing
+from cdpr.simulation.loads import Loads
 from cdpr.simulation.settings import Settings
 from cdpr.tension.acts import Act, perform
 from cdpr.tension.command import CommandStage
@@ -70,6 +70,7 @@ class Schedule:
         does = self._does.values()
         rows = [swing for _, swing, _ in does if swing is not None]
         acted, self._swings = len(self._swings) > 0, np.array(rows, dtype=float).reshape(-1, 10)
+        self._write_loads = self._loads.writing(self._swings)
         if acted and not rows:
             self._loads.plant[:] = self._loads.row[:] = 0.0
         todo = [action for _, _, actions in does for action in actions]
@@ -95,7 +96,7 @@ class Schedule:
         """Return what distributes by this stage: its own acts, where no event touches a cable."""
         if not self._overrides:
             return list(stage.acts)
-        unasked = partial(ask_nothing, stage.live.wrench, stage.live.status)
+        unasked = bind("power_off", wrench=stage.live.wrench, status=stage.live.status)
         return [
             *(act._replace(when=lambda: self._power) for act in stage.acts),
             Act("distribution", unasked, when=lambda: not self._power),
@@ -130,7 +131,7 @@ class Schedule:
         """Call what only events need, so that it does not compile in the loop."""
         if self._due:
             self._stage.impose()
-            write_loads(self._swings, 0, self._loads.row)
+            self._write_loads(0)
 
     def act(self, k: int) -> int:
         """Let happen what is due at sample k, before it is computed; return the sample that is due next."""
@@ -148,7 +149,7 @@ class Schedule:
         """Write the external wrench of sample k; return the sample that is due next."""
         swinging = False
         if len(self._swings):
-            swinging = write_loads(self._swings, k, self._loads.row)
+            swinging = self._write_loads(k)
             self._loads.plant[:] = self._loads.row
         if swinging:
             return k + 1

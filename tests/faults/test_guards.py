@@ -124,7 +124,7 @@ def test_a_cable_without_length_is_found():
     state = np.concatenate([anchors[0, :3] - anchors[0, 3:], [1, 0, 0, 0], np.zeros(6)])
     W, lengths, rates = np.zeros((6, 8)), np.zeros(8), np.zeros(8)
     body = Body(anchors, robot.inertial, np.zeros(3), acceleration_bounds(robot, np.zeros(3)))
-    seen = Seen(state.copy(), W, lengths, rates, np.zeros(4), np.zeros(len(lengths)))
+    seen = Seen(state.copy(), W, lengths, rates, np.zeros(4))
     fault = observing(body, Shown(state, np.zeros(6), np.zeros(8)), seen, 0.0)()
     assert FAULT_TEXTS[fault] == "a cable has no length"
 

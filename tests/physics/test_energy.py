@@ -78,7 +78,7 @@ def test_works_are_sums_of_exact_parts(offset_robot):
     command, external = rng.uniform(10.0, 90.0, 8), np.concatenate([rng.normal(size=3), np.zeros(3)])
     state, W, length, rate, energies = before.copy(), np.zeros((6, 8)), np.zeros(8), np.zeros(8), np.full(4, 7.0)
     body = Body(offset_robot.anchors, offset_robot.inertial, GRAVITY, acceleration_bounds(offset_robot, GRAVITY))
-    seen = Seen(state, W, length, rate, energies, np.zeros(len(length)))
+    seen = Seen(state, W, length, rate, energies)
     observing(body, Shown(before, external, command), seen, 0.0)()
     assert tuple(energies[2:]) == (0.0, 0.0)
     first = length.copy()

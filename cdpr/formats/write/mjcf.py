@@ -14,7 +14,7 @@ import numpy as np
 
 from cdpr.errors import FormatError
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, only_ideal, words
-from cdpr.mechanics.body_frame import BodyFrame, from_platform
+from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
@@ -128,6 +128,4 @@ def _key(root: ET.Element, subject: Subject, frame: BodyFrame) -> None:
 
 def _body(subject: Subject, frame: BodyFrame) -> Array:
     """The state (13,) of the body frame."""
-    at = np.zeros(13)
-    from_platform(frame.offset, subject.state, at)
-    return at
+    return body_state(frame.offset, subject.state)

@@ -22,6 +22,7 @@ static constexpr cdpr_entry entries[] = {
     entry<BeyondLimits, beyond_limits>("beyond_limits"),
     entry<LimitViolations, limit_violations>("limit_violations"),
     entry<ForwardKinematics, forward_kinematics>("forward_kinematics"),
+    entry<ExternalWork<double>, static_cast<int (*)(ExternalWork<double>&)>(external_work)>("external_work"),
 };
 
 extern const cdpr_group mechanics = group(entries);

@@ -56,5 +56,21 @@ template <class T> inline int platform_energy(PlatformEnergy<T>& platform) {
     return 0;
 }
 
+template <class T> struct ExternalWork {
+    const T* wrench;  // (6), N and N m, about the platform's origin, world axes
+    const T* turn;    // (3), rad, rotation vector between the states
+    const T* before;  // (13), state
+    const T* after;   // (13), state
+    T* work;          // (1), J
+    double period;    // s
+    static constexpr Field fields[] = {in<T>("wrench", "6"), in<T>("turn", "3"),  in<T>("before", "13"),
+                                       in<T>("after", "13"), out<T>("work", "1"), value("period")};
+};
+
+template <class T> inline int external_work(ExternalWork<T>& p) {
+    *p.work = external_work(p.wrench, p.period, vector(p.turn), p.before, p.after);
+    return 0;
+}
+
 }  // namespace CDPR_TARGET
 }  // namespace cdpr

@@ -1,0 +1,91 @@
+"""Calls of compiled operations with changing arrays.
+
+    status, (matrix, length, rate) = compute(
+        "geometry", {"lines": lines, "state": state}, {"matrix": (6, m), "length": (m,), "rate": (m,)}
+    )
+
+Binding checks each argument and takes many times as long as a small kernel. So an operation is bound once for each set
+of shapes, in each thread, to arrays of its own: the inputs are copied in, the results out. Where the arrays stay the
+same, bind them (`cdpr.native.bind`). The instruction set is that of the first call.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.native.bind import DTYPES, bind
+from cdpr.native.operations import operations
+
+MOST = 64  # bound operations that a thread keeps
+
+Array = np.ndarray[Any, Any]
+Shape = tuple[int, ...]
+Bound = tuple[Any, tuple[Array, ...], tuple[Array, ...]]  # the call, its inputs and its results
+
+
+class _Kept(threading.local):
+    """Bound operations of a thread, by name, shapes and numbers."""
+
+    def __init__(self) -> None:
+        self.bound: dict[object, Bound] = {}
+
+
+_kept = _Kept()
+
+
+def compute(
+    name: str, inputs: Mapping[str, ArrayLike], outputs: Mapping[str, Shape], **numbers: float
+) -> tuple[int, tuple[Array, ...]]:
+    """Call an operation with arrays.
+
+    Args:
+        name: The operation, a key of `cdpr.native.operations.operations()`.
+        inputs: Arrays that it reads, by name; also what arrays hold that it reads and writes.
+        outputs: Shapes of the arrays that it writes, by name.
+        numbers: Its values.
+
+    Returns:
+        The status code; the arrays of `outputs`, in that order.
+
+    Raises:
+        TypeError: A name is missing or unknown.
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> compute("positive_definite", {"matrix": [[4.0]], "right": [2.0]}, {"solution": (1,)}, damping=0.0)
+        (0, (array([0.5]),))
+    """
+    given = [value if type(value) is np.ndarray else np.asarray(value) for value in inputs.values()]
+    key = name, *inputs, *[array.shape for array in given], *outputs.items(), *numbers.items()
+    found = _kept.bound.get(key)
+    if found is None:
+        found = _bound(name, dict(zip(inputs, given, strict=True)), outputs, numbers)
+        if len(_kept.bound) >= MOST:
+            _kept.bound.clear()
+        _kept.bound[key] = found
+    call, read, written = found
+    for array, value in zip(read, given, strict=True):
+        array[...] = value
+    status: int = call()
+    return status, tuple([array.copy() for array in written])
+
+
+def _bound(name: str, inputs: dict[str, Array], outputs: Mapping[str, Shape], numbers: Mapping[str, float]) -> Bound:
+    dtypes = _dtypes(name)
+    read = {key: np.array(value, dtypes.get(key), order="C") for key, value in inputs.items()}
+    written = {key: read[key] if key in read else np.empty(shape, dtypes.get(key)) for key, shape in outputs.items()}
+    call = bind(name, **{**read, **written}, **numbers)
+    return call, tuple(read.values()), tuple(written.values())
+
+
+@cache
+def _dtypes(name: str) -> dict[str, np.dtype[Any]]:
+    """Return the element types of an operation's arrays, by name; empty of an unknown one, which `bind` rejects."""
+    operation = operations().get(name)
+    return {field.name: DTYPES[field.type] for field in operation.fields if field.is_array} if operation else {}
