@@ -9,39 +9,39 @@ inline namespace CDPR_TARGET {
 // Square of the sine of an angle, below which the round-off of where two lines are nearest is felt.
 constexpr double PARALLEL = 1e-6;
 
-// Square of the distance of a point from a segment.
-template <class T> CDPR_INLINE T square_from_point(Vector<T> x, Vector<T> start, Vector<T> end) {
-    const Vector<T> d = end - start, r = x - start;
-    const T square = dot(d, d), along = dot(r, d);
+// Share of a segment at which it is nearest to a point whose vector from its start has this product with the segment;
+// `square` is that of the segment with itself.
+template <class T> CDPR_INLINE T nearest_share(T along, T square) {
     const T inner = along / select(square > T(0.0), square, T(1.0));
-    const T share = select(along <= T(0.0), T(0.0), select(along >= square, T(1.0), inner));
-    const Vector<T> away = r - share * d;
-    return dot(away, away);
+    return select(along <= T(0.0), T(0.0), select(along >= square, T(1.0), inner));
 }
+
+template <class T> CDPR_INLINE T square(Vector<T> v) { return dot(v, v); }
 
 // Distance of a point from a segment.
 template <class T> CDPR_INLINE T from_point(Vector<T> x, Vector<T> start, Vector<T> end) {
-    return square_root(square_from_point(x, start, end));
+    const Vector<T> d = end - start, r = x - start;
+    return square_root(square(r - nearest_share(dot(r, d), dot(d, d)) * d));
 }
 
-// Square of the least distance of an end of two segments from the other one.
-template <class T> CDPR_INLINE T square_from_ends(Vector<T> start, Vector<T> end, Vector<T> first, Vector<T> last) {
-    return smaller(smaller(square_from_point(start, first, last), square_from_point(end, first, last)),
-                   smaller(square_from_point(first, start, end), square_from_point(last, start, end)));
-}
-
-// Distance between two segments: of where their lines are nearest, or from an end.
+// Distance between two segments: of where their lines are nearest, or of an end from the other segment.
 template <class T> CDPR_INLINE T between(Vector<T> start, Vector<T> end, Vector<T> first, Vector<T> last) {
     const Vector<T> d = end - start, e = last - first, r = start - first;
     const T dd = dot(d, d), ee = dot(e, e), de = dot(d, e), dr = dot(d, r), er = dot(e, r);
-    const T square = dd * ee - de * de;
-    const T by = select(square > T(0.0), square, T(1.0));  // of parallel segments the ends decide
+    const T sines = dd * ee - de * de;
+    const T by = select(sines > T(0.0), sines, T(1.0));  // of parallel segments the ends decide
     const T s = (de * er - ee * dr) / by, t = (dd * er - de * dr) / by;
-    const Vector<T> away = r + s * d - t * e;
-    const Truth<T> within = (square > T(0.0)) & (s > T(0.0)) & (s < T(1.0)) & (t > T(0.0)) & (t < T(1.0));
-    const Truth<T> sure = within & (square > PARALLEL * dd * ee);
-    T found = select(within, dot(away, away), T(INFINITE));
-    if (!all(sure)) found = select(sure, found, smaller(found, square_from_ends(start, end, first, last)));
+    const Truth<T> within = (sines > T(0.0)) & (s > T(0.0)) & (s < T(1.0)) & (t > T(0.0)) & (t < T(1.0));
+    const Truth<T> sure = within & (sines > PARALLEL * dd * ee);
+    T found = select(within, square(r + s * d - t * e), T(INFINITE));
+    if (!all(sure)) {
+        const Vector<T> ahead = end - first, behind = last - start;
+        const T starts =
+            smaller(square(r - nearest_share(er, ee) * e), square(ahead - nearest_share(dot(ahead, e), ee) * e));
+        const T ends =
+            smaller(square(r + nearest_share(-dr, dd) * d), square(behind - nearest_share(dot(behind, d), dd) * d));
+        found = select(sure, found, smaller(found, smaller(starts, ends)));
+    }
     return square_root(found);
 }
 
