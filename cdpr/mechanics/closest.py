@@ -120,7 +120,7 @@ class Closest:
             if len(now):
                 gone = [cable for cable, at in self._broken if at <= since]
                 among = self._among.without(gone) if gone else self._among
-                clearance[now], which[now] = among.at(poses[now], plain=True)
+                clearance[now], which[now] = among.at(poses[now], jobs=1)
         return clearance, which
 
 

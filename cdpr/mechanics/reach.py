@@ -6,13 +6,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array, Robot
+from cdpr.native.bind import bind
 
 # A value that is told in decimals meets its limit to this share: exactly reached is not exceeded.
 REACH_TOLERANCE = 1e-9
@@ -131,7 +129,8 @@ class Reach:
             for kind in self.kinds
         ]
         count = len(self.kinds)
-        self._places = np.array([columns["time"].start, *np.ravel(places)], dtype=np.int64)
+        self._time = np.array([columns["time"].start], dtype=np.int64)
+        self._kinds = np.array(places, dtype=np.int64).reshape(-1, 4)
         self._tolerances, self._sizes = np.array(tolerances).reshape(-1, m), np.array(sizes).reshape(-1, m)
         self._until = np.full(m, math.inf)
         self.lose(broken, changes)
@@ -155,19 +154,44 @@ class Reach:
             tables.append(np.array(rows).reshape(tables[-1].shape))
         self.limits, self._since = np.array(tables), np.array([-math.inf, *(time for time, _ in changes)])
 
-    def leaving(self, row: Array) -> Callable[[], bool]:
-        """Return a kernel with its arguments that tells whether a live sample (width,) leaves a limit."""
-        return partial(leaves, self._places, self._since, self.limits, self._tolerances, self._until, row)
+    def leaving(self, row: Array) -> Callable[[], int]:
+        """Return an operation that tells whether a live sample (width,) leaves a limit: 1, else 0."""
+        return bind("beyond_limits", **self._about(), row=row)
 
     def add(self, rows: Array) -> bool:
         """Count the samples that follow, (n, width); True where one leaves a limit."""
-        if not self.any:
-            self.counted += len(rows)
-            return False
-        about = self._places, self._since, self.limits, self._tolerances, self._sizes, self._until
-        left: bool = look(*about, np.ascontiguousarray(rows), self.counted, *self._found)
+        left = self.any and self._count(np.ascontiguousarray(rows))
         self.counted += len(rows)
         return left
+
+    def _count(self, rows: Array) -> bool:
+        far, value, limit, samples = self._found
+        look = bind(
+            "limit_violations",
+            **self._about(),
+            sizes=self._sizes,
+            rows=rows,
+            worst=far,
+            worst_value=value,
+            worst_limit=limit,
+            samples=samples,
+            counted=self.counted,
+        )
+        found = look()
+        if found < 0:
+            raise ValueError(f"rows: expected the columns of all limits, got {rows.shape[1]}")
+        return found == 1
+
+    def _about(self) -> dict[str, Array]:
+        """What operations are told of the limits (reach.hpp)."""
+        return {
+            "time": self._time,
+            "kinds": self._kinds,
+            "since": self._since,
+            "limits": self.limits,
+            "tolerances": self._tolerances,
+            "until": self._until,
+        }
 
     def copy(self) -> Reach:
         """Return one that has counted as much, and counts on by itself; cables break for both."""
@@ -191,81 +215,3 @@ class Reach:
     def counts(self) -> dict[str, int]:
         """Return at how many samples each kind of limit that there is was left."""
         return {kind.name: int(count) for kind, count in zip(self.kinds, self._found[-1][0], strict=True)}
-
-
-@kernel
-def excess(
-    places: NDArray[np.int64], limits: Array, tolerances: Array, until: Array, row: Array, i: int, j: int
-) -> tuple[float, float]:
-    """Return by how much cable j leaves its limit of kind i, 0 where it keeps it, and its value."""
-    start, upper, magnitude, room = places[1 + 4 * i], places[2 + 4 * i], places[3 + 4 * i], places[4 + 4 * i]
-    x = row[start + j]
-    x = abs(x) if magnitude else x
-    beyond = x - limits[i, j] if upper else limits[i, j] - x
-    if room >= 0 and beyond > 0.0:
-        beyond = -row[room + j]
-    if row[places[0]] < until[j] and beyond > tolerances[i, j]:
-        return beyond, x
-    return 0.0, x
-
-
-@kernel
-def present(places: NDArray[np.int64], since: Array, row: Array) -> int:
-    """Return the index of the limits that hold at the time of a row."""
-    c = 0
-    while c + 1 < since.shape[0] and since[c + 1] <= row[places[0]]:
-        c += 1
-    return c
-
-
-@kernel
-def leaves(places: NDArray[np.int64], since: Array, limits: Array, tolerances: Array, until: Array, row: Array) -> bool:
-    """Return whether a row leaves a limit; arrays as `look` takes them."""
-    now = limits[present(places, since, row)]
-    for i in range(now.shape[0]):
-        for j in range(now.shape[1]):
-            if excess(places, now, tolerances, until, row, i, j)[0] > 0.0:
-                return True
-    return False
-
-
-@kernel
-def look(
-    places: NDArray[np.int64],
-    since: Array,
-    limits: Array,
-    tolerances: Array,
-    sizes: Array,
-    until: Array,
-    rows: Array,
-    counted: int,
-    worst: Array,
-    value: Array,
-    limit: Array,
-    samples: Array,
-) -> bool:
-    """Count rows (n, width) after `counted` others.
-
-    `places` is the column of the time, then four numbers for each kind: its column, whether it is upper, whether its
-    sign is ignored, and the column of the room or -1. `since` (c,) and `limits` (c, k, m) are in the order of time.
-    """
-    left = False
-    for k in range(rows.shape[0]):
-        row = rows[k]
-        now = limits[present(places, since, row)]
-        for i in range(now.shape[0]):
-            here = False
-            for j in range(now.shape[1]):
-                beyond, x = excess(places, now, tolerances, until, row, i, j)
-                if beyond > 0.0:
-                    here = True
-                    if beyond / sizes[i, j] > worst[i, j]:
-                        worst[i, j] = beyond / sizes[i, j]
-                        value[i, j] = x
-                        limit[i, j] = now[i, j]
-            if here:
-                left = True
-                if samples[0, i] == 0.0:
-                    samples[1, i] = counted + k
-                samples[0, i] += 1.0
-    return left

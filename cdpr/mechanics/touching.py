@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
 
 from cdpr.model import Robot
-from cdpr.model.jit import without_compiling
 from cdpr.model.robot import Array
-from cdpr.model.shapes import Hull, Obstacle
+from cdpr.model.shapes import Obstacle
 
 # Assumed diameter of a cable: usual on robots of some metres, and less on small ones.
 ASSUMED_DIAMETER = 0.01  # m
@@ -39,17 +37,11 @@ def with_diameters(robot: Robot) -> Robot:
 
 
 def least_clearance(robot: Robot, pose: Array, obstacles: Sequence[Obstacle] = ()) -> tuple[float, str] | None:
-    """Return the least clearance at a pose (7,), m, and the names of the bodies; None where nothing can touch.
+    """Return the least clearance at a pose (7,), m, and the names of the bodies; None where nothing can touch."""
+    from cdpr.mechanics.clearance import clearance  # loads the kernel library
 
-    Kernels are not compiled for a single pose, except those of pulleys and of the thousands of triangles of a hull.
-    """
-    from cdpr.mechanics.clearance import clearance  # loads kernels
-
-    hulls = any(isinstance(each.shape, Hull) for each in obstacles)
-    exits = any(cable.exit is not None and cable.exit.kernels for cable in robot.cables)
-    with nullcontext() if hulls or exits else without_compiling():
-        among = clearance(with_diameters(robot), obstacles)
-        gaps, which = among.at(pose[None], plain=True)
+    among = clearance(with_diameters(robot), obstacles)
+    gaps, which = among.at(pose[None])
     return (float(gaps[0]), among.name(int(which[0]))) if math.isfinite(gaps[0]) else None
 
 

@@ -18,6 +18,7 @@ extern const cdpr_group backends;
 extern const cdpr_group simulation;
 extern const cdpr_group trajectory;
 extern const cdpr_group loop;
+extern const cdpr_group proofs;
 
 static const cdpr_group* const groups[] = {
     &mathematics,
@@ -30,6 +31,7 @@ static const cdpr_group* const groups[] = {
     &simulation,
     &trajectory,
     &loop,
+    &proofs,
 };
 // clang-format on
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
 from cdpr.errors import Touched
-from cdpr.mechanics.clearance import Clearance, Watch, clearance, too_near
+from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.contacts import passing
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.scenario.events.event import Guard
 from cdpr.simulation.parts import Parts
@@ -35,15 +35,23 @@ def keeping_distance(parts: Parts, events: Sequence[ScenarioEvent], guards: Sequ
 
 
 def _keeping(among: Clearance, guard: Guard, gone: Array, pose: Array) -> Act:
-    bodies = among.bodies._replace(radius=among.bodies.radius.copy())
-    watch = Watch(among.bodies.radius, gone, np.array([guard.clearance, guard.after]), np.zeros((len(gone), 6)))
+    present = among.bodies.radius.copy()
+    too_near = bind(
+        "too_near",
+        **among.bodies._asdict(),
+        pose=pose,
+        gone=gone,
+        present=present,
+        clearance=guard.clearance,
+        after=guard.after,
+    )
 
     def stop(_: int) -> None:
-        here = among.without(np.flatnonzero(np.isinf(bodies.radius)))
-        least, which = here.at(pose[None], plain=True)
+        here = among.without(np.flatnonzero(np.isinf(present)))
+        least, which = here.at(pose[None])
         allowed = f"at {guard.clearance:g} m" if guard.clearance else "where they touch"
         names, gap = among.name(int(which[0])), float(least[0])
         text = passing(names, gap) or f"the least clearance is {gap:.4g} m, of {names}"
         raise Touched(f"{text}; the scenario says to stop {allowed}")
 
-    return Act("cables", partial(too_near, bodies, watch, pose), stop, timed=True)
+    return Act("cables", too_near, stop, timed=True)

@@ -13,8 +13,10 @@ from cdpr.errors import CdprError
 from cdpr.mechanics.clearance import Clearance
 from cdpr.model.robot import Array
 from cdpr.model.threads import in_threads
+from cdpr.native.bind import bind
 from cdpr.workspace.regions import Region
-from cdpr.workspace.tracing import MOST, Search, search
+
+MOST = 64  # ends of free stretches along one ray, as in tracing.hpp
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,30 +90,28 @@ def rays(
     axis = region.moving[-1]
     across = [region.axes[i] if i != axis else region.lower[i : i + 1] for i in range(3)]
     starts = np.stack(np.meshgrid(*across, indexing="ij"), axis=-1).reshape(-1, 3)
-    found = Search(
-        axis,
-        over == "all",
-        float(region.lower[axis]),
-        float(region.upper[axis]),
-        edge,
-        starts,
-        region.orientations.copy(),
-        np.empty((len(starts), MOST)),
-        np.empty(len(starts), dtype=np.int64),
-    )
+    about = {
+        **bodies.bodies._asdict(),
+        "axis": axis,
+        "over_all": over == "all",
+        "low": float(region.lower[axis]),
+        "high": float(region.upper[axis]),
+        "edge": edge,
+        "orientations": np.ascontiguousarray(region.orientations),
+    }
+    ends, counts = np.empty((len(starts), MOST)), np.empty(len(starts), dtype=np.int64)
     done = 0
 
     def part(cut: slice) -> None:
         nonlocal done
-        some = found._replace(positions=found.positions[cut], ends=found.ends[cut], counts=found.counts[cut])
-        search(bodies.bodies, some, np.empty((bodies.robot.m, 6)), np.empty(7))
+        bind("search_rays", **about, positions=starts[cut], ends=ends[cut], counts=counts[cut])()
         done += cut.stop - cut.start
         progress(min(done, len(starts)), len(starts))
 
     in_threads(len(starts), part, jobs, chunk=256)
-    if (found.counts < 0).any():
-        x, y, z = starts[int(np.argmax(found.counts < 0))].tolist()
+    if (counts < 0).any():
+        x, y, z = starts[int(np.argmax(counts < 0))].tolist()
         raise CdprError(f"rays: the one from {x:g}, {y:g}, {z:g} has more than {MOST // 2} free stretches")
-    number = np.repeat(np.arange(len(starts)), found.counts // 2)
-    kept = np.arange(MOST)[None] < found.counts[:, None]
-    return Rays(axis, number, found.ends[kept].reshape(-1, 2), region)
+    number = np.repeat(np.arange(len(starts)), counts // 2)
+    kept = np.arange(MOST)[None] < counts[:, None]
+    return Rays(axis, number, ends[kept].reshape(-1, 2), region)

@@ -16,9 +16,9 @@ from test_workspace import poses_of, robot_of
 from cdpr.errors import CdprError
 from cdpr.mechanics import solids
 from cdpr.mechanics.clearance import clearance
+from cdpr.mechanics.distances import segment_distances, solid_distances
 from cdpr.model import rotations
-from cdpr.model.jit import without_compiling
-from cdpr.model.shapes import Box, Cylinder, Mesh, Obstacle, Sphere
+from cdpr.model.shapes import Box, Cylinder, Hull, Mesh, Obstacle, Sphere
 
 # m: of two ways to the same distance, whose numbers are some metres; the oracle's own tolerance.
 SAME = 1e-9
@@ -60,18 +60,22 @@ def test_between_segments(seed, kind):
         ends[2] = ends[0] + rng.random() * (ends[1] - ends[0])
     elif kind == "short":
         ends[3] = ends[2]
-    found = solids.between(*(tuple(each) for each in ends.tolist()))
+    (found,) = segment_distances(*ends.reshape(2, 1, 6))
     assert found == pytest.approx(distance(ends), abs=SAME if kind != "near parallel" else 1e-7)
 
 
-@pytest.mark.parametrize(
-    ("last", "expected"), [((1.0, 2.0, 0.0), 2.0), ((0.0, 2.0, 0.0), 2.0), ((5.0, 2.0, 0.0), 2.0)], ids=str
-)
-def test_parallel_segments_raise_nothing_as_plain_python(last, expected):
-    """As a kernel that is not compiled yet runs for a few calls; points, too."""
-    with without_compiling():
-        assert solids.between.py_func((0.0,) * 3, (1.0, 0.0, 0.0), (0.0, 2.0, 0.0), last) == expected
-        assert solids.between.py_func((0.0,) * 3, (0.0,) * 3, (0.0, 2.0, 0.0), last) == expected
+@pytest.mark.parametrize("last", [(1.0, 2.0, 0.0), (0.0, 2.0, 0.0), (5.0, 2.0, 0.0)], ids=str)
+def test_parallel_segments_and_points(last):
+    second = [(0.0, 2.0, 0.0, *last)]
+    for end in (1.0, 0.0):
+        assert segment_distances([(0.0, 0.0, 0.0, end, 0.0, 0.0)], second).tolist() == [2.0]
+
+
+def test_wrong_shapes_are_errors():
+    with pytest.raises(ValueError, match=r"segment_distances: second: expected shape \(k, 6\)"):
+        segment_distances(np.zeros((2, 6)), np.zeros((1, 6)))
+    with pytest.raises(ValueError, match=r"solid_distances: solid: expected shape \(s >= 11,\), got \(10,\)"):
+        solid_distances(np.zeros(10), np.zeros((1, 6)))
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
@@ -82,7 +86,7 @@ def test_from_solids(shape, seed):
     q = rng.standard_normal(4)
     q /= np.linalg.norm(q)
     row = solids.row(shape, place, q)
-    found = solids.from_solid(row, tuple(start.tolist()), tuple(end.tolist()))
+    (found,) = solid_distances(row, [[*start, *end]])
 
     def local(s):
         x = start + np.atleast_1d(np.asarray(s))[:, None] * (end - start) - place
@@ -228,3 +232,32 @@ def test_threads_change_nothing():
     one, two = (clearance(robot, diameter=0.01).at(poses, jobs) for jobs in (1, 2))
     assert np.array_equal(one[0], two[0])
     assert np.array_equal(one[1], two[1])
+
+
+BALL = Obstacle("ball", Sphere(0.5), np.array([1.0, 0, 1]), np.array([1.0, 0, 0, 0]))
+
+
+@pytest.mark.parametrize("name", ["cogiro", "caroca", "planar", "cogiro_pulleys", "point_mass", "twelve"])
+@pytest.mark.parametrize("obstacles", [(), (BALL,)])
+def test_poses_in_lanes_are_judged_to_the_bit_as_alone(name, obstacles):
+    robot = robot_of(name)
+    among, poses = clearance(robot, obstacles, 0.01), poses_of(robot, 203)  # no multiple of eight
+    poses[5::50, :3] = robot.anchors[0, :3] - robot.anchors[0, 3:]  # a cable without length
+    poses[5::50, 3:] = (1.0, 0.0, 0.0, 0.0)
+    together = among.at(poses)
+    alone = [among.at(poses[k : k + 7]) for k in range(0, len(poses), 7)]  # fewer than fill a register
+    assert np.array_equal(together[0], np.concatenate([gaps for gaps, _ in alone]), equal_nan=True)
+    assert np.array_equal(together[1], np.concatenate([which for _, which in alone]))
+
+
+def test_obstacles_that_are_skipped_are_farther():
+    """Each obstacle alone, and all of them: what the spheres around them rule out is not the nearest."""
+    robot = replace(robot_of("caroca"), platform=replace(robot_of("caroca").platform, shape=None))
+    rng, poses = np.random.default_rng(3), poses_of(robot, 100)
+    shapes = [*SHAPES, Hull("", ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))] * 2
+    several = []
+    for k, shape in enumerate(shapes):
+        several.append(Obstacle(str(k), shape, rng.uniform(-3, 3, 3), rotations.from_rpy(*rng.normal(size=3))))
+    each = np.array([clearance(robot, [one], 0.01).at(poses)[0] for one in several])
+    assert np.array_equal(clearance(robot, several, 0.01).at(poses)[0], each.min(axis=0))
+    assert len(set(each.argmin(axis=0).tolist())) > 3

@@ -18,9 +18,10 @@ from cdpr import load_scenario
 from cdpr.errors import ScenarioError
 from cdpr.mechanics import solids
 from cdpr.mechanics.clearance import clearance
+from cdpr.mechanics.distances import solid_distances
 from cdpr.model import hull, rotations
 from cdpr.model.hull import convex_hull
-from cdpr.model.shapes import Box, Cylinder, Hull, Obstacle, Sphere
+from cdpr.model.shapes import Box, Hull, Obstacle
 from cdpr.workspace.question import Question
 
 SAME = 1e-9  # m
@@ -132,11 +133,9 @@ def test_distance_of_a_cable(seed, kind, near):
     attitude /= np.linalg.norm(attitude)
     position = rng.uniform(-3.0, 3.0, 3)
     row = solids.row(Hull("", tuple(map(tuple, corners.tolist()))), position, tuple(attitude.tolist()))
-    place = [tuple((rotations.matrix(attitude) @ x + position).tolist()) for x in (a, b)]
-    found = solids.from_solid(row, *place)
+    (found,) = solid_distances(row, [np.concatenate([rotations.matrix(attitude) @ x + position for x in (a, b)])])
     inside = inside_distance(corners, a, b)
     assert found == pytest.approx(inside if inside < -SAME else outside_distance(corners, a, b), abs=SAME)
-    assert solids.beyond(row, *place) <= found + SAME
 
 
 @given(seed=st.integers(0, 10**6))
@@ -145,19 +144,18 @@ def test_a_box_of_triangles_is_a_box(seed):
     size = rng.uniform(0.1, 2.0, 3)
     mesh = solids.row(Hull("", tuple(map(tuple, (box() * size).tolist()))))
     solid = solids.row(Box(tuple(size.tolist())))
-    start, end = (tuple(each) for each in rng.uniform(-1.5, 1.5, (2, 3)).tolist())
-    assert solids.from_solid(mesh, start, end) == pytest.approx(solids.from_solid(solid, start, end), abs=SAME)
+    segments = rng.uniform(-1.5, 1.5, (1, 6))
+    np.testing.assert_allclose(solid_distances(mesh, segments), solid_distances(solid, segments), atol=SAME)
 
 
-@given(seed=st.integers(0, 10**6), kind=st.sampled_from(["box", "sphere", "cylinder"]))
-def test_what_is_soon_told_is_less_than_the_distance(seed, kind):
-    rng = np.random.default_rng(seed)
-    x, y, z = rng.uniform(0.1, 2.0, 3).tolist()
-    shape = {"box": Box((x, y, z)), "sphere": Sphere(x), "cylinder": Cylinder(x, y)}[kind]
-    solid = solids.row(shape, rng.uniform(-1.0, 1.0, 3))
-    start, end = (tuple(each) for each in rng.uniform(-4.0, 4.0, (2, 3)).tolist())
-    found = solids.from_solid(solid, start, end)
-    assert found - 2.0 * float(np.linalg.norm([x, y, z])) <= solids.beyond(solid, start, end) <= found + SAME
+def test_a_row_too_short_for_its_triangles_has_no_distance():
+    row = solids.row(Hull("", tuple(map(tuple, box().tolist()))))
+    for changed in (
+        row[:-1],
+        np.concatenate([row[:8], [1e300], row[9:]]),
+        np.concatenate([row[:8], [np.nan], row[9:]]),
+    ):
+        assert np.isnan(solid_distances(changed, np.ones((1, 6)))).all()
 
 
 def stl(points):

@@ -117,20 +117,26 @@ def test_commands_beyond_true_limits_are_those_that_a_plain_look_finds():
 
 
 def test_looking_at_a_row_allocates_nothing():
-    """So does the loop under `limits: stop`: some integers and a slice of them, however long it goes on."""
+    """As in each step of a run under `limits: stop`."""
     reach, as_rows = drawn(np.array([[1.0, 1.0], [9.0, 9.0]]))
-    row = as_rows(np.array([[0.5, 9.5]]))
-    reach.add(row)
+    leaves = reach.leaving(as_rows(np.array([[0.5, 9.5]]))[0])
+    assert leaves() == 1
     tracemalloc.start()
     try:
         before = tracemalloc.get_traced_memory()[0]
         tracemalloc.reset_peak()
         for _ in range(1000):
-            reach.add(row)
+            leaves()
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
     assert peak - before < SMALL
+
+
+def test_columns_outside_of_the_rows_are_an_error():
+    reach = reach_of(((0.3,), (1.0,), (0.1,)))
+    with pytest.raises(ValueError, match="rows: expected the columns of all limits, got 2"):
+        reach.add(np.zeros((3, 2)))
 
 
 @pytest.mark.parametrize("more", [{}, {"log.step": 0.01}])

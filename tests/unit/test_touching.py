@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import json
-from contextlib import nullcontext
 
-import numpy as np
 import pytest
 from command_line import cdpr_here
-
-import cdpr
-from cdpr.mechanics import touching
 
 # Mirrored at the plane x = 0, so that the cables of each pair meet in it.
 CABLES = [
@@ -55,16 +50,6 @@ def test_a_run_reports_cables_that_touch(scenario):
     assert ASSUMED in done.stdout
     figures = cdpr_here("run", scenario, "--out", scenario.with_name("more"), "--no-report", "--json")
     assert ASSUMED in json.loads(figures.stdout)["reservations"][-1]
-
-
-@pytest.mark.parametrize("name", ["caroca", "caroca_winches", "cogiro", "planar"])
-def test_python_and_compiled_kernels_find_the_same_clearance(name, monkeypatch):
-    robot = cdpr.load_robot(name)
-    home, moved = robot.home, np.array([0.1, -0.05, 0.07, 0, 0, 0, 0])
-    poses = [home, home + moved] if robot.n == 6 else [home]
-    plain = [touching.least_clearance(robot, pose) for pose in poses]
-    monkeypatch.setattr(touching, "without_compiling", nullcontext)
-    assert [touching.least_clearance(robot, pose) for pose in poses] == plain
 
 
 def test_cable_through_the_platform_has_no_depth(scenario):

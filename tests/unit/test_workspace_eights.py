@@ -10,8 +10,6 @@ import pytest
 from spread import sampled
 from test_workspace import poses_of, robot_of
 
-from cdpr.mechanics import clearance as clearances
-from cdpr.model.shapes import Obstacle, Sphere
 from cdpr.workspace.required import NOTHING, box, ellipsoid, vertices
 
 measures = importlib.import_module("cdpr.workspace.measure")
@@ -28,15 +26,6 @@ QUESTIONS = {
 }
 COUNT = 1003  # no multiple of eight
 NEVER = 10**9
-
-
-def poses_for(robot):
-    """Some anywhere, and some at which W lacks rank, or more, side by side with others."""
-    poses = poses_of(robot, COUNT)
-    poses[5::50, :3] = robot.anchors[0, :3] - robot.anchors[0, 3:]  # an anchor lies on the other of its cable
-    poses[5::50, 3:] = (1.0, 0.0, 0.0, 0.0)
-    poses[7::40] = poses[0]
-    return poses
 
 
 @sampled(2, "name", ROBOTS)
@@ -66,20 +55,6 @@ def test_poses_without_rank_do_not_disturb_their_neighbours(monkeypatch):
     alone = measures.measure(robot, poses)
     assert np.array_equal(together.value, alone.value, equal_nan=True)
     assert np.array_equal(together.singular, alone.singular)
-
-
-@pytest.mark.parametrize("name", [*ROBOTS, "crossed", "point_mass", "twelve"])
-@pytest.mark.parametrize(
-    "obstacles", [(), (Obstacle("ball", Sphere(0.5), np.array([1.0, 0, 1]), np.array([1.0, 0, 0, 0])),)]
-)
-def test_clearances(name, obstacles, monkeypatch):
-    robot = robot_of(name)
-    among, poses = clearances.clearance(robot, obstacles, 0.01), poses_for(robot)
-    together = among.at(poses)
-    monkeypatch.setattr(clearances, "MANY", NEVER)
-    alone = among.at(poses)
-    assert np.array_equal(together[0], alone[0], equal_nan=True)
-    assert np.array_equal(together[1], alone[1])
 
 
 @pytest.mark.parametrize("mode", ["margin", "closure", "payload"])

@@ -20,7 +20,6 @@ from cdpr.workspace.regions import Region, region
 from cdpr.workspace.required import box
 from cdpr.workspace.result import load_workspace, workspace
 from cdpr.workspace.surface import surface
-from cdpr.workspace.tracing import SHORT
 
 BOX = box([50, 50, 50, 5, 5, 5])
 
@@ -155,10 +154,6 @@ def test_rays_of_several_attitudes_and_threads(over, tmp_path):
     read = load_workspace(tmp_path / "w.npz")
     assert read.summary() == found.summary()
     assert np.array_equal(read.detail.free, found.detail.free)
-
-
-def test_what_is_told_apart_is_longer_than_a_micrometre():
-    assert SHORT <= 1e-6
 
 
 def test_what_rays_and_hulls_are_not_for():

@@ -158,6 +158,7 @@ struct TooNear {
 // Return 1 where they are, else 0.
 inline int too_near(TooNear& watch, double time) {
     Bodies now = watch.bodies;
+    if (!has_anchors<double>(now.w)) return BAD_INPUT;
     for (int64_t i = 0; i < now.m; i++) watch.present[i] = time < watch.gone[i] ? watch.bodies.radius[i] : GONE;
     if (time < watch.after) return 0;
     now.radius = watch.present;

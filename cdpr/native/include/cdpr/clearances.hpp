@@ -47,11 +47,12 @@ inline void look_at_eight(const Clearances& asked, int64_t first) {
 }
 
 inline int clearances(Clearances& asked) {
+    if (!has_anchors<double>(asked.bodies.w)) return BAD_INPUT;
     int64_t k = 0;
     if (asked.bodies.w == Line<double>::EXIT)
         for (; k + WIDTH <= asked.count; k += WIDTH) look_at_eight(asked, k);
     for (; k < asked.count; k++) asked.write(k, nearest(asked.bodies, asked.poses + 7 * k, asked.ends));
-    return 0;
+    return OK;
 }
 
 }  // namespace CDPR_TARGET
