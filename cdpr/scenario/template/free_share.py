@@ -56,6 +56,6 @@ def free_share(robot: Robot, low: Array, high: Array, gravity: Array) -> FreeSha
     positions = np.vstack([robot.home[:3], grid])
     static = held(robot, positions, robot.home[3:], gravity)
     poses = np.hstack([positions, np.tile(robot.home[3:], (len(positions), 1))])
-    gaps, _ = clearance(with_diameters(robot)).at(poses, plain=True)
+    gaps, _ = clearance(with_diameters(robot)).at(poses, jobs=1)
     free = gaps > 0.0
     return FreeShare(len(poses), int(static.sum()), int((static & free).sum()), bool(free[0]), max(diameters(robot)))
