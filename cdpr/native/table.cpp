@@ -17,6 +17,7 @@ extern const cdpr_group controllers;
 extern const cdpr_group backends;
 extern const cdpr_group simulation;
 extern const cdpr_group trajectory;
+extern const cdpr_group workspace;
 extern const cdpr_group loop;
 extern const cdpr_group proofs;
 
@@ -30,6 +31,7 @@ static const cdpr_group* const groups[] = {
     &backends,
     &simulation,
     &trajectory,
+    &workspace,
     &loop,
     &proofs,
 };

@@ -44,6 +44,14 @@ struct Lanes {
     Part part[PARTS];
 
     Lanes() = default;
+    // Register by register: g++ would copy 16 bytes at a time, and then wait for these to load a register.
+    CDPR_INLINE Lanes(const Lanes& other) {
+        for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
+    }
+    CDPR_INLINE Lanes& operator=(const Lanes& other) {
+        for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
+        return *this;
+    }
     CDPR_INLINE Lanes(double same) {
         for (int i = 0; i < PARTS; i++) part[i] = same - Part{};  // keeps the sign of zero
     }

@@ -1,1 +1,0 @@
-../../../../mechanics/reach.hpp

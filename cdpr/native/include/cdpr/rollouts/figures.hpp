@@ -1,1 +1,0 @@
-../../../../rollouts/figures.hpp

@@ -1,1 +1,0 @@
-../../../../simulation/proceed.hpp

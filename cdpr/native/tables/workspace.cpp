@@ -1,0 +1,17 @@
+// Workspaces. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/group.hpp>
+#include <cdpr/workspace/assess_poses.hpp>
+#include <cdpr/workspace/connected.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+static constexpr cdpr_entry entries[] = {
+    entry<Assess, assess>("assess"),
+    entry<ConnectedCells, connected_cells>("connected_cells"),
+};
+
+extern const cdpr_group workspace = group(entries);
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
