@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from cdpr.cables.lines import lines
 from cdpr.cables.tables import line_table
 from cdpr.errors import CdprError
-from cdpr.mechanics.forward_kinematics import fit, scales, work_size
+from cdpr.mechanics.forward_kinematics import scales
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
-from cdpr_controllers.holding import Holding
+from cdpr_controllers.law import Law
 
 
 class CableLength(SnapshotOfArrays, Controller):
@@ -24,7 +22,7 @@ class CableLength(SnapshotOfArrays, Controller):
 
     command = f + kp e + z + kd e' with e = l - l_d: a cable that is too long pulls more. Desired lengths and rates
     come from the desired pose and twist by inverse kinematics; the measured ones are all that is taken from the state.
-    f balances the weight (see `Holding`) at the pose that forward kinematics finds from the measured lengths, started
+    f balances the weight (holding.hpp) at the pose that forward kinematics finds from the measured lengths, started
     from the previous one, or from the desired pose at first and after a fit that failed. Without forward kinematics it
     is the desired pose.
 
@@ -43,42 +41,45 @@ class CableLength(SnapshotOfArrays, Controller):
             )
         self._gains = np.zeros((4, m))
         self.change(options)
-        limits = np.array([robot.tension_min, robot.tension_max])
-        self._pose = np.zeros(7)
-        self._tracking = np.zeros(1, dtype=bool)  # whether the pose is one that was found
-        self._integral, self._command = np.zeros(m), np.zeros(m)
-        self._measured, self._desired = np.zeros((2, m)), np.zeros((2, m))
-        self._measure = self._lengths_and_rates(self._measured)
-        self._want = self._lengths_and_rates(self._desired)
-        self._fit = None
-        if options.forward_kinematics:
-            work = np.zeros(work_size(n, m))
-            self._fit = partial(
-                fit, lines(robot), *scales(robot), self._measured[0], self._pose, np.zeros((n, n)), work
-            )
-        self._holding = Holding(robot, gravity, options.pretension)
-        self.arrays = (self._pose, self._tracking, self._integral, self._holding.tension)
-        self._law = bind(
+        self._integral, self._feed = np.zeros(m), np.full(m, options.pretension)
+        self._pose, self._tracking = np.zeros(7), np.zeros(1)
+        self.arrays = (self._pose, self._tracking, self._integral, self._feed)
+        self._arguments = self._constants(robot, gravity, options)
+        self._sensed: Array | None = None
+        self._law = Law(self._bound, m)
+
+    def _constants(self, robot: Robot, gravity: Array, options: Any) -> dict[str, Any]:
+        rows, scale = scales(robot)
+        return {
+            "lines": line_table(robot),
+            "rows": rows,
+            "scale": scale,
+            "weights": np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows],
+            "low": robot.tension_min - options.pretension,
+            "high": robot.tension_max - options.pretension,
+            "pretension": options.pretension,
+            "limits": np.array([robot.tension_min, robot.tension_max]),
+            "inertial": robot.inertial,
+            "gravity": np.array(gravity, dtype=np.float64),
+            "estimates": int(options.forward_kinematics),
+        }
+
+    def _bound(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
+        sensed = self._sensed
+        return bind(
             "cable_length",
+            **self._arguments,
             gains=self._gains,
-            limits=limits,
-            measured=self._measured,
-            desired=self._desired,
-            feed=self._holding.tension,
+            state=state,
+            desired=desired,
+            sensed=np.zeros((2, self.robot.m)) if sensed is None else sensed,
+            senses=int(sensed is not None),
+            pose=self._pose,
+            tracking=self._tracking,
             integral=self._integral,
-            command=self._command,
+            feed=self._feed,
+            command=out,
         )
-
-    def _lengths_and_rates(self, out: Array) -> Callable[[Array], None]:
-        """Return a function that writes lengths (m) and rates (m/s) at a state into `out` (2, m)."""
-        state, matrix = np.zeros(13), np.zeros((6, self.robot.m))
-        call = bind("geometry", lines=line_table(self.robot), state=state, matrix=matrix, length=out[0], rate=out[1])
-
-        def measure(at: Array) -> None:
-            state[:] = at[:13]
-            call()
-
-        return measure
 
     def change(self, options: Any) -> None:
         """Take other gains and limits of the integrals; these stay, within their limits from the next step on."""
@@ -92,27 +93,18 @@ class CableLength(SnapshotOfArrays, Controller):
 
     def sense(self, cables: Array) -> None:
         """Measure at the cables what they are, whatever the robot is believed to be."""
-
-        def measure(state: Array) -> None:
-            self._measured[:] = cables
-
-        self._measure = measure
+        self._sensed = cables
+        self._law = Law(self._bound, self.robot.m)
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the commands (m,)."""
-        self._measure(state)
-        self._want(desired)
-        if not self._tracking[0]:
-            self._pose[:] = desired[:7]
-        if self._fit is not None:
-            self._tracking[0] = self._fit()[0] > 0
-            if not self._tracking[0]:
-                self._pose[:] = desired[:7]
-        self._holding.update(self._pose)
-        self._law()
-        out[:] = self._command
+        self._law(state, desired, out)
+
+    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
+        """Return the law with these arrays."""
+        return self._bound(state, desired, out)
 
     def reset(self) -> None:
         """Clear the integrals and the estimate of the pose."""
         self._integral[:] = 0.0
-        self._tracking[0] = False
+        self._tracking[0] = 0.0

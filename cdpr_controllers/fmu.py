@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables.lines import lines
+from cdpr.cables.tables import line_table
 from cdpr.fmu.read.archive import open_archive
 from cdpr.fmu.read.trust import require_trust
 from cdpr.fmu.run.exchange import DESIRED, STATE, reader, writer
 from cdpr.fmu.run.parameters import Known, robot_parameters
 from cdpr.fmu.run.running import RunningFmu
 from cdpr.mechanics import kinematics
-from cdpr.mechanics.geometry import cable_geometry
+from cdpr.mechanics.cable_geometry import cable_geometry
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Controller
@@ -44,7 +44,7 @@ class FmuController(Controller):
         self._put_length = writer(inputs, {"cable_length": 0}, values)
         self._put_rate = writer(inputs, {"cable_rate": 0}, values)
         self._asks_cables = bool({"cable_length", "cable_rate"} & set(inputs.ports))
-        self._cables = np.zeros((6, robot.m)), np.zeros(robot.m), np.zeros(robot.m)
+        self._lines = line_table(robot)
         self._sensed: Array | None = None
         self._out = np.zeros(6 if self.output == "wrench" else robot.m)
         self._read = reader(outputs, {self.output: 0}, self._instance.outputs, self._out)
@@ -59,11 +59,7 @@ class FmuController(Controller):
         self._put_state(state)
         self._put_desired(desired)
         if self._asks_cables:
-            W, length, rate = self._cables
-            if self._sensed is None:
-                cable_geometry(lines(self.robot), state, W, length, rate)
-            else:
-                length[:], rate[:] = self._sensed
+            length, rate = self._sensed if self._sensed is not None else cable_geometry(self._lines, state)[1:]
             self._put_length(length)
             self._put_rate(rate)
         self._instance.step(1)

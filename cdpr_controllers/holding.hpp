@@ -1,4 +1,8 @@
-// Tensions that hold the platform up at a pose: cdpr_controllers/holding.py. SPDX-License-Identifier: Apache-2.0
+// Tensions that hold the platform up at a pose: the feed-forward of cable_length. SPDX-License-Identifier: Apache-2.0
+//
+// They balance the weight within the limits, as close to a pretension in each cable as that allows. With pretension 0
+// that is the distribution of least norm. Where no tensions within the limits balance the weight, they are those of the
+// nearest wrench (box_least_squares.hpp, which differs from the exact answer by 1e-5 of the load).
 #pragma once
 
 #include <cdpr/box_least_squares.hpp>
@@ -16,9 +20,8 @@ struct Holding {
     const double* high;      // (m), N
     const double* inertial;  // (13), `Robot.inertial`
     const double* gravity;   // (3), m/s^2, world
-    const double* pose;      // (7): position, m, and quaternion
-    double* tension;         // (m), N; as before where no tensions are found
-    double* state;           // (13), work space: the pose at rest
+    double* feed;            // (m), N: the tensions; as before where none are found
+    double* still;           // (13), work space: the pose at rest
     double* whole_matrix;    // (6, m), work space
     double* lengths;         // (2, m), work space
     double* matrix;          // (n, m), work space
@@ -44,9 +47,8 @@ struct Holding {
                                        in("high", "m"),
                                        in("inertial", "13"),
                                        in("gravity", "3"),
-                                       in("pose", "7"),
-                                       both("tension", "m"),
-                                       work("state", "13"),
+                                       both("feed", "m"),
+                                       work("still", "13"),
                                        work("whole_matrix", "6", "m"),
                                        work("lengths", "2", "m"),
                                        work("matrix", "n", "m"),
@@ -66,21 +68,21 @@ struct Holding {
                                        size("m"),
                                        size("w")};
 
-    CDPR_INLINE Geometry<double> cables() const { return {lines, state, whole_matrix, lengths, lengths + m, m, w}; }
+    CDPR_INLINE Geometry<double> cables() const { return {lines, still, whole_matrix, lengths, lengths + m, m, w}; }
     CDPR_INLINE BoxLeastSquares nearest() const {
         return {matrix,  wrench, low,     high,    weights, change, results, results + 1, basis, box,
                 factors, search, vectors, reached, table,   n,      m};
     }
 };
 
-// Write the platform's weight, of which the pretension has balanced a part, and the wrench matrix; of all directions,
-// and of the degrees of freedom.
-inline int write_load(const Holding& p) {
-    for (int i = 0; i < 13; i++) p.state[i] = i < 7 ? p.pose[i] : 0.0;
+// Write the wrench matrix and the platform's weight less what the pretension balances, at a pose (7); of all
+// directions, and of the degrees of freedom.
+inline void write_load(const Holding& p, const double* pose) {
+    for (int i = 0; i < 13; i++) p.still[i] = i < 7 ? pose[i] : 0.0;
     Geometry<double> cables = p.cables();
-    if (const int refused = geometry(cables)) return refused;
-    const Vector<double> still = no_vector<double>();
-    store(inverse_dynamics<double>({p.inertial}, vector(p.gravity), quaternion(p.pose + 3), still, still, still),
+    geometry(cables);
+    const Vector<double> none = no_vector<double>();
+    store(inverse_dynamics<double>({p.inertial}, vector(p.gravity), quaternion(pose + 3), none, none, none),
           p.whole_wrench);
     for (int64_t j = 0; j < 6; j++) {
         const double* row = p.whole_matrix + j * p.m;
@@ -90,16 +92,13 @@ inline int write_load(const Holding& p) {
         p.wrench[k] = p.whole_wrench[p.rows[k]];
         for (int64_t i = 0; i < p.m; i++) p.matrix[k * p.m + i] = p.whole_matrix[p.rows[k] * p.m + i];
     }
-    return 0;
 }
 
-// Write the tensions. Returns 0 also where none are found: those before are kept.
-inline int hold(Holding& p) {
-    if (const int refused = write_load(p)) return refused;
-    BoxLeastSquares problem = p.nearest();
-    if (bounded::find(problem) < 0) return 0;
-    for (int64_t i = 0; i < p.m; i++) p.tension[i] = p.pretension + p.change[i];
-    return 0;
+// Write the tensions for a pose (7): position, m, and quaternion. Where none are found, those before are kept.
+inline void hold(const Holding& p, const double* pose) {
+    write_load(p, pose);
+    if (bounded::find(p.nearest()) < 0) return;
+    for (int64_t i = 0; i < p.m; i++) p.feed[i] = p.pretension + p.change[i];
 }
 
 }  // namespace CDPR_TARGET

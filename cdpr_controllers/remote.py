@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables.lines import lines
+from cdpr.cables.tables import line_table
 from cdpr.link.peer import Peer, check_peer, greeting_of
-from cdpr.mechanics.geometry import cable_geometry
+from cdpr.mechanics.cable_geometry import cable_geometry
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Controller
@@ -27,7 +27,7 @@ class RemoteController(Controller):
         super().__init__(robot, gravity, control_step, options)
         self.output = options.output
         self._frame = np.zeros(1 + STATE + DESIRED + 2 * robot.m)
-        self._cables = np.zeros((6, robot.m)), np.zeros(robot.m), np.zeros(robot.m)
+        self._lines = line_table(robot)
         self._sensed: Array | None = None
         self._peer: Peer | None = None
         self._program = None if options.program is None else options.program.path
@@ -46,8 +46,7 @@ class RemoteController(Controller):
         frame[1 : 1 + STATE] = state
         frame[1 + STATE : 1 + STATE + DESIRED] = desired
         if self._sensed is None:
-            W, length, rate = self._cables
-            cable_geometry(lines(self.robot), state, W, length, rate)
+            _, length, rate = cable_geometry(self._lines, state)
             frame[-2 * m : -m], frame[-m:] = length, rate
         else:
             frame[-2 * m : -m], frame[-m:] = self._sensed

@@ -42,11 +42,11 @@ class Controller(ABC):
         """
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
-        """Return what `control` does with these arrays, whatever the time, as a kernel with its arguments.
+        """Return what `control` does with these arrays, whatever the time, as a compiled operation; None without one.
 
-        The loop then calls it without Python. That is a `functools.partial` of what `cdpr.model.jit.kernel` made, with
-        numbers, C-contiguous arrays of 8-byte numbers, which stay where they are, and named tuples of these. None where
-        it is no such thing.
+        The loop then calls it without Python. It is what `cdpr.native.bind.bind` returns, or a `functools.partial` of
+        what `cdpr.model.jit.kernel` made, with numbers, C-contiguous arrays of 8-byte numbers, which stay where they
+        are, and named tuples of these.
         """
         return None
 

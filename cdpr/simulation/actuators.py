@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.cables import ACTUATED, with_model
-from cdpr.cables.lines import lines
+from cdpr.cables.tables import line_table
 from cdpr.errors import CdprError, FmuError
 from cdpr.fmu.export import Actuator, cached_fmu
 from cdpr.fmu.read.archive import Archive, open_archive
@@ -16,9 +16,9 @@ from cdpr.fmu.read.trust import require_trust
 from cdpr.fmu.run.exchange import reader, writer
 from cdpr.fmu.run.parameters import Known
 from cdpr.fmu.run.running import RunningFmu
-from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import Backend
 from cdpr.plugins.registry import Registered
 from cdpr.scenario import Scenario
@@ -71,6 +71,10 @@ class ActuatedPlant(Backend):
         self._series, self._instance, self._from_robot = options.coupling == "series", fmu.instance, options.from_robot
         self._tension, self._work = np.zeros(m), 0.0
         self._cables = np.zeros((6, m)), np.zeros(m), np.zeros(m)  # W, lengths, rates
+        matrix, length, rate = self._cables
+        self._geometry = bind(
+            "geometry", lines=line_table(plant.robot), state=self.state, matrix=matrix, length=length, rate=rate
+        )
         self._past = np.zeros(m), np.zeros(m)  # lengths and rates a step before
         inputs, values = fmu.mapping.inputs, fmu.instance.inputs
         self._put_command = writer(inputs, {"command": 0}, values)
@@ -147,7 +151,7 @@ class ActuatedPlant(Backend):
 
     def _look(self) -> None:
         """Find lengths and rates of the cables."""
-        cable_geometry(lines(self.robot), self.state, *self._cables)
+        self._geometry()
 
     def _refresh(self) -> None:
         """Read the tensions that follow from the present inputs."""

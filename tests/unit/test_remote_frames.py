@@ -9,12 +9,12 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.cables.lines import lines
+from cdpr.cables.tables import line_table
 from cdpr.errors import BackendDied
 from cdpr.link import peer as link
 from cdpr.link.options import PeerOptions
 from cdpr.link.peer import NUMBER, Peer
-from cdpr.mechanics.geometry import cable_geometry
+from cdpr.mechanics.cable_geometry import cable_geometry
 from cdpr_backends import remote as plants
 from cdpr_controllers import remote as controllers
 
@@ -89,8 +89,7 @@ def test_frames_to_a_controller(monkeypatch, lockstep, sensed):
     monkeypatch.setattr(controllers, "Peer", lambda *_: Recorder(wrench))
     options = SimpleNamespace(**{**AT, "lockstep": lockstep})
     controller = controllers.RemoteController(ROBOT, GRAVITY, 0.001, options)
-    W, length, rate = np.zeros((6, m)), np.zeros(m), np.zeros(m)
-    cable_geometry(lines(ROBOT), STATE, W, length, rate)
+    _, length, rate = cable_geometry(line_table(ROBOT), STATE)
     assert np.abs(rate).min() > 1e-3  # none is its length
     if sensed:
         length, rate = length + 1.0, rate + 2.0

@@ -2,7 +2,6 @@
 #include <cdpr/group.hpp>
 #include <cdpr_controllers/cable_length.hpp>
 #include <cdpr_controllers/computed_torque.hpp>
-#include <cdpr_controllers/holding.hpp>
 #include <cdpr_controllers/pid.hpp>
 #include <cdpr_controllers/static.hpp>
 
@@ -16,7 +15,6 @@ static constexpr cdpr_entry entries[] = {
     entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),
     entry<PidControl<double>, pid<double>>("pid"),
     entry<PidControl<Lanes>, pid<Lanes>>("pid_lanes"),
-    entry<Holding, hold>("holding"),
     entry<CableLengthControl, cable_length>("cable_length"),
 };
 
