@@ -59,7 +59,7 @@ class FmuController(Controller):
         self._put_state(state)
         self._put_desired(desired)
         if self._asks_cables:
-            length, rate = self._sensed if self._sensed is not None else cable_geometry(self._lines, state)[1:]
+            length, rate = self._sensed.copy() if self._sensed is not None else cable_geometry(self._lines, state)[1:]
             self._put_length(length)
             self._put_rate(rate)
         self._instance.step(1)
