@@ -24,7 +24,7 @@ from cdpr.workspace.required import NOTHING
 
 Over = Literal["all", "any"]
 
-# Share of a value's scale below which its sign is round-off, as `cdpr.workspace.assess` has it.
+# Share of a value's scale below which its sign is round-off: MARGIN_ROUNDING of facets.hpp.
 BOUNDARY = 1e-9
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from cdpr.mechanics import geometry
 from cdpr.model import cholesky, kernels
-from cdpr.model.jit import kernel, threaded_kernel
-from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE, TRUTH, WHOLE, Group
+from cdpr.model.jit import kernel
+from cdpr.model.kinds import INDICES, ROW, TABLE, TRUTH, WHOLE, Group
 from cdpr.model.robot import Array
 from cdpr.tension import null_space
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND
@@ -45,21 +45,7 @@ class Asked(NamedTuple):
     nothing: Array  # (3,), zeros
 
 
-class Found(NamedTuple):
-    """What is found of K poses."""
-
-    poses: Array  # (K, 7), given: position (m) and unit quaternion w, x, y, z
-    value: Array  # (K,), margin, N; closure, 1 or -1; payload, kg
-    scale: Array  # (K,), of `value`: times ROUNDING, what round-off may make of it
-    direction: Array  # (K, n), unit, in which the margin is least, moments divided by the characteristic length
-    status: NDArray[np.int64]  # (K,)
-    limit: NDArray[
-        np.int64
-    ]  # (K,), of `direction` the widest part, twice its number, 1 more where it is negative; or -1
-
-
 ASKED = Group((WHOLE, TABLE, TABLE, INDICES, ROW, ROW, ROW, WHOLE, TABLE, TRUTH, ROW), Asked)
-FOUND = Group((TABLE, ROW, ROW, TABLE, INDICES, INDICES), Found)
 
 
 class Space(NamedTuple):
@@ -329,32 +315,3 @@ def space_for(asked: Asked) -> Space:
         np.empty(6),
         np.empty(2),
     )
-
-
-@kernel
-def widest(direction: Array) -> int:
-    """Return what limits a margin, as `Found.limit` has it; -1 of no direction, which is NaN."""
-    found, size = -1, -1.0
-    for j in range(direction.shape[0]):
-        if not math.isfinite(direction[j]):
-            return -1
-        if abs(direction[j]) > size:
-            found, size = 2 * j + (direction[j] < 0.0), abs(direction[j])
-    return found
-
-
-@kernel
-def one(asked: Asked, found: Found, k: int, space: Space) -> None:
-    """Write what is found of one pose."""
-    found.status[k] = look(asked, found.poses[k], space)
-    found.value[k], found.scale[k] = space.value[0], space.value[1]
-    for j in range(asked.rows.shape[0]):
-        found.direction[k, j] = space.best[j]
-    found.limit[k] = widest(found.direction[k])
-
-
-@threaded_kernel(NOTHING(ASKED, FOUND, SPACE))
-def assess(asked: Asked, found: Found, space: Space) -> None:
-    """Write what is found of all poses."""
-    for k in range(found.poses.shape[0]):
-        one(asked, found, k, space)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,12 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.threads import in_threads
 from cdpr.workspace.kinds import KINDS, WorkspaceKind
-from cdpr.workspace.measure import asked_of
+from cdpr.workspace.measure import PoseQuestion, asked_of
 from cdpr.workspace.question import Question
 from cdpr.workspace.regions import Region
+
+if TYPE_CHECKING:
+    from cdpr.workspace import assess
 
 START = 8  # boxes along the longest side, to begin with
 PIECE = 65536  # boxes that are looked at before it is asked whether enough is decided
@@ -255,7 +258,7 @@ def _prover(
         return by_slope
     from cdpr.workspace import assess, proofs
 
-    asked = asked_of(robot, "margin", question.required, question.gravity, question.length)
+    asked = _for_numba(asked_of(robot, "margin", question.required, question.gravity, question.length))
     wrenches = np.ascontiguousarray(asked.weights * _wrenches(robot, question, q)[:, robot.rows])
     lengths = np.abs(robot.anchors).max() + np.abs([region.lower, region.upper]).max()
     errors = ROUNDED * np.array([lengths, np.abs(wrenches).max()])
@@ -272,6 +275,25 @@ def _prover(
         return proved
 
     return by_forces
+
+
+def _for_numba(asked: PoseQuestion) -> assess.Asked:
+    """Return a question as the numba kernels of `proofs` take it."""
+    from cdpr.workspace import assess
+
+    return assess.Asked(
+        asked.mode,
+        asked.lines.copy(),
+        np.array([asked.tension_min, asked.tension_max]),
+        asked.rows,
+        asked.weights,
+        asked.inertial.copy(),
+        asked.gravity.copy(),
+        asked.form,
+        asked.vectors.copy(),
+        asked.accelerations,
+        np.zeros(3),
+    )
 
 
 def _wrenches(robot: Robot, question: Question, q: Array) -> Array:
