@@ -15,6 +15,8 @@ extern const cdpr_group tension;
 extern const cdpr_group solvers;
 extern const cdpr_group controllers;
 extern const cdpr_group backends;
+extern const cdpr_group winches;
+extern const cdpr_group engines;
 extern const cdpr_group simulation;
 extern const cdpr_group trajectory;
 extern const cdpr_group workspace;
@@ -29,6 +31,8 @@ static const cdpr_group* const groups[] = {
     &solvers,
     &controllers,
     &backends,
+    &winches,
+    &engines,
     &simulation,
     &trajectory,
     &workspace,

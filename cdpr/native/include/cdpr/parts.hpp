@@ -5,6 +5,7 @@
 // reaches the checks.
 #pragma once
 
+#include <cdpr/bent_cable.hpp>
 #include <cdpr/cables/direct/direct.hpp>
 #include <cdpr/cables/drum/drum.hpp>
 #include <cdpr/cables/elastic/elastic.hpp>
@@ -71,6 +72,19 @@ template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tens
     if (is(kind, ELASTIC)) return Elastic::rest(numbers, length, tension);
     return NOT_A_NUMBER;
 }
+
+// Whether the force of a span that stretches may have another direction than its chord: then `bent_pull` and
+// `bent_rest` answer in place of `pull` and `rest`. None of ours does.
+template <class T> CDPR_INLINE bool bends(T) { return false; }
+
+// Return force and tension, N, of such a span with this chord from the platform to the exit, and this length of cable
+// on the exit, m.
+template <class T> CDPR_INLINE BentCable<T> bent_pull(T, const T*, Vector<T>, T, T, T, T, Vector<T>) {
+    return {nowhere<T>(), NOT_A_NUMBER};
+}
+
+// Return the unwound length, m, at which such a span has a tension, N, at its winch.
+template <class T> CDPR_INLINE T bent_rest(T, const T*, Vector<T>, T, T, Vector<T>) { return NOT_A_NUMBER; }
 
 }  // namespace CDPR_TARGET
 }  // namespace cdpr

@@ -1,0 +1,86 @@
+// Signals in and out of the values of an FMU. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/field.hpp>
+#include <cdpr/number.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+constexpr double EXACT_SQUARE = 1e-12;  // of a quaternion's length: what is nearer to 1 was normalised by the FMU
+
+// signals[place] = values[index] * scale + offset.
+struct GatherSignals {
+    const int64_t* place;  // (k), each less than s
+    const int64_t* index;  // (k), each less than v
+    const double* scale;   // (k), unit of the signal per unit of the FMU
+    const double* offset;  // (k), unit of the signal
+    const double* values;  // (v), units of the FMU
+    double* signals;       // (s), SI units
+    int64_t k;
+    int64_t v;
+    int64_t s;
+    static constexpr Field fields[] = {in<int64_t>("place", "k"),
+                                       in<int64_t>("index", "k"),
+                                       in("scale", "k"),
+                                       in("offset", "k"),
+                                       in("values", "v"),
+                                       both("signals", "s"),
+                                       size("k"),
+                                       size("v"),
+                                       size("s")};
+};
+
+inline int gather_signals(GatherSignals& fmu) {
+    for (int64_t k = 0; k < fmu.k; k++)
+        fmu.signals[fmu.place[k]] = fmu.values[fmu.index[k]] * fmu.scale[k] + fmu.offset[k];
+    return 0;
+}
+
+// values[index] = (signals[place] - offset) / scale.
+struct ScatterSignals {
+    const int64_t* place;   // (k), each less than s
+    const int64_t* index;   // (k), each less than v
+    const double* scale;    // (k), unit of the signal per unit of the FMU
+    const double* offset;   // (k), unit of the signal
+    const double* signals;  // (s), SI units
+    double* values;         // (v), units of the FMU
+    int64_t k;
+    int64_t v;
+    int64_t s;
+    static constexpr Field fields[] = {in<int64_t>("place", "k"),
+                                       in<int64_t>("index", "k"),
+                                       in("scale", "k"),
+                                       in("offset", "k"),
+                                       in("signals", "s"),
+                                       both("values", "v"),
+                                       size("k"),
+                                       size("v"),
+                                       size("s")};
+};
+
+inline int scatter_signals(ScatterSignals& fmu) {
+    for (int64_t k = 0; k < fmu.k; k++)
+        fmu.values[fmu.index[k]] = (fmu.signals[fmu.place[k]] - fmu.offset[k]) / fmu.scale[k];
+    return 0;
+}
+
+// Make the quaternion of a state exactly as long as it should be, where it nearly is.
+struct NormaliseAttitude {
+    double* state;  // (13)
+    double near;    // difference of its squared length from 1 that is allowed
+    static constexpr Field fields[] = {both("state", "13"), value("near")};
+};
+
+inline int normalise_attitude(NormaliseAttitude& problem) {
+    double* q = problem.state + 3;
+    const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    const double error = absolute(square - 1.0);
+    if (!(EXACT_SQUARE < error && error < problem.near)) return 0;
+    const double norm = square_root(square);
+    for (int i = 0; i < 4; i++) q[i] = q[i] / norm;
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,21 @@
+// Plants with winches: tensions, and the steps of their winches. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/group.hpp>
+#include <cdpr/winches.hpp>
+#include <cdpr_backends/reference_winches.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+static constexpr cdpr_entry entries[] = {
+    entry<Plant<double>, settle_winches<double>>("settle_winches"),
+    entry<Plant<Lanes>, settle_winches<Lanes>>("settle_winches_lanes"),
+    entry<WinchStep<double>, step_winches<double>>("step_winches"),
+    entry<WinchStep<Lanes>, step_winches<Lanes>>("step_winches_lanes"),
+    entry<WinchRungeKutta<double>, winch_runge_kutta<double>>("winch_runge_kutta"),
+    entry<WinchRungeKutta<Lanes>, winch_runge_kutta<Lanes>>("winch_runge_kutta_lanes"),
+};
+
+extern const cdpr_group winches = group(entries);
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,47 @@
+// Body states of MuJoCo's joints. SPDX-License-Identifier: Apache-2.0
+//
+// A body state (13): position, m; attitude w, x, y, z; velocity, m/s; angular velocity, rad/s; world axes. Angular
+// velocities of MuJoCo's joints are along body axes.
+#pragma once
+
+#include <cdpr/field.hpp>
+#include <cdpr/rotation.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+struct MujocoFreeState {
+    const double* coordinates;  // (7): position and attitude
+    const double* rates;        // (6): velocity and angular velocity
+    double* body;               // (13)
+    static constexpr Field fields[] = {in("coordinates", "7"), in("rates", "6"), out("body", "13")};
+};
+
+inline int mujoco_free_state(MujocoFreeState& joint) {
+    const Quaternion<double> q = quaternion(joint.coordinates + 3);
+    store(vector(joint.coordinates), joint.body);
+    store(q, joint.body + 3);
+    store(vector(joint.rates), joint.body + 7);
+    store(rotate(q, vector(joint.rates + 3)), joint.body + 10);
+    return 0;
+}
+
+struct MujocoBallState {
+    const double* home;         // (3), where the ball is
+    const double* coordinates;  // (4): attitude
+    const double* rates;        // (3): angular velocity
+    double* body;               // (13)
+    static constexpr Field fields[] = {in("home", "3"), in("coordinates", "4"), in("rates", "3"), out("body", "13")};
+};
+
+inline int mujoco_ball_state(MujocoBallState& joint) {
+    const Quaternion<double> q = quaternion(joint.coordinates);
+    store(vector(joint.home), joint.body);
+    store(q, joint.body + 3);
+    store(Vector<double>{0.0, 0.0, 0.0}, joint.body + 7);
+    store(rotate(q, vector(joint.rates)), joint.body + 10);
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

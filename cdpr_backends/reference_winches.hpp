@@ -1,0 +1,104 @@
+// The reference integrator for cables on winches. SPDX-License-Identifier: Apache-2.0
+//
+// Classical Runge-Kutta of order four in body, work of the cables, and winches, for free and guided platforms.
+#pragma once
+
+#include <cdpr/body_frame.hpp>
+#include <cdpr/scheme.hpp>
+#include <cdpr/winches.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+template <class T> struct WinchRungeKutta {
+    Plant<T> plant;
+    T* state;     // (13), of the platform
+    T* points;    // (4, 14 + 2 m), work space: start of a step, point of a stage, its slope, sum of the slopes
+    double step;  // s
+    int64_t steps;
+    static constexpr auto fields = extended(Plant<T>::fields, out<T>("state", "13"), work<T>("points", "4", "2*m + 14"),
+                                            value("step"), value<int64_t>("steps"));
+
+    // Places in a point: body (13), work of the cables, winches (2 m), without these where no cable stretches.
+    static constexpr int WORK = 13, WINCH = 14;
+
+    CDPR_INLINE T* point(int64_t k) const { return points + k * (WINCH + 2 * plant.m); }
+};
+
+template <class T> CDPR_INLINE void gather(const Plant<T>& plant, T* point, int64_t size) {
+    for (int64_t i = 0; i < 13; i++) point[i] = plant.body[i];
+    point[13] = plant.cable_work[0];
+    for (int64_t i = 14; i < size; i++) point[i] = plant.winch[i - 14];
+}
+
+template <class T> CDPR_INLINE void scatter(const T* point, Plant<T>& plant, int64_t size) {
+    for (int64_t i = 0; i < 13; i++) plant.body[i] = point[i];
+    plant.cable_work[0] = point[13];
+    for (int64_t i = 14; i < size; i++) plant.winch[i - 14] = point[i];
+}
+
+// Write the time derivatives of body, work and winches at the present geometry and tensions.
+template <class T> inline void write_slopes(const Plant<T>& plant, const PlatformDynamics<T>& dynamics, T* slope) {
+    T acceleration[6];
+    accelerate(plant, dynamics, acceleration);
+    const Vector<T> velocity = vector(plant.body + 7);
+    store(velocity, slope);
+    store(turning(plant.attitude(), vector(plant.body + 10)), slope + 3);
+    store(vector(acceleration), slope + 7);
+    store(vector(acceleration + 3), slope + 10);
+    T power = 0.0;
+    if (plant.has_bent_cables())
+        power = sum(power, 0, 6, [&](int64_t i) { return plant.beside[i] * plant.body[7 + i]; });
+    slope[13] = difference(power, 0, plant.m, [&](int64_t i) { return plant.tension[i] * plant.rate[i]; });
+    if (!plant.stretches()) return;
+    T *unwinding = slope + 14, *spinning = slope + 14 + plant.m;
+    for (int64_t i = 0; i < plant.m; i++) {
+        const bool stretches = plant.chain(i).stretches();
+        unwinding[i] = stretches ? -plant.chain(i).per_turn() * plant.speed(i) : T(0.0);
+        spinning[i] = stretches ? winch_acceleration(plant, i) : T(0.0);
+    }
+}
+
+// Advance body, winches and work by one step. The plant is settled at its start: the first stage is evaluated already.
+template <class T> inline void advance(WinchRungeKutta<T>& problem) {
+    Plant<T>& plant = problem.plant;
+    T *start = problem.point(0), *point = problem.point(1), *slope = problem.point(2), *total = problem.point(3);
+    const int64_t size = 14 + (plant.stretches() ? 2 * plant.m : 0);
+    gather(plant, start, size);
+    for (int64_t i = 0; i < size; i++) total[i] = 0.0;
+    for (int stage = 0; stage < STAGES; stage++) {
+        if (stage > 0) {
+            scatter(point, plant, size);
+            plant_geometry(plant);
+            write_tensions(plant);
+        }
+        write_slopes(plant, PlatformDynamics<T>(plant), slope);
+        const T share = weight(stage), c = reach(stage, problem.step);
+        for (int64_t i = 0; i < size; i++) {
+            total[i] = total[i] + share * slope[i];
+            point[i] = start[i] + c * slope[i];
+        }
+    }
+    const T c = problem.step / 6.0;
+    for (int64_t i = 0; i < size; i++) point[i] = start[i] + c * total[i];
+    store(normalised(quaternion(point + 3)), point + 3);
+    scatter(point, plant, size);
+    // The work is integrated here: nothing is left for `settle` to add.
+    for (int64_t i = 0; i < plant.m; i++) plant.tension[i] = 0.0;
+    for (int64_t i = 0; i < 6; i++) plant.beside[i] = 0.0;
+}
+
+// Advance by n steps, then write the platform's `state`.
+template <class T> inline int winch_runge_kutta(WinchRungeKutta<T>& problem) {
+    Plant<T>& plant = problem.plant;
+    for (int64_t k = 0; k < problem.steps; k++) {
+        settle(plant);  // where the winches start, their states are known only then
+        advance(problem);
+    }
+    settle(plant);
+    to_platform(plant.offset, plant.body, problem.state);
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
