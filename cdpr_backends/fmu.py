@@ -18,8 +18,7 @@ from cdpr.errors import FmuError, PluginError
 from cdpr.fmu.export import Plant, cached_fmu
 from cdpr.fmu.read.archive import Archive, open_archive
 from cdpr.fmu.read.trust import require_trust
-from cdpr.fmu.run.exchange import STATE, reader, writer
-from cdpr.fmu.run.kernels import normalise
+from cdpr.fmu.run.exchange import STATE, normaliser, reader, writer
 from cdpr.fmu.run.parameters import Known, robot_parameters
 from cdpr.fmu.run.running import RunningFmu
 from cdpr.mechanics import kinematics
@@ -61,6 +60,7 @@ class FmuBackend(Backend):
         self._put_command = writer(inputs, {command: 0}, instance.inputs)
         self._put_external = writer(inputs, {"external_wrench": 0}, instance.inputs)
         self._read_state = reader(outputs, STATE, instance.outputs, self.state)
+        self._normalise = normaliser(self.state)
         self._takes_wrench = "external_wrench" in inputs.ports
         self._unknown = not own  # whether it is still to be asked how its cables pull
         self._unwanted: list[int] = []  # states that the FMU keeps for snapshots that are gone
@@ -125,7 +125,7 @@ class FmuBackend(Backend):
 
     def _get(self) -> None:
         self._read_state()
-        normalise(self.state)
+        self._normalise()
 
     def _exported(self) -> Archive:
         """Return the robot as an FMU of our own; its state comes with `reset`."""

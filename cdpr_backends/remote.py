@@ -11,7 +11,7 @@ import numpy as np
 
 from cdpr import tolerances
 from cdpr.errors import BackendDied
-from cdpr.fmu.run.kernels import normalise
+from cdpr.fmu.run.exchange import normaliser
 from cdpr.link.peer import Peer, check_peer, greeting_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -34,6 +34,7 @@ class RemoteBackend(Backend):
         self._program = None if options.program is None else options.program.path
         check_peer(options, self._program)
         self._frame = np.zeros(2 + robot.m + 6 + STATE)
+        self._normalise = normaliser(self.state)
         self._peer: Peer | None = None
         self._late = np.full(1, np.nan)
         self._begun, self._due, self._steps, self._missed, self._latest = 0.0, 0.0, 0, 0, 0.0
@@ -94,7 +95,7 @@ class RemoteBackend(Backend):
             raise BackendDied(
                 f"{self._peer.called}: its quaternion w, x, y, z is {self.state[3:7].tolist()}, whose length is not 1"
             )
-        normalise(self.state)  # single precision loses more than we do
+        self._normalise()  # single precision loses more than we do
 
     def _fill(self, kind: int, duration: float, state: Array) -> None:
         robot, frame = self.robot, self._frame

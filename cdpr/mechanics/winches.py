@@ -1,26 +1,38 @@
-"""The winches of one plant, as a backend keeps them."""
+"""The winches of one plant: compiled tensions, and the states of the winches, around the arrays of a backend."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from typing import Any
 
 import numpy as np
 
+from cdpr.cables import chain_of
+from cdpr.cables.tables import chain_table
 from cdpr.mechanics.body_frame import BodyFrame
-from cdpr.mechanics.plant import fixed, live, settle, step
 from cdpr.model import Robot
-from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+
+PER_TURN = 3  # column of `chain_table`
 
 
 class Winches:
-    """Turns the commands of a backend into tensions; its arrays are those of the backend.
+    """Tensions of cables on winches, from the commands of a backend.
 
     Attributes:
-        fixed, live: what the kernels take, see `cdpr.mechanics.plant`.
-        step: called before each step of a semi-implicit engine: writes `applied` and advances the winches.
-        settle: evaluates tensions and work at `body` without advancing anything.
+        body: (13,), state of the body frame, live.
+        offset: (7,), as of `BodyFrame`.
+        given: arguments of the operations of `plant.hpp`, by name.
+        free: (6,), 1 for each row of a twist in which the platform moves, 0 where a guide holds it.
+        stretching: numbers of the cables that stretch.
+        per_turn: (m,), cable per unit of the winch's coordinate, m/rad; 0 where there is no drum.
+        state: (2 m,), unwound lengths, m, and drum speeds, rad/s; NaN before the start; 0 of cables that do not stretch.
+        tension: (m,), N.
+        highest: (m,), largest size of each tension since the start, N.
+        work: (1,), of the cables on the platform since the start, J.
+        step: operation before each step of a semi-implicit engine: writes `applied` and advances the winches.
+        settle: operation that evaluates tensions and work at `body` and advances nothing.
     """
 
     def __init__(
@@ -34,26 +46,59 @@ class Winches:
         applied: Array,
         physics_step: float,
     ) -> None:
-        self.fixed = fixed(robot, frame, gravity)
-        self.live = live(robot.m, command, external, body, applied)
-        self.step = partial(step, self.fixed, self.live, physics_step)
-        self.settle = partial(settle, self.fixed, self.live)
+        m, chains = robot.m, chain_table(robot)
+        self.body, self.offset = body, frame.offset
+        self.free = np.zeros(6)
+        self.free[robot.rows] = 1.0
+        self.stretching = np.flatnonzero([chain_of(robot, cable).stretches for cable in robot.cables])
+        self.per_turn = chains[:, PER_TURN]
+        self.state, self.tension, self.highest, self.work = np.full(2 * m, np.nan), np.zeros(m), np.zeros(m), np.zeros(1)
+        self._length, self._beside, self._place = np.zeros(m), np.zeros(6), np.zeros(7)
+        self.given: dict[str, Any] = {
+            "chains": chains,
+            "lines": frame.line_table,
+            "offset": frame.offset,
+            "inertial": _inertial(robot, frame),
+            "free": self.free,
+            "gravity": np.array(gravity, dtype=np.float64),
+            "command": command,
+            "external": external,
+            "body": body,
+            "winch": self.state,
+            "tension": self.tension,
+            "highest": self.highest,
+            "length": self._length,
+            "cable_work": self.work,
+            "beside": self._beside,
+            "place": self._place,
+            "applied": applied,
+            "rate": np.zeros(m),
+            "matrix": np.zeros((6, m)),
+        }
+        self.step: Callable[[], object] = bind("step_winches", **self.given, step=physics_step)
+        self.settle: Callable[[], object] = bind("settle_winches", **self.given)
 
     def reset(self) -> None:
         """Forget everything: the next evaluation starts anew."""
         for array in self.arrays:
             array[:] = 0.0
-        self.live.winch[:] = np.nan
+        self.state[:] = np.nan
 
     def readings(self, tension: Array, work: Array) -> tuple[list[Callable[[], object]], list[Callable[[], object]]]:
-        """Return what writes the tensions (m,) at `body`, one after the other, and what the work (1,), J."""
-        return [self.settle, partial(copy, self.live.tension, tension)], [
+        """Return operations that write the tensions (m,), N, at `body`, and operations that write the work (1,), J."""
+        return [self.settle, bind("copy", source=self.tension, target=tension)], [
             self.settle,
-            partial(copy, self.live.work, work),
+            bind("copy", source=self.work, target=work),
         ]
 
     @property
     def arrays(self) -> tuple[Array, ...]:
         """All that the future depends on, besides the arrays of the backend."""
-        live = self.live
-        return live.winch, live.tension, live.highest, live.length, live.work, live.beside, live.place
+        return self.state, self.tension, self.highest, self._length, self.work, self._beside, self._place
+
+
+def _inertial(robot: Robot, frame: BodyFrame) -> Array:
+    """Return mass, centre of mass and inertia of the body, (13,), as `Robot.inertial` has those of the platform."""
+    if frame.guide is None:
+        return np.concatenate([[frame.mass, 0.0, 0.0, 0.0], np.diag(frame.moments).ravel()])
+    return robot.inertial

@@ -7,7 +7,6 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from cdpr.cables.pack import REST, WINCH
 from cdpr.log.recorder import BLOCK
 from cdpr.mechanics.body_frame import platform_state
 from cdpr.mechanics.winches import Winches
@@ -65,13 +64,12 @@ class _Step:
         loop.advance()
         self._start = loop.snapshot()
         loop.decide()
-        self._attitude = winches.live.body[3:7].copy()
-        cables, free = winches.fixed.cables, np.flatnonzero(winches.fixed.free)
-        stretching = np.flatnonzero(cables[:, REST])
-        m, robot, step = len(cables), scenario.robot, scenario.simulation.control_step
+        self._attitude = winches.body[3:7].copy()
+        free, stretching, turning = np.flatnonzero(winches.free), winches.stretching, winches.per_turn
+        robot, step = scenario.robot, scenario.simulation.control_step
+        m = robot.m
         length = LENGTH * float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
         poses = np.where(np.arange(6) < 3, length, ANGLE)
-        turning = cables[:, WINCH]  # m per unit of the drum's coordinate; 0 where there is no drum
         drums = length / np.where(turning > 0.0, turning, 1.0) / step
         sizes = [poses, poses / step, np.full(m, length), drums, np.full(m, TENSION * robot.tension_max.max())]
         self._sizes = np.concatenate(sizes)
@@ -91,13 +89,12 @@ class _Step:
         self._change(i, size)
         self._loop.advance()
         self._loop.decide()
-        live = self._winches.live
-        turned = rotations.rotation_vector(rotations.multiply(live.body[3:7], rotations.conjugate(self._attitude)))
-        return np.concatenate([live.body[:3], turned, live.body[7:], live.winch, self._loop.tension])
+        body = self._winches.body
+        turned = rotations.rotation_vector(rotations.multiply(body[3:7], rotations.conjugate(self._attitude)))
+        return np.concatenate([body[:3], turned, body[7:], self._winches.state, self._loop.tension])
 
     def _change(self, i: int, size: float) -> None:
-        live = self._winches.live
-        body, winch = live.body, live.winch
+        body, winch = self._winches.body, self._winches.state
         if i < 3:
             body[i] += size
         elif i < 6:
@@ -109,4 +106,4 @@ class _Step:
             winch[i - 12] += size
         else:
             self._loop.tension[i - 12 - len(winch)] += size
-        self._backend.state[:] = platform_state(self._winches.fixed.offset, body)
+        self._backend.state[:] = platform_state(self._winches.offset, body)

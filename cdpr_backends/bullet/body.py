@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from struct import Struct
 from typing import Any
 
 import numpy as np
 
 from cdpr.mechanics.body_frame import BodyFrame
-from cdpr.mechanics.guide import Guide, from_coordinates, onto_coordinates
+from cdpr.mechanics.guide import Guide
 from cdpr.model import rotations
-from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.backend import Acts
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.bullet.kernels import read_ball, read_base
 from cdpr_backends.bullet.world import (
     BASE,
     SMALLEST,
@@ -102,15 +100,15 @@ class BulletBackend(RigidBodyBackend):
 
 
 class Plant:
-    """What Bullet moves: the numbers that go in and come out lie in arrays, so that what is ours to do is compiled.
+    """What Bullet moves: the numbers that go in and come out lie in arrays, so that our part is compiled.
 
     Attributes:
         home: (3,) where a guided platform's joints are, world.
         client, number, link: Bullet's numbers of the world, the body, and its link that has the platform's mass.
-        load: kernel with its arguments: writes what Bullet is to apply.
+        load: operation that writes what Bullet is to apply.
         move: has Bullet apply it and step, and fetches.
         fetch: gets from Bullet how the body is and moves.
-        publish: kernel with its arguments: writes that into the body state.
+        publish: operation that writes that into the body state.
     """
 
     home: Array
@@ -155,8 +153,8 @@ class Free(Plant):
             step(client)
             fetch()
 
-        self.load, self.move = partial(copy, applied, loads), move
-        self.fetch, self.publish = fetch, partial(read_base, base, body)
+        self.load, self.move = bind("copy", source=applied, target=loads), move
+        self.fetch, self.publish = fetch, bind("bullet_base_state", base=base, body=body)
 
     def write(self) -> None:
         """Put the base into the body state."""
@@ -207,9 +205,11 @@ class Guided(Plant):
             step(client)
             fetch()
 
-        self.load, self.move = partial(onto_coordinates, guide.rows, applied, forces), move
+        self.load, self.move = bind("guide_forces", rows=guide.rows, applied=applied, forces=forces), move
         self.fetch = fetch
-        self.publish = partial(from_coordinates, guide.packed, guide.rows, self.home, q, u, body)
+        self.publish = bind(
+            "guide_state", guide=guide.packed, rows=guide.rows, home=self.home, coordinate=q, rate=u, body=body
+        )
 
     def write(self) -> None:
         """Put the joints into the body state."""
@@ -265,8 +265,9 @@ class Ball(Plant):
             step(client)
             fetch()
 
-        self.load, self.move = partial(copy, applied[3:], moment), move
-        self.fetch, self.publish = fetch, partial(read_ball, self.home, self.axes, joint, body)
+        self.load, self.move = bind("copy", source=applied[3:], target=moment), move
+        self.fetch = fetch
+        self.publish = bind("bullet_ball_state", home=self.home, axes=self.axes, joint=joint, body=body)
 
     def write(self) -> None:
         """Put the joint into the body state."""

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from math import isnan
 from typing import Any
 
 import numpy as np
 
-from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.backend import Acts
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart.joints import BallJoint, FreeJoint, GuideJoints
-from cdpr_backends.dart.kernels import ball_joint_force, free_joint_force, guide_force
 from cdpr_backends.dart.world import SLIMMEST, TITLE, make_world, set_motion
 
 
@@ -33,15 +31,15 @@ class DartBackend(RigidBodyBackend):
         if frame.guide is None:
             self.joints = FreeJoint(world, frame, body, self.physics_step)
             forces = np.zeros(6)
-            self._load: Callable[[], object] = partial(free_joint_force, body, applied, forces)
+            self._load: Callable[[], object] = bind("dart_free_forces", body=body, applied=applied, forces=forces)
         elif frame.guide.spherical:
             self.joints = BallJoint(world, frame, body, self.physics_step)
             forces = np.zeros(3)
-            self._load = partial(ball_joint_force, self.joints.kept, body, applied, forces)
+            self._load = bind("dart_ball_forces", kept=self.joints.kept, body=body, applied=applied, forces=forces)
         else:
             self.joints = GuideJoints(world, frame, frame.guide, body)
             forces = np.zeros(self.joints.skeleton.getNumDofs())
-            self._load = partial(guide_force, frame.guide.rows, body, applied, forces)
+            self._load = bind("dart_guide_forces", rows=frame.guide.rows, body=body, applied=applied, forces=forces)
         push, step, moved, get_time = self.joints.push, world.step, self.joints.moved, world.getTime
         self._time = np.zeros(1)
         first, time = memoryview(forces), memoryview(self._time)
@@ -83,8 +81,8 @@ class DartBackend(RigidBodyBackend):
         return float(self.world.getTime())
 
     def clock_act(self, clock: Array) -> Callable[[], object]:
-        """Return the kernel that copies the time that DART told when it had stepped into `clock` (1,)."""
-        return partial(copy, self._time, clock)
+        """Return the operation that copies DART's time after its last step into `clock` (1,)."""
+        return bind("copy", source=self._time, target=clock)
 
     def snapshot(self) -> object:
         """Return joint coordinates and rates, DART's time and our arrays."""

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import dartpy
 import numpy as np
 
 from cdpr.mechanics.body_frame import BodyFrame
-from cdpr.mechanics.guide import Guide, from_coordinates
+from cdpr.mechanics.guide import Guide
 from cdpr.model import rotations
-from cdpr.model.kernels import Quaternion, conjugate, multiply, quaternion, rotate, vector
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+from cdpr.native.rotations import from_rotation_vector, multiply, rotate, rotation_vector
 from cdpr.plugins.inertia import Inertia
-from cdpr_backends.dart.kernels import FACING, along_axes, follow, follow_ball, write_free_joint, write_rotation
 from cdpr_backends.dart.world import chain, held, put_root, set_motion
+
+# DART cuts the exponential of a rotation vector below 1e-3 rad off after its second power (joints.hpp). So its body axes
+# are turned in ours, by this from the attitude at hand.
+FACING = from_rotation_vector((0.6, 0.5, 0.4))
 
 
 class FreeJoint:
@@ -32,10 +35,13 @@ class FreeJoint:
     def __init__(self, world: Any, frame: BodyFrame, body: Array, step: float) -> None:
         self.skeleton = dartpy.dynamics.Skeleton("platform")
         joint, self._link = self.skeleton.createFreeJointAndBodyNodePair()
-        self._frame, self._body, self._step = frame, body, step
-        self.kept = np.array(FACING)
+        self._frame, self._body = frame, body
+        self.kept = FACING.copy()
         self.place()
         world.addSkeleton(self.skeleton)
+        self._q, self._u = np.zeros(6), np.zeros(6)
+        moving = {"coordinates": self._q, "rates": self._u, "body": body}
+        self._follow = bind("dart_follow_free", kept=self.kept, **moving, step=step)
         # The joint is the only one, and quicker than the skeleton.
         self.push, self._set_q = joint.setForces, joint.setPositions
         self._get_q, self._get_u = joint.getPositions, joint.getVelocities
@@ -47,17 +53,17 @@ class FreeJoint:
     def write(self) -> None:
         """Put the body into `body`."""
         self._face()
-        q, u = np.zeros(6), np.zeros(6)
-        write_free_joint(self.kept, self._body, q, u)
-        set_motion(self.skeleton, q, u)
+        body = self._body
+        q = np.concatenate([rotation(self.kept, body), body[:3]])
+        set_motion(self.skeleton, q, np.concatenate([body[10:], body[7:10]]))
 
     def moved(self) -> None:
         """Read the body into `body` after a step."""
-        q = self._get_q()
-        if follow(self.kept, self._step, q, self._get_u(), self._body):
+        self._q[:], self._u[:] = self._get_q(), self._get_u()
+        if self._follow():
             self._face()
-            write_rotation(self.kept, self._body, q)
-        self._set_q(q)
+            self._q[:3] = rotation(self.kept, self._body)
+        self._set_q(self._q)
 
     def held(self) -> Inertia:
         """Return the inertia that DART holds."""
@@ -83,10 +89,13 @@ class BallJoint:
     def __init__(self, world: Any, frame: BodyFrame, body: Array, step: float) -> None:
         self.skeleton = dartpy.dynamics.Skeleton("platform")
         joint, self._link = self.skeleton.createBallJointAndBodyNodePair()
-        self._frame, self._body, self._step = frame, body, step
+        self._frame, self._body = frame, body
         self.kept = np.zeros(7)
         self._face()
         world.addSkeleton(self.skeleton)
+        self._q, self._u = np.zeros(3), np.zeros(3)
+        moving = {"coordinates": self._q, "rates": self._u, "body": body}
+        self._follow = bind("dart_follow_ball", kept=self.kept, **moving, step=step)
         self.push, self._set_q, self._set_u = joint.setForces, joint.setPositions, joint.setVelocities
         self._get_q, self._get_u = joint.getPositions, joint.getVelocities
 
@@ -100,24 +109,24 @@ class BallJoint:
         self._body[7:10] = 0.0
         self.kept[4:] = self._body[:3]
         self._face()
-        q, u = np.zeros(3), np.zeros(3)
-        write_rotation(self.kept, self._body, q)
-        along_axes(self.kept, self._body, self._body[10:], u)
-        set_motion(self.skeleton, q, u)
+        set_motion(self.skeleton, rotation(self.kept, self._body), self._rates())
 
     def moved(self) -> None:
         """Read the body into `body` after a step."""
-        q, u = self._get_q(), self._get_u()
-        if follow_ball(self.kept, self._step, q, u, self._body):
+        self._q[:], self._u[:] = self._get_q(), self._get_u()
+        if self._follow():
             self._face()
-            write_rotation(self.kept, self._body, q)
-            along_axes(self.kept, self._body, self._body[10:], u)
-            self._set_u(u)
-        self._set_q(q)
+            self._q[:] = rotation(self.kept, self._body)
+            self._set_u(self._rates())
+        self._set_q(self._q)
 
     def held(self) -> Inertia:
         """Return the inertia that DART holds."""
         return held(self._link, self.kept[:4])
+
+    def _rates(self) -> Array:
+        """Return the angular velocity along DART's body axes."""
+        return rotate(rotations.conjugate(attitude(self.kept, self._body)), self._body[10:])
 
     def _face(self) -> None:
         """Turn DART's body axes anew."""
@@ -147,7 +156,9 @@ class GuideJoints:
         inertia = axes * frame.moments @ axes.T
         self._link = chain(self.skeleton, kinds, np.eye(3)[directions], frame.mass, frame.center, inertia)
         world.addSkeleton(self.skeleton)
-        self._read = partial(from_coordinates, guide.packed, guide.rows, self.kept)
+        self._q, self._u = np.zeros(len(kinds)), np.zeros(len(kinds))
+        joints = {"coordinate": self._q, "rate": self._u, "body": body}
+        self._read = bind("guide_state", guide=guide.packed, rows=guide.rows, home=self.kept, **joints)
         self.push = self.skeleton.setForces
         self._get_q, self._get_u = self.skeleton.getPositions, self.skeleton.getVelocities
 
@@ -168,18 +179,29 @@ class GuideJoints:
 
     def moved(self) -> None:
         """Read the body into `body`."""
-        self._read(self._get_q(), self._get_u(), self._body)
+        self._q[:], self._u[:] = self._get_q(), self._get_u()
+        self._read()
 
 
-def facing(body: Array) -> Quaternion:
-    """How DART's body axes are to be turned in ours: by FACING from where they would be at DART's zero."""
-    return multiply(conjugate(quaternion(body, 3)), FACING)
+def attitude(kept: Array, body: Array) -> Array:
+    """Return the attitude of DART's body axes, w, x, y, z."""
+    return multiply(body[3:7], kept[:4])
+
+
+def rotation(kept: Array, body: Array) -> Array:
+    """Return the rotation vector (3,), rad, of DART's body axes."""
+    return rotation_vector(attitude(kept, body))
+
+
+def facing(body: Array) -> Array:
+    """Return how DART's body axes are to be turned in ours: by FACING from where they would be at DART's zero."""
+    return multiply(rotations.conjugate(body[3:7]), FACING)
 
 
 def turn_axes(link: Any, frame: BodyFrame, kept: Array) -> None:
     """Give a link the platform's inertia in axes that are turned by `kept`, w, x, y, z, in ours."""
-    turned = conjugate(quaternion(kept, 0))
-    axes = rotations.matrix(np.array(multiply(turned, quaternion(frame.axes, 0))))
+    turned = rotations.conjugate(kept[:4])
+    axes = rotations.matrix(multiply(turned, frame.axes))
     inertia = axes * frame.moments @ axes.T
-    center = np.array(rotate(turned, vector(frame.center, 0)))
+    center = rotate(turned, frame.center)
     link.setInertia(dartpy.dynamics.Inertia(frame.mass, center, (inertia + inertia.T) / 2))

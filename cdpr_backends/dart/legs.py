@@ -7,10 +7,10 @@ from typing import Any
 import dartpy
 import numpy as np
 
+from cdpr.native.bind import bind
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart.joints import FreeJoint
-from cdpr_backends.dart.kernels import free_joint_force
 from cdpr_backends.dart.world import SLIMMEST, TITLE, chain, make_world, put_root, set_motion
 from cdpr_backends.ups import UpsBackend
 
@@ -28,6 +28,7 @@ class DartUps(UpsBackend):
     def build(self) -> None:
         """Leave the world to `write`."""
         self._forces = np.zeros(6)
+        self._load = bind("dart_free_forces", body=self.body, applied=self.applied, forces=self._forces)
 
     def write(self) -> None:
         """Make the world with the body in `body`."""
@@ -62,7 +63,7 @@ class DartUps(UpsBackend):
 
     def advance(self) -> None:
         """Advance by one physics step."""
-        free_joint_force(self.body, self.applied, self._forces)
+        self._load()
         if np.isnan(self._forces[0]) or not np.isfinite(self.command).all():
             self.body[:] = np.nan
             return

@@ -25,7 +25,7 @@ class MujocoBackend(InWorld, RigidBodyBackend):
         self._world = world = World(self.frame, specify(self.frame, self.gravity, self.physics_step, "euler"))
         self._read = world.reader(self.body)
         self._step: Callable[[], None] = partial(mujoco.mj_step, world.model, world.data)
-        self._apply: list[Callable[[], None]] = []
+        self._apply: list[Callable[[], object]] = []
         if self.frame.guide is None:
             self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's own array, kept until rewritten
         else:

@@ -1,4 +1,4 @@
-"""MuJoCo's step and clock by their C addresses, for compiled code that shall not pass through Python.
+"""MuJoCo's step and clock by their C addresses, for compiled code that must not pass through Python.
 
 Where MuJoCo finds an error that it cannot go on from, it calls a handler that must not return; without one it ends the
 process. Its binding has a handler of its own during each call. So has `mjb_apply` of its batches, with which a C
@@ -12,57 +12,47 @@ import ctypes
 import sys
 import weakref
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.address import c_callback, c_caller
-from cdpr.model.jit import DISABLED, kernel
-from cdpr.model.kinds import C_INT, NOTHING, WHOLE
 from cdpr.model.robot import Array
-
-# What of the library is used, beside mj_step, which is called back.
-APPLY = C_INT(WHOLE, WHOLE, C_INT, WHOLE, WHOLE, C_INT)
-GET_STATE = NOTHING(WHOLE, WHOLE, WHOLE, C_INT)
-IN_BATCH = WHOLE, WHOLE, C_INT, WHOLE  # the batch's model and data, a number, what it was given
+from cdpr.native.bind import bind
 
 NAMES = "mj_step", "mj_getState", "mjb_defaultConfig", "mjb_makeBatch", "mjb_deleteBatch", "mjb_apply", "mjb_error"
 CONFIG_BYTES = 256  # more than mjBatchConfig has, whose first member is the number of threads
 
-# The words that the kernels take: the last three are what is called back, and with what.
-CLOCK, GET, APPLIED, BATCH, CALL, STEP, MODEL, DATA = range(8)
+# Places in the words that the operations take (direct.hpp).
+APPLY, BATCH, STEP, GET_STATE, MODEL, DATA = range(6)
 TIME = int(mujoco.mjtState.mjSTATE_TIME)
-
-call_apply, call_get_state = c_caller(APPLY), c_caller(GET_STATE)
-step_alone = c_callback(IN_BATCH, 2)
 
 
 class Direct:
     """The step and the clock of one model and data.
 
     Attributes:
-        step: kernel with its arguments: steps; returns 0, or 1 where MuJoCo gave up.
+        step: operation that steps; returns 0, or 1 where MuJoCo gave up.
     """
 
     def __init__(self, model: Any, data: Any, library: Any, batch: int) -> None:
-        self._library, self._time = library, np.zeros(1)
+        self._library = library
         words = _Words()
-        words.held = model, data, library, self._time
+        words.held = model, data, library
         # Not at exit: a thread that does not end may still be stepping then.
         weakref.finalize(words, library.mjb_deleteBatch, batch).atexit = False
         self._words: NDArray[np.int64] = np.frombuffer(words, dtype=np.int64)
-        at = self._words.ctypes.data + STEP * self._words.itemsize
-        self._words[[CLOCK, GET]] = self._time.ctypes.data, _address(library.mj_getState)
-        self._words[[APPLIED, BATCH, CALL]] = _address(library.mjb_apply), batch, at
-        self._words[STEP:] = _address(library.mj_step), model._address, data._address
-        self.step: Callable[[], int] = partial(step, self._words)
+        self._words[[APPLY, STEP, GET_STATE]] = [
+            _address(function) for function in (library.mjb_apply, library.mj_step, library.mj_getState)
+        ]
+        self._words[[BATCH, MODEL, DATA]] = batch, model._address, data._address
+        self.step: Callable[[], int] = bind("mujoco_step", words=self._words)
 
     def clock(self, clock: Array) -> Callable[[], object]:
-        """Return the kernel that reads MuJoCo's time into `clock` (1,), s, with its arguments."""
-        return partial(read_clock, self._words, self._time, clock)
+        """Return the operation that reads MuJoCo's time into `clock` (1,), s."""
+        return bind("mujoco_clock", words=self._words, clock=clock, time=TIME)
 
     def refusal(self) -> str:
         """Why the last step failed."""
@@ -70,15 +60,15 @@ class Direct:
 
 
 class _Words(ctypes.Array[ctypes.c_int64]):
-    """What an array of words is made of: whoever holds such an array holds all to which its addresses point."""
+    """Memory of an array of words: whoever holds such an array holds all to which its addresses point."""
 
-    _type_, _length_ = ctypes.c_int64, 8
+    _type_, _length_ = ctypes.c_int64, 6
     held: tuple[Any, ...]
 
 
 def direct(model: Any, data: Any) -> Direct | None:
     """Return the way past Python; None where there is none: the binding serves then."""
-    library = None if DISABLED else find_library()
+    library = find_library()
     if library is None or not hasattr(model, "_address") or not hasattr(data, "_address"):
         return None
     config = (ctypes.c_int * (CONFIG_BYTES // 4))()
@@ -110,17 +100,3 @@ def find_library() -> Any:
 def _address(function: Any) -> int:
     """Where a C function stands."""
     return int(ctypes.cast(function, ctypes.c_void_p).value or 0)
-
-
-@kernel
-def step(words: NDArray[np.int64]) -> int:
-    """Step; return 0, or 1 where MuJoCo gave up."""
-    failed: int = call_apply(words[APPLIED], words[BATCH], 0, 0, step_alone(), words[CALL], 0)
-    return failed
-
-
-@kernel
-def read_clock(words: NDArray[np.int64], time: Array, clock: Array) -> None:
-    """Read MuJoCo's time into `clock` (1,), s, by way of `time` (1,), of which the words know where it stands."""
-    call_get_state(words[GET], words[MODEL], words[DATA], words[CLOCK], TIME)
-    clock[0] = time[0]

@@ -7,9 +7,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cdpr.mechanics.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
+from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins.inertia import check_held, check_range
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.mujoco.world import SLIMMEST, SMALLEST, TITLE, InWorld, World, specify
@@ -30,15 +31,24 @@ class MujocoTendons(InWorld):
         self._world = World(frame, spec)
         check_held(frame, self._world.held(), TITLE)
         self._body = np.zeros(13)
-        self._slack = np.zeros(robot.m)  # the tendons already pull
         self._applied = np.zeros(6)
+        self._weigh = bind(
+            "applied_wrench",
+            lines=frame.line_table,
+            offset=frame.offset,
+            tension=np.zeros(robot.m),  # the tendons already pull
+            external=self.external,
+            body=self._body,
+            applied=self._applied,
+        )
+        self._to_platform = bind("platform_state", offset=frame.offset, body=self._body, state=self.state)
         self._read = self._world.reader(self._body)
         self._apply = self._world.applier(self._applied)
         self._bad_command = self._world.data.warning[mujoco.mjtWarning.mjWARN_BADCTRL]
 
     def reset(self, state: Array) -> None:
         """Put the platform into `state` (13,)."""
-        from_platform(self.frame.offset, np.array(state, dtype=np.float64), self._body)
+        self._body[:] = body_state(self.frame.offset, state)
         self._world.write(self._body)
         self._publish()
 
@@ -52,9 +62,7 @@ class MujocoTendons(InWorld):
         elif self.external.any() or self._applied.any():
             for _ in range(n):  # the external wrench moves with the platform
                 self._read()
-                applied_wrench(
-                    self.frame.lines, self.frame.offset, self._slack, self.external, self._body, self._applied
-                )
+                self._weigh()
                 self._apply()
                 mujoco.mj_step(world.model, world.data)
         else:
@@ -80,7 +88,7 @@ class MujocoTendons(InWorld):
 
     def _publish(self) -> None:
         self._read()
-        to_platform(self.frame.offset, self._body, self.state)
+        self._to_platform()
 
 
 def add_tendons(spec: mujoco.MjSpec, anchors: Array) -> None:

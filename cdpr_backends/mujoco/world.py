@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property
 from typing import NoReturn
 
 import mujoco
 import numpy as np
 
 from cdpr.mechanics.body_frame import BodyFrame
-from cdpr.mechanics.guide import from_coordinates, onto_coordinates
-from cdpr.model.kernels import copy
+from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+from cdpr.native.rotations import rotate
 from cdpr.plugins import Backend
 from cdpr.plugins.inertia import Inertia, turned
 from cdpr_backends.mujoco.direct import Direct, direct
-from cdpr_backends.mujoco.kernels import read_ball, read_free_joint, write_ball, write_free_joint
 
 # Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
 # of the loop find the same in the same step. (MuJoCo knows only one such setting for the whole process.)
@@ -55,24 +55,25 @@ class World:
         guide, data = self.frame.guide, self.data
         if guide is None:
             mujoco.mj_resetData(self.model, data)
-            write_free_joint(body, data.qpos, data.qvel)
+            data.qpos[:], data.qvel[:] = body[:7], [*body[7:10], *along_body(body)]
         else:
             self._home[:] = body[:3] * (1.0 - guide.packed[:3])
             self.model.body_pos[PLATFORM] = self._home
             mujoco.mj_resetData(self.model, data)
             if guide.spherical:
-                write_ball(body, data.qpos, data.qvel)
+                data.qpos[:], data.qvel[:] = body[3:7], along_body(body)
             else:
                 data.qpos[:], data.qvel[:] = guide.coordinates(body, self._home)
 
-    def reader(self, body: Array) -> Callable[[], None]:
-        """Return the function that reads the body state into `body` (13,)."""
+    def reader(self, body: Array) -> Callable[[], object]:
+        """Return the operation that reads the body state into `body` (13,)."""
         guide, data = self.frame.guide, self.data
         if guide is None:
-            return partial(read_free_joint, data.qpos, data.qvel, body)
+            return bind("mujoco_free_state", coordinates=data.qpos, rates=data.qvel, body=body)
         if guide.spherical:
-            return partial(read_ball, self._home, data.qpos, data.qvel, body)
-        return partial(from_coordinates, guide.packed, guide.rows, self._home, data.qpos, data.qvel, body)
+            return bind("mujoco_ball_state", home=self._home, coordinates=data.qpos, rates=data.qvel, body=body)
+        joints = {"coordinate": data.qpos, "rate": data.qvel}
+        return bind("guide_state", guide=guide.packed, rows=guide.rows, home=self._home, **joints, body=body)
 
     def held(self) -> Inertia:
         """Return the inertia that MuJoCo holds."""
@@ -98,14 +99,19 @@ class World:
             self.model.body_pos[PLATFORM] = self._home
         mujoco.mj_setState(self.model, self.data, saved[1], INTEGRATION)
 
-    def applier(self, applied: Array) -> Callable[[], None]:
-        """Return the function that applies `applied` (6,), about the body frame's origin, until it is called again."""
+    def applier(self, applied: Array) -> Callable[[], object]:
+        """Return the operation that applies `applied` (6,), about the body frame's origin, until it is called again."""
         guide, data = self.frame.guide, self.data
         if guide is None:
-            return partial(copy, applied, data.xfrc_applied[PLATFORM])
+            return bind("copy", source=applied, target=data.xfrc_applied[PLATFORM])
         if guide.spherical:  # a moment alone acts alike wherever it is applied
-            return partial(copy, applied[3:], data.xfrc_applied[PLATFORM, 3:])
-        return partial(onto_coordinates, guide.rows, applied, data.qfrc_applied)
+            return bind("copy", source=applied[3:], target=data.xfrc_applied[PLATFORM, 3:])
+        return bind("guide_forces", rows=guide.rows, applied=applied, forces=data.qfrc_applied)
+
+
+def along_body(body: Array) -> Array:
+    """Return the angular velocity (3,), rad/s, of a body state (13,) along the body's axes."""
+    return rotate(rotations.conjugate(body[3:7]), body[10:])
 
 
 class InWorld(Backend):

@@ -1,15 +1,18 @@
-"""Moves signals between the arrays of cdpr and the values of an FMU, all of one array in one compiled call."""
+"""Signals between the arrays of cdpr and the values of an FMU, all of one array in one compiled call."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from typing import Any
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.fmu.read.ports import Port, Side
-from cdpr.fmu.run.kernels import Index, gather, scatter
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+
+NEARLY = 2.0 * tolerances.UNIT  # of the square of a quaternion's length
 
 # Where the signals of a platform's state stand in it, and those of a desired state; as `cdpr.model` lays them out.
 STATE = {"position": 0, "quaternion": 3, "velocity": 7, "angular_velocity": 10}
@@ -20,12 +23,11 @@ DESIRED = {
 }
 
 
-def reader(side: Side, layout: Mapping[str, int], values: Array, out: Array) -> Callable[[], None]:
+def reader(side: Side, layout: Mapping[str, int], values: Array, out: Array) -> Callable[[], object]:
     """Return a function that writes into `out` the signals of `layout`, given by name and place, that the FMU has."""
     plain, angles = _ports(side, layout)
-    places, index, scale, offset = _joined(plain, layout)
     views = [(port, out[layout[port.signal] : layout[port.signal] + 4]) for port in angles]
-    fast = partial(gather, places, index, scale, offset, values, out)
+    fast = bind("gather_signals", **_joined(plain, layout), values=values, signals=out)
     if not views:
         return fast
 
@@ -40,15 +42,23 @@ def reader(side: Side, layout: Mapping[str, int], values: Array, out: Array) -> 
 def writer(side: Side, layout: Mapping[str, int], values: Array) -> Callable[[Array], None]:
     """Return a function that puts the signals of `layout`, taken from an array, among the FMU's values."""
     plain, angles = _ports(side, layout)
-    places, index, scale, offset = _joined(plain, layout)
+    joined = _joined(plain, layout)
+    taken = np.zeros(int(joined["place"].max(initial=-1)) + 1)
+    fast = bind("scatter_signals", **joined, signals=taken, values=values)
     spans = [(port, slice(layout[port.signal], layout[port.signal] + 4)) for port in angles]
 
     def write(signals: Array) -> None:
-        scatter(places, index, scale, offset, signals, values)
+        taken[:] = signals[: len(taken)]
+        fast()
         for port, span in spans:
             port.write(signals[span], values)
 
     return write
+
+
+def normaliser(state: Array) -> Callable[[], object]:
+    """Return the operation that makes the quaternion of `state` (13,) exactly as long as it should be, if it nearly is."""
+    return bind("normalise_attitude", state=state, near=NEARLY)
 
 
 def _ports(side: Side, layout: Mapping[str, int]) -> tuple[list[Port], list[Port]]:
@@ -56,8 +66,9 @@ def _ports(side: Side, layout: Mapping[str, int]) -> tuple[list[Port], list[Port
     return [port for port in found if not port.euler], [port for port in found if port.euler]
 
 
-def _joined(ports: list[Port], layout: Mapping[str, int]) -> tuple[Index, Index, Array, Array]:
+def _joined(ports: list[Port], layout: Mapping[str, int]) -> dict[str, Any]:
     places = [np.arange(len(port.index)) + layout[port.signal] for port in ports]
     columns = [port.index for port in ports], [port.scale for port in ports], [port.offset for port in ports]
     index, scale, offset = (np.concatenate([[], *column]) for column in columns)
-    return np.concatenate([[], *places]).astype(np.int64), index.astype(np.int64), scale, offset
+    place = np.concatenate([[], *places]).astype(np.int64)
+    return {"place": place, "index": index.astype(np.int64), "scale": scale, "offset": offset}
