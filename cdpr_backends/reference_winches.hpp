@@ -38,8 +38,9 @@ template <class T> CDPR_INLINE void scatter(const T* point, Plant<T>& plant, int
 }
 
 // Write the time derivatives of body, work and winches at the present geometry and tensions.
-template <class T> inline void write_slopes(const Plant<T>& plant, const PlatformDynamics<T>& dynamics, T* slope) {
+template <class T> inline void write_slopes(const Plant<T>& plant, PlatformDynamics<T>& dynamics, T* slope) {
     T acceleration[6];
+    dynamics.compute(plant);
     accelerate(plant, dynamics, acceleration);
     const Vector<T> velocity = vector(plant.body + 7);
     store(velocity, slope);
@@ -60,7 +61,7 @@ template <class T> inline void write_slopes(const Plant<T>& plant, const Platfor
 }
 
 // Advance body, winches and work by one step. The plant is settled at its start: the first stage is evaluated already.
-template <class T> inline void advance(WinchRungeKutta<T>& problem) {
+template <class T> inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics) {
     Plant<T>& plant = problem.plant;
     T *start = problem.point(0), *point = problem.point(1), *slope = problem.point(2), *total = problem.point(3);
     const int64_t size = 14 + (plant.stretches() ? 2 * plant.m : 0);
@@ -70,9 +71,10 @@ template <class T> inline void advance(WinchRungeKutta<T>& problem) {
         if (stage > 0) {
             scatter(point, plant, size);
             plant_geometry(plant);
-            write_tensions(plant);
+            dynamics.known = false;
+            write_tensions(plant, dynamics);
         }
-        write_slopes(plant, PlatformDynamics<T>(plant), slope);
+        write_slopes(plant, dynamics, slope);
         const T share = weight(stage), c = reach(stage, problem.step);
         for (int64_t i = 0; i < size; i++) {
             total[i] = total[i] + share * slope[i];
@@ -92,10 +94,12 @@ template <class T> inline void advance(WinchRungeKutta<T>& problem) {
 template <class T> inline int winch_runge_kutta(WinchRungeKutta<T>& problem) {
     Plant<T>& plant = problem.plant;
     for (int64_t k = 0; k < problem.steps; k++) {
-        settle(plant);  // where the winches start, their states are known only then
-        advance(problem);
+        PlatformDynamics<T> dynamics;
+        settle(plant, dynamics);  // where the winches start, their states are known only then
+        advance(problem, dynamics);
     }
-    settle(plant);
+    PlatformDynamics<T> dynamics;
+    settle(plant, dynamics);
     to_platform(plant.offset, plant.body, problem.state);
     return 0;
 }

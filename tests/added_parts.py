@@ -1,4 +1,4 @@
-"""Parts of cables as somebody would add them: a text and kernels each, and the lines in the table."""
+"""Parts of cables as somebody would add them: a text, kernels and a header each, and the lines in the tables."""
 
 RING = '''\
 """A ring that slides without friction on a straight rail: the cable is always square to it."""
@@ -149,6 +149,117 @@ def rest(numbers, chord, wound, tension, gravity):
     return (reach + wound) / (1.0 + tension / numbers[0])
 """
 
+HEADER = """\
+#pragma once
+
+#include <cdpr/bent_cable.hpp>
+#include <cdpr/exit_result.hpp>
+#include <cdpr/number.hpp>
+#include <cdpr/winch_tension.hpp>
+
+namespace cdpr {{
+inline namespace CDPR_TARGET {{
+
+{code}
+}}  // namespace CDPR_TARGET
+}}  // namespace cdpr
+"""
+
+HEADERS = {
+    "ring": """\
+struct Ring {
+    template <class T> static CDPR_INLINE Vector<T> leave(Vector<T> anchor, const T* rail, Vector<T> tip) {
+        return anchor + dot(vector(rail), tip - anchor) * vector(rail);
+    }
+    template <class T> static CDPR_INLINE ExitResult<T> lead(Vector<T> anchor, const T* rail, Vector<T> tip) {
+        return {leave(anchor, rail, tip), 0.0};
+    }
+    template <class T> static CDPR_INLINE Vector<T> carry(const T* rail, Vector<T> V) {
+        return dot(vector(rail), V) * vector(rail);
+    }
+};
+""",
+    "spring": """\
+struct Spring {
+    template <class T> static CDPR_INLINE T pull(const T* numbers, T length, T unwound, T lowest) {
+        return larger(numbers[0] * (length - unwound), lowest);
+    }
+    template <class T> static CDPR_INLINE T rest(const T* numbers, T length, T tension) {
+        return length - tension / numbers[0];
+    }
+};
+""",
+    "geared": """\
+struct Geared {
+    template <class T> static CDPR_INLINE WinchTension<T> held(const T* numbers, T command, T swing) {
+        const T mass = numbers[1] / (numbers[0] * numbers[0]);
+        return {numbers[2] * command + mass * swing, mass};
+    }
+    template <class T> static CDPR_INLINE T turn(const T* numbers, T command, T tension) {
+        return numbers[0] * (numbers[2] * command - tension) / numbers[1];
+    }
+};
+""",
+    "heavy": """\
+struct Heavy {
+    template <class T> static CDPR_INLINE BentCable<T> pull(BentSpan<T> span, T unwound, T lowest) {
+        const T reach = length(span.chord);
+        const T along = larger(lowest, span.numbers[0] * (reach + span.wrapped_length - unwound) / unwound) / reach;
+        const Vector<T> pulling = along * span.chord, down = T(0.5 * span.numbers[1] * unwound) * span.gravity;
+        return {pulling + down, length(pulling - down)};
+    }
+    template <class T> static CDPR_INLINE T rest(BentSpan<T> span, T tension) {
+        return (length(span.chord) + span.wrapped_length) / (1.0 + tension / span.numbers[0]);
+    }
+};
+""",
+}
+
+# What follows on certain words of parts.hpp.
+IN_THE_HEADER = {
+    "headers": (
+        "".join(f"#include <cdpr/cables/{name}/{name}.hpp>\n" for name in HEADERS),
+        "#include <cdpr/cables/pulley/pulley.hpp>\n",
+    ),
+    "exits": (", RING", "POINT, PULLEY"),
+    "winches": (", GEARED", "DIRECT, DRUM"),
+    "spans": (", SPRING, HEAVY", "INEXTENSIBLE, ELASTIC"),
+    "leave": (
+        "\n    if (is(kind, RING)) return Ring::leave(anchor, numbers, tip);",
+        "Pulley::leave(anchor, numbers, tip);",
+    ),
+    "lead": (
+        "\n    if (is(kind, RING)) return Ring::lead(anchor, numbers, tip);",
+        "Pulley::lead(anchor, numbers, tip);",
+    ),
+    "carry": ("\n    if (is(kind, RING)) return Ring::carry(numbers, V);", "Pulley::carry(anchor, numbers, tip, V);"),
+    "held": (
+        "\n    if (is(kind, GEARED)) return Geared::held(numbers, command, length_acceleration);",
+        "Drum::held(numbers, command, rate, length_acceleration);",
+    ),
+    "turn": (
+        "\n    if (is(kind, GEARED)) return Geared::turn(numbers, command, tension);",
+        "Drum::drum_acceleration(numbers, command, tension, speed);",
+    ),
+    "pull": (
+        "\n    if (is(kind, SPRING)) return Spring::pull(numbers, length, unwound, lowest);",
+        "Elastic::pull(numbers, length, unwound, stretching, lowest);",
+    ),
+    "rest": (
+        "\n    if (is(kind, SPRING)) return Spring::rest(numbers, length, tension);",
+        "Elastic::rest(numbers, length, tension);",
+    ),
+    "bends": (" if (is(kind, HEAVY)) return true;", "bool bends([[maybe_unused]] T kind) {"),
+    "bent_pull": (
+        "if (is(kind, HEAVY)) return Heavy::pull(span, unwound, lowest);\n    ",
+        "[[maybe_unused]] T lowest) {\n    ",
+    ),
+    "bent_rest": (
+        " if (is(kind, HEAVY)) return Heavy::rest(span, tension);",
+        "BentSpan<T> span, [[maybe_unused]] T tension) {",
+    ),
+}
+
 PARTS = {
     "ring": (RING, RING_KERNELS),
     "spring": (SPRING, SPRING_KERNELS),
@@ -162,9 +273,9 @@ IMPORTS = {
     "heavy": ("from cdpr.cables.heavy import HEAVY\n", "from cdpr.cables.exit import Exit\n"),
 }
 ENTRIES = {
-    "ring_named": ("Ring | ", "AnyExit = Annotated["),
+    "ring_named": (" | Ring", "AnyExit = Annotated[Point | Pulley"),
     "models": (
         '    "sprung": Chain(DRUM, SPRING),\n    "geared": Chain(GEARED, SPRING),\n    "heavy": Chain(DRUM, HEAVY),\n',
-        "MODELS = {\n",
+        '    "elastic": Chain(DRUM, ELASTIC),\n',
     ),
 }

@@ -55,5 +55,20 @@ def kernels(target, folder, *more):
     return out
 
 
+def build_library(root):
+    """Compile the kernel library of a copy of the program, for one instruction set and in little time."""
+    native, out = root / "cdpr" / "native", root / "objects"
+    out.mkdir()
+    given = ["-DCDPR_ONE_TARGET", "-DCDPR_TARGET=portable", '-DCDPR_TARGET_NAME="portable"']
+    paths = [f"-I{native / 'include'}", f"-I{root}"]
+    options = ["-O1", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", *given, *paths]
+    objects = []
+    for source in (*native.glob("*.c"), *native.glob("*.cpp"), *(native / "tables").glob("*.cpp")):
+        objects.append(out / f"{source.stem}.o")
+        language = ["gcc"] if source.suffix == ".c" else ["g++", "-std=c++17", "-fno-exceptions", "-fno-rtti"]
+        run(tool(language[0]), *language[1:], *options, "-c", source, "-o", objects[-1])
+    run(tool("gcc"), "-shared", *objects, "-o", native / "library.abi3.so", "-lm")
+
+
 def run(*words):
     return subprocess.run(words, capture_output=True, text=True, check=True).stdout

@@ -7,18 +7,12 @@ A platform with a guide is integrated in the guide's coordinates, those of its o
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.cables.lines import lines
 from cdpr.cables.tables import line_table
-from cdpr.mechanics.geometry import cable_wrench
 from cdpr.mechanics.guide import Guide
 from cdpr.model import rotations
-from cdpr.model.jit import apart, kernel
-from cdpr.model.kernels import Quaternion, Vector, conjugate, cross, multiply, quaternion, rotate, store, vector
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind
 
@@ -55,7 +49,6 @@ class BodyFrame:
         attitude = rotations.from_matrix(axes)
         self.mass = platform.mass
         self.moments = moments
-        self._robot = robot
         self.line_table = line_table(robot).copy()
         if robot.n < 6:
             self.guide: Guide | None = Guide(robot)
@@ -71,13 +64,6 @@ class BodyFrame:
     def anchors(self) -> Array:
         """Anchors (m, 6), m."""
         return self.line_table[:, :6]
-
-    @cached_property
-    def lines(self) -> Array:
-        """The same for numba kernels, as `cdpr.cables.lines` says."""
-        rows = lines(self._robot).copy()
-        rows[:, :6] = self.anchors
-        return rows
 
 
 def principal_axes(inertia: Array) -> tuple[Array, Array]:
@@ -163,59 +149,3 @@ def wrench_on_body(
 
 def _array(given: ArrayLike) -> Array:
     return np.ascontiguousarray(given, dtype=np.float64)
-
-
-@kernel
-def from_platform(offset: Array, state: Array, body: Array) -> None:
-    """Write the body state (13,) of a platform state (13,)."""
-    attitude = multiply(quaternion(state, 3), quaternion(offset, 3))
-    r = rotate(attitude, vector(offset, 0))
-    swing = cross(vector(state, 10), r)
-    for i in range(3):
-        body[i] = state[i] + r[i]
-        body[7 + i] = state[7 + i] + swing[i]
-        body[10 + i] = state[10 + i]
-    for i in range(4):
-        body[3 + i] = attitude[i]
-
-
-@kernel
-def to_platform(offset: Array, body: Array, state: Array) -> None:
-    """Write the platform state (13,) of a body state (13,)."""
-    attitude = quaternion(body, 3)
-    r = rotate(attitude, vector(offset, 0))
-    swing = cross(vector(body, 10), r)
-    q = multiply(attitude, conjugate(quaternion(offset, 3)))
-    for i in range(3):
-        state[i] = body[i] - r[i]
-        state[7 + i] = body[7 + i] - swing[i]
-        state[10 + i] = body[10 + i]
-    for i in range(4):
-        state[3 + i] = q[i]
-
-
-@kernel
-def body_wrench(
-    lines: Array, offset: Array, tension: Array, external: Array, p: Vector, q: Quaternion
-) -> tuple[Vector, Vector]:
-    """Force and moment about the body frame's origin, world axes, of cables and external wrench on a body at p, q.
-
-    `external` (6,) acts at the platform's origin, which lies at -r from that of the body frame.
-    """
-    f, moment = cable_wrench(lines, p, q, tension)
-    push = vector(external, 0)
-    lever = cross(rotate(q, vector(offset, 0)), push)
-    return (f[0] + push[0], f[1] + push[1], f[2] + push[2]), (
-        moment[0] + external[3] - lever[0],
-        moment[1] + external[4] - lever[1],
-        moment[2] + external[5] - lever[2],
-    )
-
-
-@apart
-@kernel
-def applied_wrench(lines: Array, offset: Array, tension: Array, external: Array, body: Array, applied: Array) -> None:
-    """Write `body_wrench` at a body state (13,) into `applied` (6,)."""
-    f, moment = body_wrench(lines, offset, tension, external, vector(body, 0), quaternion(body, 3))
-    store(f, applied, 0)
-    store(moment, applied, 3)

@@ -14,8 +14,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.jit import kernel
-from cdpr.model.kernels import Vector
 from cdpr.model.robot import Array, Robot
 
 IntArray = NDArray[np.int64]
@@ -54,45 +52,3 @@ class Guide:
     def angle(self, state: Array) -> float:
         """Angle about the hinge, rad, of a state (13,)."""
         return 0.0 if self.hinge is None else 2.0 * math.atan2(state[4 + self.hinge], state[3])
-
-
-@kernel
-def write_pose(guide: Array, position: Vector, angle: float, velocity: Vector, spin: float, state: Array) -> None:
-    """Write a state (13,) from the guide's coordinates and their rates."""
-    half = 0.5 * angle
-    s = math.sin(half)
-    state[3] = math.cos(half)
-    for i in range(3):
-        state[i] = position[i]
-        state[4 + i] = s * guide[3 + i]
-        state[7 + i] = velocity[i]
-        state[10 + i] = spin * guide[3 + i]
-
-
-@kernel
-def from_coordinates(guide: Array, rows: IntArray, home: Array, q: Array, u: Array, body: Array) -> None:
-    """Write a body state (13,) from an engine's joint coordinates and rates (n,), in the order of the robot's dof.
-
-    Slides measure from `home` (3,), the hinge from the upright platform.
-    """
-    angle, spin = 0.0, 0.0
-    p = home[0], home[1], home[2]
-    v = 0.0, 0.0, 0.0
-    for k in range(rows.shape[0]):
-        row = rows[k]
-        if row == 0:
-            p, v = (p[0] + q[k], p[1], p[2]), (u[k], v[1], v[2])
-        elif row == 1:
-            p, v = (p[0], p[1] + q[k], p[2]), (v[0], u[k], v[2])
-        elif row == 2:
-            p, v = (p[0], p[1], p[2] + q[k]), (v[0], v[1], u[k])
-        else:
-            angle, spin = q[k], u[k]
-    write_pose(guide, p, angle, v, spin, body)
-
-
-@kernel
-def onto_coordinates(rows: IntArray, applied: Array, forces: Array) -> None:
-    """Write what force and moment about the origin (6,), world axes, do along the joint coordinates (n,)."""
-    for k in range(rows.shape[0]):
-        forces[k] = applied[rows[k]]

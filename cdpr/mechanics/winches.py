@@ -27,7 +27,7 @@ class Winches:
         free: (6,), 1 for each row of a twist in which the platform moves, 0 where a guide holds it.
         stretching: numbers of the cables that stretch.
         per_turn: (m,), cable per unit of the winch's coordinate, m/rad; 0 where there is no drum.
-        state: (2 m,), unwound lengths, m, and drum speeds, rad/s; NaN before the start; 0 of cables that do not stretch.
+        state: (2 m,), unwound lengths, m, and drum speeds, rad/s; NaN before the start, 0 where nothing stretches.
         tension: (m,), N.
         highest: (m,), largest size of each tension since the start, N.
         work: (1,), of the cables on the platform since the start, J.
@@ -52,7 +52,8 @@ class Winches:
         self.free[robot.rows] = 1.0
         self.stretching = np.flatnonzero([chain_of(robot, cable).stretches for cable in robot.cables])
         self.per_turn = chains[:, PER_TURN]
-        self.state, self.tension, self.highest, self.work = np.full(2 * m, np.nan), np.zeros(m), np.zeros(m), np.zeros(1)
+        self.state, self.work = np.full(2 * m, np.nan), np.zeros(1)
+        self.tension, self.highest = np.zeros(m), np.zeros(m)
         self._length, self._beside, self._place = np.zeros(m), np.zeros(6), np.zeros(7)
         self.given: dict[str, Any] = {
             "chains": chains,

@@ -38,7 +38,7 @@ class RigidBodyBackend(Backend):
             origin (world), angular velocity (world).
         winches: what turns commands into tensions; None where cables are ideal.
         applied: (6,) what the engine must apply during the next step besides gravity: force, moment about the body
-            frame's origin, world axes. `cdpr.mechanics.guide.onto_coordinates` gives the forces along slides and hinge.
+            frame's origin, world axes. The operation `guide_forces` writes those along slides and hinge.
     """
 
     smallest: ClassVar[float] = 0.0  # mass, kg, and principal moment, kg m^2, below which the engine does not move it
@@ -70,7 +70,7 @@ class RigidBodyBackend(Backend):
             self.winches = winches = Winches(
                 robot, frame, self.gravity, self.command, self.external, self.body, self.applied, physics_step
             )
-            self._pull, self.highest = winches.step, winches.live.highest
+            self._pull, self.highest = winches.step, winches.highest
 
     @abstractmethod
     def build(self) -> None:
@@ -130,10 +130,10 @@ class RigidBodyBackend(Backend):
             super().read_tension(tension)
         else:
             self.winches.settle()
-            tension[:] = self.winches.live.tension
+            tension[:] = self.winches.tension
 
     def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
-        """Return the kernels that evaluate the winches; None where cables are ideal."""
+        """Return the operations that evaluate the winches; None where cables are ideal."""
         return None if self.winches is None else self.winches.readings(tension, work)
 
     def cable_work(self) -> float:
@@ -141,7 +141,7 @@ class RigidBodyBackend(Backend):
         if self.winches is None:
             return super().cable_work()
         self.winches.settle()
-        return float(self.winches.live.work[0])
+        return float(self.winches.work[0])
 
     @property
     def arrays(self) -> tuple[Array, ...]:

@@ -16,8 +16,8 @@ from cdpr.native.rotations import from_rotation_vector, multiply, rotate, rotati
 from cdpr.plugins.inertia import Inertia
 from cdpr_backends.dart.world import chain, held, put_root, set_motion
 
-# DART cuts the exponential of a rotation vector below 1e-3 rad off after its second power (joints.hpp). So its body axes
-# are turned in ours, by this from the attitude at hand.
+# DART cuts the exponential of a rotation vector below 1e-3 rad off after its second power (joints.hpp). So its body
+# axes are turned in ours, by this from the attitude at hand.
 FACING = from_rotation_vector((0.6, 0.5, 0.4))
 
 

@@ -57,7 +57,7 @@ def writer(side: Side, layout: Mapping[str, int], values: Array) -> Callable[[Ar
 
 
 def normaliser(state: Array) -> Callable[[], object]:
-    """Return the operation that makes the quaternion of `state` (13,) exactly as long as it should be, if it nearly is."""
+    """Return the operation that scales the quaternion of `state` (13,) to length 1 if it is nearly so long."""
     return bind("normalise_attitude", state=state, near=NEARLY)
 
 

@@ -65,7 +65,7 @@ inline int scatter_signals(ScatterSignals& fmu) {
     return 0;
 }
 
-// Make the quaternion of a state exactly as long as it should be, where it nearly is.
+// Scale the quaternion of a state to length 1 if it is nearly so long.
 struct NormaliseAttitude {
     double* state;  // (13)
     double near;    // difference of its squared length from 1 that is allowed

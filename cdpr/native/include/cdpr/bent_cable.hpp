@@ -1,10 +1,17 @@
-// Answer of a span whose force on the platform is not along its chord. SPDX-License-Identifier: Apache-2.0
+// Spans whose force on the platform is not along their chord. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/vector.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
+
+template <class T> struct BentSpan {
+    const T* numbers;   // of the part
+    Vector<T> chord;    // m, from the platform to the exit, world axes
+    T wrapped_length;   // m, of cable on the exit
+    Vector<T> gravity;  // m/s^2
+};
 
 template <class T> struct BentCable {
     Vector<T> force;  // N, on the platform, world axes

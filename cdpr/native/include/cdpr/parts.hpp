@@ -73,18 +73,23 @@ template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tens
     return NOT_A_NUMBER;
 }
 
-// Whether the force of a span that stretches may have another direction than its chord: then `bent_pull` and
-// `bent_rest` answer in place of `pull` and `rest`. None of ours does.
-template <class T> CDPR_INLINE bool bends(T) { return false; }
+// Whether the force of a span that stretches may have another direction than its chord. Such a span answers by
+// `bent_pull` and `bent_rest` in place of `pull` and `rest`. Ours all pull along their chords.
+template <class T> CDPR_INLINE bool bends([[maybe_unused]] T kind) { return false; }
 
-// Return force and tension, N, of such a span with this chord from the platform to the exit, and this length of cable
-// on the exit, m.
-template <class T> CDPR_INLINE BentCable<T> bent_pull(T, const T*, Vector<T>, T, T, T, T, Vector<T>) {
+// Return force and tension, N, of a span that bends, of which so much is unwound, m, when it stretches by so much a
+// second, m/s; `lowest` as of `pull`.
+template <class T> CDPR_INLINE BentCable<T> bent_pull([[maybe_unused]] T kind, [[maybe_unused]] BentSpan<T> span,
+                                                      [[maybe_unused]] T unwound, [[maybe_unused]] T stretching,
+                                                      [[maybe_unused]] T lowest) {
     return {nowhere<T>(), NOT_A_NUMBER};
 }
 
-// Return the unwound length, m, at which such a span has a tension, N, at its winch.
-template <class T> CDPR_INLINE T bent_rest(T, const T*, Vector<T>, T, T, Vector<T>) { return NOT_A_NUMBER; }
+// Return the unwound length, m, at which a span that bends has a tension, N, at its winch.
+template <class T>
+CDPR_INLINE T bent_rest([[maybe_unused]] T kind, [[maybe_unused]] BentSpan<T> span, [[maybe_unused]] T tension) {
+    return NOT_A_NUMBER;
+}
 
 }  // namespace CDPR_TARGET
 }  // namespace cdpr

@@ -98,6 +98,10 @@ template <class T> struct Plant {
         numbers[7] = run.wrapped_length;
     }
 
+    CDPR_INLINE BentSpan<T> bent_span(int64_t i) const {
+        return {chain(i).span(), run(i).chord, run(i).wrapped_length, vector(gravity)};
+    }
+
     // Whether some cable stretches, or is bent.
     CDPR_INLINE bool stretches() const {
         for (int64_t i = 0; i < m; i++)
@@ -134,7 +138,7 @@ template <class T> CDPR_INLINE T length_acceleration(const Plant<T>& plant, int6
     const Vector<T> p = vector(plant.body), v = vector(plant.body + 7), omega = vector(plant.body + 10);
     const CableRun<T> run = plant.run(i);
     const Line<T> cable = {plant.lines + i * plant.w, plant.w, p, run.lever, p + run.lever};
-    const Vector<T> turning = cross(omega, run.lever), u = run.chord / run.chord_length;
+    const Vector<T> turning = cross(omega, run.lever), u = {plant.W()(0, i), plant.W()(1, i), plant.W()(2, i)};
     const Vector<T> stretching = cable.velocity_of_exit(v + turning) - v - turning;
     const Vector<T> du = (stretching - dot(u, stretching) * u) / run.chord_length;
     const Vector<T> moment = cross(turning, u) + cross(run.lever, du);

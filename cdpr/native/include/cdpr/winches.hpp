@@ -13,10 +13,8 @@ template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
         const T kind = row.span_kind(), command = plant.command[i];
         T unwound = 0.0, speed = 0.0;
         if (row.stretches()) {
-            const CableRun<T> run = plant.run(i);
-            unwound = bends(kind)
-                          ? bent_rest(kind, row.span(), run.chord, run.wrapped_length, command, vector(plant.gravity))
-                          : rest(kind, row.span(), plant.length[i], command);
+            unwound = bends(kind) ? bent_rest(kind, plant.bent_span(i), command)
+                                  : rest(kind, row.span(), plant.length[i], command);
             speed = -plant.rate[i] / row.per_turn();
         }
         plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
@@ -30,15 +28,14 @@ template <class T> inline void bend(Plant<T>& plant) {
     for (int64_t i = 0; i < plant.m; i++) {
         const ChainRow<T> row = plant.chain(i);
         if (!bends(row.span_kind())) continue;
-        const CableRun<T> run = plant.run(i);
-        const BentCable<T> end = bent_pull(row.span_kind(), row.span(), run.chord, run.wrapped_length, plant.unwound(i),
-                                           plant.stretching(i), row.lowest(), vector(plant.gravity));
+        const BentCable<T> end =
+            bent_pull(row.span_kind(), plant.bent_span(i), plant.unwound(i), plant.stretching(i), row.lowest());
         plant.light[i] = end.tension;
         plant.tension[i] = end.tension;
         const Vector<T> u = {plant.W()(0, i), plant.W()(1, i), plant.W()(2, i)};
         const Vector<T> f = end.force - end.tension * u;
         force = force + f;
-        moment = moment + cross(run.lever, f);
+        moment = moment + cross(plant.run(i).lever, f);
     }
     store(force, plant.beside);
     store(moment, plant.beside + 3);
@@ -66,12 +63,12 @@ template <class T> inline bool write_light_tensions(Plant<T>& plant) {
 }
 
 // Write the tensions, and the wrench that they and the external one apply, at the pose of the present geometry.
-template <class T> inline void write_tensions(Plant<T>& plant) {
+template <class T> inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
     if (plant.stretches()) {
         const Truth<T> fresh = plant.winch[0] != plant.winch[0];
         if (any(fresh)) start_winches(plant, fresh);
     }
-    if (write_light_tensions(plant)) share_inertia(plant, PlatformDynamics<T>(plant));
+    if (write_light_tensions(plant)) share_inertia(plant, dynamics);
     apply(plant);
     for (int64_t i = 0; i < plant.m; i++) {
         const T size = absolute(plant.tension[i]);
@@ -92,15 +89,16 @@ template <class T> inline T work_of_bent_cables(const Plant<T>& plant) {
     return work;
 }
 
-// Write geometry, tensions and applied wrench at `body`; add the work of the last tensions on the way there.
-template <class T> inline void settle(Plant<T>& plant) {
+// Write geometry, tensions and applied wrench at `body`; add the work of the last tensions on the way there. `dynamics`
+// is that of the platform there, if it is known.
+template <class T> inline void settle(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
     T* before = plant.light;
     for (int64_t i = 0; i < plant.m; i++) before[i] = plant.length[i];
     plant_geometry(plant);
     plant.cable_work[0] = sum(plant.cable_work[0], 0, plant.m,
                               [&](int64_t i) { return plant.tension[i] * (before[i] - plant.length[i]); });
     if (plant.has_bent_cables()) plant.cable_work[0] = plant.cable_work[0] + work_of_bent_cables(plant);
-    write_tensions(plant);
+    write_tensions(plant, dynamics);
 }
 
 // Return by how much a second the speed of winch i grows under the tension of its cable.
@@ -111,7 +109,8 @@ template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64
 
 // Tensions, work and applied wrench at `body`.
 template <class T> inline int settle_winches(Plant<T>& plant) {
-    settle(plant);
+    PlatformDynamics<T> dynamics;
+    settle(plant, dynamics);
     return 0;
 }
 
@@ -125,7 +124,8 @@ template <class T> struct WinchStep {
 template <class T> inline int step_winches(WinchStep<T>& problem) {
     Plant<T>& plant = problem.plant;
     const T h = problem.step;
-    settle(plant);
+    PlatformDynamics<T> dynamics;
+    settle(plant, dynamics);
     for (int64_t i = 0; i < plant.m; i++) {
         if (!plant.chain(i).stretches()) continue;
         plant.speed(i) = plant.speed(i) + h * winch_acceleration(plant, i);
