@@ -54,7 +54,7 @@ template <class T> inline void write_slopes(const Plant<T>& plant, PlatformDynam
     if (!plant.stretches()) return;
     T *unwinding = slope + 14, *spinning = slope + 14 + plant.m;
     for (int64_t i = 0; i < plant.m; i++) {
-        const bool stretches = plant.chain(i).stretches();
+        const bool stretches = plant.stretches(i);
         unwinding[i] = stretches ? -plant.chain(i).per_turn() * plant.speed(i) : T(0.0);
         spinning[i] = stretches ? winch_acceleration(plant, i) : T(0.0);
     }

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.cables import chain_of
 from cdpr.cables.tables import chain_table
@@ -14,7 +15,9 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 
-PER_TURN = 3  # column of `chain_table`
+# Columns of `chain_table` and `line_table`.
+PER_TURN = 3
+EXIT = 6
 
 
 class Winches:
@@ -58,6 +61,7 @@ class Winches:
         self.given: dict[str, Any] = {
             "chains": chains,
             "lines": frame.line_table,
+            "kinds": _kinds(chains, frame.line_table),
             "offset": frame.offset,
             "inertial": _inertial(robot, frame),
             "free": self.free,
@@ -96,6 +100,12 @@ class Winches:
     def arrays(self) -> tuple[Array, ...]:
         """All that the future depends on, besides the arrays of the backend."""
         return self.state, self.tension, self.highest, self._length, self.work, self._beside, self._place
+
+
+def _kinds(chains: Array, lines: Array) -> NDArray[np.int64]:
+    """Return the kinds of winches, spans and exits (m, 3): cases of a batch share lanes if these are equal."""
+    exits = lines[:, EXIT] if lines.shape[1] > EXIT else np.zeros(len(lines))
+    return np.column_stack([chains[:, :2], exits]).astype(np.int64)
 
 
 def _inertial(robot: Robot, frame: BodyFrame) -> Array:

@@ -56,7 +56,8 @@ def plants(rng, kinds, pulleys, free):
         "beside": np.zeros((EACH, 6)),
         "place": np.zeros((EACH, 7)),
     }
-    return given, before
+    exits = np.arange(M) % 2 if pulleys else np.zeros(M)
+    return given, before, np.column_stack([kinds, exits]).astype(np.int64)
 
 
 def written(before, *more):
@@ -78,10 +79,10 @@ def test_a_lane_has_the_bits_of_a_plant_alone(free, pulleys):
         "winch_runge_kutta": ({"step": 1e-3, "steps": 2}, [("state", (13,))]),
     }
     for name, (values, more) in operations.items():
-        given, before = plants(rng, rng.integers(0, 2, (M, 2)), pulleys, free)
+        given, before, kinds = plants(rng, rng.integers(0, 2, (M, 2)), pulleys, free)
         shapes = written(before, *more)
-        alone, _ = run(name, given, shapes, before, **values)
-        lanes, _ = run_lanes(name, given, shapes, before, **values)
+        alone, _ = run(name, given, shapes, before, kinds=kinds, **values)
+        lanes, _ = run_lanes(name, given, shapes, before, kinds=kinds, **values)
         assert np.isfinite(alone["applied"]).all(axis=1).sum() > EACH // 8
         for key in shapes:
             assert_same_bits(lanes[key], alone[key])
@@ -91,12 +92,12 @@ def test_a_lane_has_the_bits_of_a_plant_alone(free, pulleys):
 def test_drums_go_with_the_platform(free):
     """Newton and Euler of platform and drums together, by numpy: T = u - f/r - J/r^2 l'', some cables slack."""
     rng = np.random.default_rng(2)
-    given, before = plants(rng, np.tile([1, 0], (M, 1)), False, free)
+    given, before, kinds = plants(rng, np.tile([1, 0], (M, 1)), False, free)
     given["chains"][..., 2], given["chains"][..., 5:7], given["external"][:] = 0.0, 0.0, 0.0
     q, body = rng.normal(size=(EACH, 4)), before["body"]
     body[:] = rng.uniform(-1.0, 1.0, (EACH, 13)) * ([1.0] * 7 + list(free))
     body[:, 3:7] = q / np.linalg.norm(q, axis=1)[:, None]
-    found, _ = run("settle_winches", given, written(before), before)
+    found, _ = run("settle_winches", given, written(before), before, kinds=kinds)
     rows, slack = np.flatnonzero(free), 0
     for k in range(EACH):
         R, omega = rotations.matrix(body[k, 3:7]), body[k, 10:]

@@ -25,29 +25,30 @@ template <class T> struct CableRun {
 };
 
 template <class T> struct Plant {
-    const T* chains;    // (m, 19), chain.hpp
-    const T* lines;     // (m, w), w >= 6, geometry.hpp, B_i in the body frame
-    const T* offset;    // (7), from the platform's origin to the body's, m, body axes, and the attitude between them
-    const T* inertial;  // (13), as of Inertial, body frame
-    const T* free;      // (6), 1 for each row of a twist in which the platform moves, 0 where a guide holds it
-    const T* gravity;   // (3), m/s^2
-    const T* command;   // (m), N
-    const T* external;  // (6), wrench at the platform's origin, N and N m
-    T* body;            // (13), state of the body
-    T* winch;           // (2 m), unwound lengths, m, and drum speeds, rad/s; NaN before the start
-    T* tension;         // (m), N
-    T* highest;         // (m), largest size of each tension since the start, N
-    T* length;          // (m), m
-    T* cable_work;      // (1), of the cables on the platform since the start, J
-    T* beside;          // (6), force and moment of bent cables besides their tensions along their chords
-    T* place;           // (7), pose of the body when `cable_work` was last added to; only of plants with bent cables
-    T* applied;         // (6), wrench of cables and `external` about the body's origin, N and N m
-    T* rate;            // (m), m/s
-    T* matrix;          // (6, m), W about the body's origin
-    T* runs;            // (m, 8), work space: a CableRun of each
-    T* light;           // (m), work space: tensions without the drums' inertia, N
-    T* mass;            // (m), work space: that inertia along the cable, kg
-    T* pulls;           // (m), work space: 1 for each cable that pulls, 0 for one that hangs slack
+    const T* chains;       // (m, 19), chain.hpp
+    const T* lines;        // (m, w), w >= 6, geometry.hpp, B_i in the body frame
+    const T* offset;       // (7), from the platform's origin to the body's, m, body axes, and the attitude between them
+    const T* inertial;     // (13), as of Inertial, body frame
+    const T* free;         // (6), 1 for each row of a twist in which the platform moves, 0 where a guide holds it
+    const T* gravity;      // (3), m/s^2
+    const T* command;      // (m), N
+    const T* external;     // (6), wrench at the platform's origin, N and N m
+    T* body;               // (13), state of the body
+    T* winch;              // (2 m), unwound lengths, m, and drum speeds, rad/s; NaN before the start
+    T* tension;            // (m), N
+    T* highest;            // (m), largest size of each tension since the start, N
+    T* length;             // (m), m
+    T* cable_work;         // (1), of the cables on the platform since the start, J
+    T* beside;             // (6), force and moment of bent cables besides their tensions along their chords
+    T* place;              // (7), pose of the body when `cable_work` was last added to; only of plants with bent cables
+    T* applied;            // (6), wrench of cables and `external` about the body's origin, N and N m
+    T* rate;               // (m), m/s
+    T* matrix;             // (6, m), W about the body's origin
+    T* runs;               // (m, 8), work space: a CableRun of each
+    T* light;              // (m), work space: tensions without the drums' inertia, N
+    T* mass;               // (m), work space: that inertia along the cable, kg
+    T* pulls;              // (m), work space: 1 for each cable that pulls, 0 for one that hangs slack
+    const int64_t* kinds;  // (m, 3), of winches, spans and exits as in `chains` and `lines`; the same in all lanes
     int64_t m;
     int64_t w;
     static constexpr Field fields[] = {in<T>("chains", "m", "19"),
@@ -73,6 +74,7 @@ template <class T> struct Plant {
                                        work<T>("light", "m"),
                                        work<T>("mass", "m"),
                                        work<T>("pulls", "m"),
+                                       in<int64_t>("kinds", "m", "3"),
                                        size("m"),
                                        size("w")};
 
@@ -102,10 +104,11 @@ template <class T> struct Plant {
         return {chain(i).span(), run(i).chord, run(i).wrapped_length, vector(gravity)};
     }
 
-    // Whether some cable stretches, or is bent.
+    // Whether cable i stretches; whether some cable does, or is bent.
+    CDPR_INLINE bool stretches(int64_t i) const { return kinds[3 * i + 1] != INEXTENSIBLE; }
     CDPR_INLINE bool stretches() const {
         for (int64_t i = 0; i < m; i++)
-            if (chain(i).stretches()) return true;
+            if (stretches(i)) return true;
         return false;
     }
     CDPR_INLINE bool has_bent_cables() const {

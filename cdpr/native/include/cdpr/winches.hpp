@@ -12,7 +12,7 @@ template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
         const ChainRow<T> row = plant.chain(i);
         const T kind = row.span_kind(), command = plant.command[i];
         T unwound = 0.0, speed = 0.0;
-        if (row.stretches()) {
+        if (plant.stretches(i)) {
             unwound = bends(kind) ? bent_rest(kind, plant.bent_span(i), command)
                                   : rest(kind, row.span(), plant.length[i], command);
             speed = -plant.rate[i] / row.per_turn();
@@ -47,7 +47,7 @@ template <class T> inline bool write_light_tensions(Plant<T>& plant) {
     for (int64_t i = 0; i < plant.m; i++) {
         const ChainRow<T> row = plant.chain(i);
         WinchTension<T> own = {0.0, 0.0};
-        if (!row.stretches()) {
+        if (!plant.stretches(i)) {
             own = held(row.winch_kind(), row.winch(), plant.command[i], plant.rate[i], length_acceleration(plant, i));
         } else if (!bends(row.span_kind())) {
             own.tension =
@@ -127,7 +127,7 @@ template <class T> inline int step_winches(WinchStep<T>& problem) {
     PlatformDynamics<T> dynamics;
     settle(plant, dynamics);
     for (int64_t i = 0; i < plant.m; i++) {
-        if (!plant.chain(i).stretches()) continue;
+        if (!plant.stretches(i)) continue;
         plant.speed(i) = plant.speed(i) + h * winch_acceleration(plant, i);
         plant.unwound(i) = plant.unwound(i) - h * plant.chain(i).per_turn() * plant.speed(i);
     }
