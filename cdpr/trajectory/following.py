@@ -1,6 +1,6 @@
 """Along a path of many pieces with limited speed, acceleration and jerk, each piece at the speed that is wanted.
 
-Between two stops the way s(t) along the path has piecewise constant jerk (`pace_kernels.pace`), with limits that leave
+Between two stops the way s(t) along the path has piecewise constant jerk (`pace`), with limits that leave
 room for the path's own curvature (`corners.caps`), so that norms of velocity, acceleration and jerk of q(s(t)) keep
 theirs. It is not the fastest such motion: where speeds rise in steps, the acceleration falls to zero at each.
 
@@ -22,6 +22,7 @@ from cdpr.trajectory.course import Course
 from cdpr.trajectory.curves import Curves, Indices, together
 from cdpr.trajectory.jerk_limited import Limits
 from cdpr.trajectory.knots import quintic
+from cdpr.trajectory.pace import pace
 from cdpr.trajectory.smoothing import smoothed
 from cdpr.trajectory.trajectory import COLUMNS, Trajectory, hold
 
@@ -131,7 +132,7 @@ def _planned(course: Course, limits: Limits, check: Callable[[], None]) -> _Plan
     check()
     return _Plan(
         path,
-        *_paced(path, speeds, _along(share, limits)),
+        *pace(path.starts, speeds, *_along(share, limits), path.chains),
         source[path.last],
         made.pieces is not course.pieces or len(rounded) > 0,
     )
@@ -201,17 +202,6 @@ def _along(share: Array, limits: Limits) -> tuple[Array, Array]:
     """Return acceleration and jerk along the path, (N,) each, of shares (N,) that are 1 where it is straight."""
     whole = share * np.where(share < 1.0, 1.0 - JERK_EXACT, 1.0)
     return whole * limits.acceleration, whole * limits.jerk
-
-
-def _paced(path: _Path, speeds: Array, limits: tuple[Array, Array]) -> tuple[Array, Indices]:
-    """Return the phases (P, 5) and the first of each chain, and P, (C + 1,), as the kernel says."""
-    from cdpr.trajectory.pace_kernels import pace
-
-    count, many = len(speeds), len(path.chains) - 1
-    phases, rows = np.zeros((8 * count + 7 * many, 5)), np.zeros(many + 1, dtype=np.int64)
-    trees, stack = np.zeros((2, 2 * count), dtype=np.int64), np.zeros((2 * count + 8, 9))
-    pace(path.starts, speeds, *limits, path.chains, trees, stack, phases, rows)
-    return phases[: rows[-1]].copy(), rows
 
 
 def _state(phases: Array, time: Array) -> tuple[Array, Array, Array]:

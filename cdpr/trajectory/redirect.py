@@ -9,7 +9,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.trajectory.jerk_limited import NO_MOVE, Limits
 from cdpr.trajectory.knots import Knot, through
-from cdpr.trajectory.trajectory import Stopping, Trajectory
+from cdpr.trajectory.trajectory import Stopping, Trajectory, sample_segments
 
 # A quintic's largest norms are looked for at so many places. Between two of them a norm of polynomials of degree n
 # exceeds both by about (n / places)^2 of itself, and so wrong are third derivatives taken by differences: below MISSED.
@@ -102,12 +102,7 @@ def _shortest(here: Array, there: Knot, limits: Limits, angular: Limits | None) 
 def _share(move: Trajectory, limits: Limits, angular: Limits | None) -> float:
     """Return how much of the limits a move of one segment, which begins at time 0, takes."""
     times = np.linspace(0.0, move.end, PLACES + 1)
-    values = np.empty((PLACES + 1, 19))
-    desired = values[0].copy()
-    sample = move.sampler(desired)
-    for row, time in zip(values, times, strict=True):
-        sample(time)
-        row[:] = desired
+    values = sample_segments(move.segments, np.zeros(len(times), dtype=np.int64), times)
     shares = [0.0]
     for bound, first in ((limits, 7), (angular, 10)):
         if bound is not None:

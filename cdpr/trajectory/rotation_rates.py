@@ -17,7 +17,7 @@ SMALL_ANGLE = 0.05
 def rotation_vector_rates(phi: Array, omega: Array, alpha: Array) -> tuple[Array, Array]:
     """Derivatives (K, 3) of rotation vectors phi (K, 3), at most pi long, for body rates omega and alpha (K, 3).
 
-    phi' = J^-1 omega and phi'' = J^-1 (alpha - J' phi') with J of `cdpr.trajectory.kernels.body_rates` and
+    phi' = J^-1 omega and phi'' = J^-1 (alpha - J' phi') with J of `body_rates.hpp` and
     J^-1 = 1 + [phi] / 2 + c [phi]^2, c = (1 - t / 2 cot(t / 2)) / t^2, t = |phi|. (Chirikjian 2012, section 10.6.)
     """
     c, da, db, b = _coefficients(_dot(phi, phi))
@@ -28,7 +28,7 @@ def rotation_vector_rates(phi: Array, omega: Array, alpha: Array) -> tuple[Array
 
 
 def _coefficients(square: Array) -> tuple[Array, Array, Array, Array]:
-    """c, a' / (t t'), b' / (t t') and b of angles t, of which the squares (K, 1) are given; a, b as in `body_rates`."""
+    """c, a' / (t t'), b' / (t t') and b of angles t, from squares (K, 1); a, b as in `body_rates.hpp`."""
     small = np.sqrt(square) < SMALL_ANGLE
     large = np.where(small, 1.0, square)
     t = np.sqrt(large)

@@ -16,6 +16,7 @@ from cdpr.model.robot import Array
 from cdpr.trajectory.course import Course
 from cdpr.trajectory.curves import Curves, Indices, cubics, lines, together
 from cdpr.trajectory.jerk_limited import Limits
+from cdpr.trajectory.polygon_splines import polygon_splines
 from cdpr.trajectory.worth import MISSES, worth
 
 # Pieces are joined smoothly where their directions differ by less, and their curvatures by less of themselves: points
@@ -170,8 +171,6 @@ def _curved(
 
     And whether each run goes on, at its first and last end, from or into a line that it does not follow, (R, 2).
     """
-    from cdpr.trajectory.spline_kernels import splines
-
     pieces, many = course.pieces, runs.last - runs.first + 1
     starts = np.concatenate([[0], np.cumsum(many + 1)])
     total, ends = int(starts[-1]), starts[1:] - 1
@@ -182,8 +181,8 @@ def _curved(
     share[starts[:-1]] = np.where(runs.goes_on[:, 0], 0.5, 0.0)
     share[ends] = np.where(runs.goes_on[:, 1], 0.5, 1.0)
     points = np.ascontiguousarray(pieces.at(line, share * pieces.length[line])[0])
-    way = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1)])
-    chord = np.stack([way[starts[:-1] + 1], way[ends]], axis=1)
+    lengths = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1)])
+    chord = np.stack([lengths[starts[:-1] + 1], lengths[ends]], axis=1)
     inner = np.ones(total, dtype=bool)
     inner[starts[:-1]] = inner[ends] = False
     corner = line[inner] - 1
@@ -204,26 +203,7 @@ def _curved(
         wanted[end[on]] = size[end[on]] = INNER * chord[on, side]
         size[end[on] + step] = np.minimum(size[end[on] + step], OUTER * chord[on, side])
     chords = np.minimum(missing, np.concatenate([missing[1:], [np.inf]]))
-    rows, found = np.zeros(len(many) + 1, dtype=np.int64), np.empty((7 * total, 16))
-    longest = int(many.max()) + 1
-    splines(
-        points,
-        way,
-        turns,
-        wanted,
-        chords,
-        missing,
-        parted,
-        size,
-        np.empty(total),
-        starts,
-        np.empty(6 * longest),
-        np.empty((6 * longest + 3, 7)),
-        np.empty((3, 4)),
-        found,
-        rows,
-    )
-    found = found[: rows[-1]]
+    found, rows = polygon_splines(points, lengths, turns, wanted, size, chords, missing, parted, starts)
     run = np.repeat(np.arange(len(many)), np.diff(rows))
     begin = found[:, 2:5], found[:, 5:8], found[:, 8:11]
     curves = cubics(found[:, 1] - found[:, 0], begin, found[:, 11:14], found[:, 15])

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
+from cdpr.trajectory.block_tridiagonal import solve_block_tridiagonal
 
 # Rows: x0, v0 T, a0 T^2, x1, v1 T, a1 T^2; columns: third to fifth coefficient of the quintic in the share s of T.
 _HIGH = np.array(
@@ -54,8 +55,6 @@ def _solve(cost: Array, steps: Array, known: Array, free: NDArray[np.bool_]) -> 
 
     What is known becomes a row of the identity, its share in the other rows goes to the right-hand side.
     """
-    from cdpr.trajectory.kernels import solve_block_tridiagonal
-
     rates = np.where(free, 0.0, known)
     before, after = cost[:, 1:3], cost[:, 4:6]
     # Gradients with the unknowns at zero. A common shift of the positions costs nothing, so only the step matters.
@@ -69,5 +68,4 @@ def _solve(cost: Array, steps: Array, known: Array, free: NDArray[np.bool_]) -> 
     diagonal = np.where(free[:, :, None] & free[:, None, :], diagonal, np.eye(2) * ~free[:, :, None])
     upper = np.where(free[:-1, :, None] & free[1:, None, :], before[:, :, 4:6], 0.0)
     change = np.where(free, -gradient, 0.0)
-    solve_block_tridiagonal(diagonal, np.ascontiguousarray(upper), change)
-    return np.asarray(rates + change)
+    return np.asarray(rates + solve_block_tridiagonal(diagonal, upper, change))

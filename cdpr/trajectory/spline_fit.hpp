@@ -10,20 +10,21 @@ inline namespace CDPR_TARGET {
 // ends by at most an eighth of the second derivative times their distance squared.
 constexpr int CHECKED_PLACES = 8;
 
-// Sizes shrink by one of these factors where the curve misses its polygon by more than FAR tolerances, or less.
-constexpr double FAR = 4.0, MUCH = 0.5, LITTLE = 0.9;
+// Sizes shrink by one of these factors where the curve misses its polygon by more than FAR_OFF tolerances, or less.
+constexpr double FAR_OFF = 4.0, SHRINK_MUCH = 0.5, SHRINK_LITTLE = 0.9;
 constexpr int FIT_ROUNDS = 60;  // of them; then each vertex is rounded alone, within halves of its chords
 
-constexpr double WIDE = 0.2;  // rad, by which a span that is wider than chords may turn: beyond, bounds are looser
+constexpr double WIDE_TURN = 0.2;  // rad, by which a span that is wider than chords may turn: beyond, bounds are looser
 
-// A single corner of size h, rounded from h before it to h behind, is missed by h / MISSES times its turn; as in
-// cdpr.trajectory.worth.
-constexpr double MISSES = 6.0;
+// A single corner of size h, rounded from h before it to h behind, is missed by h / CORNER_MISSES times its turn;
+// MISSES of cdpr.trajectory.worth.
+constexpr double CORNER_MISSES = 6.0;
 
-constexpr double ALONE = 0.8;  // of the size of a single corner at its tolerance, so that merged knots keep it, too
+constexpr double ALONE_SIZE =
+    0.8;  // of the size of a single corner at its tolerance, so that merged knots keep it, too
 
 // Numbers of a polygon's vertices.
-struct Corners {
+struct SplineCorners {
     const double* turn;       // by how much the direction changes, as the norm of the difference of unit vectors
     const double* wanted;     // m, how wide to be for the speed
     const double* tolerance;  // m, of the chord after each
@@ -68,7 +69,7 @@ inline void shrink(const Polyline& polygon, const Knots& knots, double* factor, 
 }
 
 // Return whether the curve keeps the tolerance of each chord, in spans that are not too wide; else write the factors.
-inline bool keeps_tolerance(const Polyline& polygon, const Corners& corners, const Knots& knots,
+inline bool keeps_tolerance(const Polyline& polygon, const SplineCorners& corners, const Knots& knots,
                             ControlPoints controls) {
     for (int64_t k = 0; k <= polygon.last; k++) corners.factor[k] = 1.0;
     bool kept = true;
@@ -78,27 +79,27 @@ inline bool keeps_tolerance(const Polyline& polygon, const Corners& corners, con
         const Span span = span_at(knots, controls, j);
         const double bend = span.bend(), turn = bend * span.length;
         double worst = worst_miss(polygon, corners.tolerance, span, knots.places[j], bend, k);
-        if (k > before + 1 && turn > WIDE && controls.moved(j + 1) && controls.moved(j + 2))
-            worst = larger(worst, turn / WIDE);
+        if (k > before + 1 && turn > WIDE_TURN && controls.moved(j + 1) && controls.moved(j + 2))
+            worst = larger(worst, turn / WIDE_TURN);
         if (worst <= 1.0) continue;
         kept = false;
-        shrink(polygon, knots, corners.factor, j, k, worst > FAR ? MUCH : LITTLE);
+        shrink(polygon, knots, corners.factor, j, k, worst > FAR_OFF ? SHRINK_MUCH : SHRINK_LITTLE);
     }
     return kept;
 }
 
 // Reduce sizes so that each corner is rounded within halves of its chords.
-inline void separate(const Polyline& polygon, const Corners& corners) {
+inline void separate(const Polyline& polygon, const SplineCorners& corners) {
     for (int64_t k = 1; k < polygon.last; k++) {
         const double chord = smaller(polygon.chord(k - 1), polygon.chord(k));
-        const double alone = ALONE * MISSES * corners.missing[k] / larger(corners.turn[k], 1e-300);
+        const double alone = ALONE_SIZE * CORNER_MISSES * corners.missing[k] / larger(corners.turn[k], 1e-300);
         corners.size[k] = smaller(smaller(corners.size[k], 0.5 * chord), alone);
     }
 }
 
 // Find knots and control points; return the number of spans. None where chords are so short that corners cannot be
 // rounded each within its own.
-inline Knots fit(const Polyline& polygon, const Corners& corners, double* places, ControlPoints controls) {
+inline Knots fit(const Polyline& polygon, const SplineCorners& corners, double* places, ControlPoints controls) {
     const double whole = polygon.way[polygon.last] - polygon.way[0];
     double* size = corners.size;
     for (int64_t k = 0; k <= polygon.last; k++) size[k] = smaller(smaller(size[k], corners.wanted[k]), whole);

@@ -11,15 +11,16 @@ inline namespace CDPR_TARGET {
 
 // Knots on both sides of vertices that are nearer to each other, or to the next vertex, than this share of its size
 // become one, or none.
-constexpr double NEAR = 0.5;
+constexpr double NEAR_SIZE = 0.5;
 
-constexpr double GAP = 1e-6;  // m, between knots: from points so near, second derivatives are still precise to 1e-4 / m
+constexpr double KNOT_GAP =
+    1e-6;  // m, between knots: from points so near, second derivatives are still precise to 1e-4 / m
 
 // A vertex of a size that is at most so many times the longer chord beside it is a knot: with fewer knots than
 // vertices, but not many fewer, the curvature would go up and down.
-constexpr double OWN = 1.5;
+constexpr double OWN_SIZE = 1.5;
 
-constexpr double SLOPE = 0.1;  // by which sizes change along the polygon, at most
+constexpr double SIZE_SLOPE = 0.1;  // by which sizes change along the polygon, at most
 
 // Places on a polygon; before the first and behind the last one they coincide.
 struct Knots {
@@ -33,14 +34,15 @@ struct Knots {
 
 // Let sizes of vertices differ by no more than a share of their distance: reduce the larger ones.
 inline void grade(const double* way, double* size, int64_t last) {
-    for (int64_t k = 1; k <= last; k++) size[k] = smaller(size[k], size[k - 1] + SLOPE * (way[k] - way[k - 1]));
-    for (int64_t k = last - 1; k >= 0; k--) size[k] = smaller(size[k], size[k + 1] + SLOPE * (way[k + 1] - way[k]));
+    for (int64_t k = 1; k <= last; k++) size[k] = smaller(size[k], size[k - 1] + SIZE_SLOPE * (way[k] - way[k - 1]));
+    for (int64_t k = last - 1; k >= 0; k--)
+        size[k] = smaller(size[k], size[k + 1] + SIZE_SLOPE * (way[k + 1] - way[k]));
 }
 
 // Do that by enlarging the smaller ones.
 inline void widen(const double* way, double* size, int64_t last) {
-    for (int64_t k = 1; k <= last; k++) size[k] = larger(size[k], size[k - 1] - SLOPE * (way[k] - way[k - 1]));
-    for (int64_t k = last - 1; k >= 0; k--) size[k] = larger(size[k], size[k + 1] - SLOPE * (way[k + 1] - way[k]));
+    for (int64_t k = 1; k <= last; k++) size[k] = larger(size[k], size[k - 1] - SIZE_SLOPE * (way[k] - way[k - 1]));
+    for (int64_t k = last - 1; k >= 0; k--) size[k] = larger(size[k], size[k + 1] - SIZE_SLOPE * (way[k + 1] - way[k]));
 }
 
 // Number of spans for a sum of chords in sizes: 1 to `most`.
@@ -104,24 +106,25 @@ struct KnotPlacement {
 // as far apart as sizes.
 inline void KnotPlacement::place(int64_t k) {
     const double begin = way[k], end = way[k + 1], before = size[k], after = size[k + 1];
-    const bool own = k == 0 || before <= OWN * larger(end - begin, begin - way[k - 1]);
-    if (own && way[last] - begin > GAP) {
-        if (begin > knots.end() + GAP) add(begin);
+    const bool own = k == 0 || before <= OWN_SIZE * larger(end - begin, begin - way[k - 1]);
+    if (own && way[last] - begin > KNOT_GAP) {
+        if (begin > knots.end() + KNOT_GAP) add(begin);
         filled = k;
         skipped = false;
     }
     skipped = skipped || !own;
-    const bool owns = k + 1 == last || after <= OWN * larger(end - begin, way[k + 2] - end);
+    const bool owns = k + 1 == last || after <= OWN_SIZE * larger(end - begin, way[k + 2] - end);
     double left = begin + before;
     const double right = end - after;
-    const bool has_left = own && larger(begin, knots.end()) + GAP < left && left < end - larger(NEAR * after, GAP);
-    bool has_right = owns && begin + larger(NEAR * before, GAP) < right && right < end - GAP;
-    if (has_left && has_right && right - left < NEAR * smaller(before, after)) {
+    const bool has_left =
+        own && larger(begin, knots.end()) + KNOT_GAP < left && left < end - larger(NEAR_SIZE * after, KNOT_GAP);
+    bool has_right = owns && begin + larger(NEAR_SIZE * before, KNOT_GAP) < right && right < end - KNOT_GAP;
+    if (has_left && has_right && right - left < NEAR_SIZE * smaller(before, after)) {
         left = 0.5 * (left + right);
         has_right = false;
     }
     if (has_left) knots.add(left);
-    if (has_right && right > knots.end() + GAP) {
+    if (has_right && right > knots.end() + KNOT_GAP) {
         add(right);
         filled = k;
         skipped = false;

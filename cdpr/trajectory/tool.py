@@ -17,7 +17,7 @@ from cdpr.model import rotations
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.trajectory.knots import quintic
-from cdpr.trajectory.trajectory import COLUMNS, Trajectory
+from cdpr.trajectory.trajectory import COLUMNS, Trajectory, sample_segments
 
 Indices = NDArray[np.int64]
 
@@ -96,11 +96,7 @@ def _part(coefficients: Array, low: float, share: float) -> Array:
 
 def _desired(segments: Array, which: Indices, shares: Array) -> Array:
     """Samples (K, 19) of segments (K,) at shares (K,) of them."""
-    from cdpr.trajectory.kernels import sample_each
-
-    found = np.empty((len(which), 19))
-    sample_each(segments, which, segments[which, 0] + segments[which, 1] * shares, found)
-    return found
+    return sample_segments(segments, which, segments[which, 0] + segments[which, 1] * shares)
 
 
 def _reach(desired: Array, arm: Array) -> Array:

@@ -6,13 +6,16 @@ Attitude: R(t) = R_0 exp(phi(t)) with a quintic rotation vector phi in the axes 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from threading import Lock
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cdpr.errors import CdprError
 from cdpr.model.arrays import checked, live
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 
 # Columns of a segment: start, duration, coefficients of position and of the rotation vector (3 x 6 each, lowest power
 # first, of the share of the duration), attitude at its beginning.
@@ -29,6 +32,7 @@ class Trajectory:
         self.segments = checked(np.atleast_2d(segments), (None, COLUMNS), "segments").copy()
         if not len(self.segments):
             raise CdprError("segments: a motion has at least one")
+        self._sampling: tuple[Array, Callable[[float], object], Lock] | None = None  # bound once, at the first sample
 
     @property
     def start(self) -> float:
@@ -40,17 +44,22 @@ class Trajectory:
         """When the motion ends, s."""
         return float(self.segments[-1, 0] + self.segments[-1, 1])
 
-    def sampler(self, desired: Array) -> Callable[[float], None]:
+    def sampler(self, desired: Array) -> Callable[[float], object]:
         """Return the function that writes the sample at a time (s) into `desired` (19,)."""
-        from cdpr.trajectory.kernels import sample
-
-        return partial(sample, self.segments, live(desired, (19,), "desired"))
+        return bind("desired_motion", segments=self.segments, desired=live(desired, (19,), "desired"))
 
     def sample(self, time: float) -> Array:
         """Return the desired state and accelerations at `time` (s), (19,), laid out as `cdpr.model` says."""
-        desired = np.empty(19)
-        self.sampler(desired)(time)
-        return desired
+        if self._sampling is None:
+            desired = np.empty(19)
+            self._sampling = desired, self.sampler(desired), Lock()
+        desired, write, lock = self._sampling
+        with lock:
+            write(time)
+            return desired.copy()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_sampling": None}
 
 
 class Stopping(Trajectory):
@@ -66,11 +75,35 @@ class Stopping(Trajectory):
         """When the motion rests, s."""
         return min(super().end, self.begin + self.duration)
 
-    def sampler(self, desired: Array) -> Callable[[float], None]:
+    def sampler(self, desired: Array) -> Callable[[float], object]:
         """Return the function that writes the sample at a time (s) into `desired` (19,)."""
-        from cdpr.trajectory.kernels import sample_stopping
+        written = live(desired, (19,), "desired")
+        stop = {"begin": self.begin, "duration": self.duration}
+        return bind("stopping_motion", segments=self.segments, desired=written, **stop)
 
-        return partial(sample_stopping, self.segments, self.begin, self.duration, live(desired, (19,), "desired"))
+
+def sample_segments(segments: ArrayLike, which: ArrayLike, times: ArrayLike) -> Array:
+    """Return samples of segments, each at a time of its own.
+
+    Args:
+        segments: (N, 42), as `COLUMNS` says.
+        which: (K,) rows of `segments`.
+        times: (K,) s.
+
+    Returns:
+        (K, 19), laid out as `cdpr.model` says; at rest before and after the segment.
+
+    Raises:
+        ValueError: The shapes do not match, or a row does not exist.
+    """
+    rows = np.ascontiguousarray(which, dtype=np.int64)
+    given = {"segments": segments, "times": times}
+    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+    if rows.size and not 0 <= rows.min() <= rows.max() < len(arrays["segments"]):
+        raise ValueError(f"segment_samples: which: expected rows 0 to {len(arrays['segments']) - 1}, got {rows}.")
+    desired = np.empty((rows.size, 19))
+    bind("segment_samples", **arrays, which=rows, desired=desired)()
+    return desired
 
 
 def hold(position: Array, orientation: Array) -> Trajectory:

@@ -14,7 +14,7 @@ from test_trajectory_paths import UPRIGHT, assert_smooth, samples
 
 from cdpr.errors import CdprError
 from cdpr.trajectory import Course, Limits, Stop, arcs, follow, lines, stop_to_stop, together
-from cdpr.trajectory.pace_kernels import pace
+from cdpr.trajectory.pace import pace
 
 LIMITS = Limits(1.0, 2.0, 20.0)
 ROUNDING = 1e-7  # of a limit: quintics of parts as short as 1e-8 s
@@ -273,10 +273,9 @@ def test_speeds_keep_their_caps_and_are_not_wasted(seed):
     caps = rng.choice([0.1, 0.5, 10.0 ** rng.uniform(-3, 0.3)], count)
     shares = rng.choice([1.0, 0.6, 0.1], count) if rng.random() < 0.5 else np.ones(count)
     limits = 2.0 * shares, 20.0 * shares
-    phases, rows = np.zeros((8 * count + 7, 5)), np.zeros(2, dtype=np.int64)
-    trees, stack = np.zeros((2, 2 * count), dtype=np.int64), np.zeros((2 * count + 8, 9))
-    pace(starts, caps, *limits, np.array([0, count]), trees, stack, phases, rows)
-    time, s, v, a, jerk = phases[: rows[1]].T
+    phases, rows = pace(starts, caps, *limits, [0, count])
+    assert rows.tolist() == [0, len(phases)]
+    time, s, v, a, jerk = phases.T
     np.testing.assert_allclose(s[0], 0.0)
     assert v[0] == 0.0
     ahead = s + time * (v + time * (a / 2 + time * jerk / 6)), v + time * (a + time * jerk / 2)

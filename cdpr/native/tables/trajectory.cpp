@@ -2,7 +2,7 @@
 #include <cdpr/group.hpp>
 #include <cdpr/trajectory/block_tridiagonal.hpp>
 #include <cdpr/trajectory/pace.hpp>
-#include <cdpr/trajectory/splines.hpp>
+#include <cdpr/trajectory/polygon_splines.hpp>
 #include <cdpr/trajectory/trajectory.hpp>
 
 namespace cdpr {
@@ -14,7 +14,7 @@ static constexpr cdpr_entry entries[] = {
     entry<SegmentSamples, segment_samples>("segment_samples"),
     entry<BlockTridiagonal, block_tridiagonal>("block_tridiagonal"),
     entry<Pace, pace>("pace"),
-    entry<Splines, splines>("splines"),
+    entry<PolygonSplines, polygon_splines>("polygon_splines"),
 };
 
 extern const cdpr_group trajectory = group(entries);

@@ -1,4 +1,4 @@
-// Curves that follow polygons: see cdpr.trajectory.splines. SPDX-License-Identifier: Apache-2.0
+// Curves that follow polygons: see cdpr.trajectory.polygon_splines. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -8,7 +8,7 @@ namespace cdpr {
 inline namespace CDPR_TARGET {
 
 // Polynomials of splines along polygons, whose vertices follow each other in the arrays.
-struct Splines {
+struct PolygonSplines {
     const double* points;     // (m, 3), m, vertices of all
     const double* turn;       // (m), by how much the direction changes, as the norm of the difference of unit vectors
     const double* tolerance;  // (m), m, of the chord after each
@@ -84,7 +84,7 @@ inline int64_t write_pieces(const Polyline& polygon, const int64_t* parted, cons
     return count;
 }
 
-inline int splines(Splines& all) {
+inline int polygon_splines(PolygonSplines& all) {
     int64_t row = 0;
     for (int64_t i = 0; i < all.r; i++) {
         all.rows[i] = row;
@@ -94,8 +94,8 @@ inline int splines(Splines& all) {
         for (int64_t k = 1; k <= last; k++) way[k] += way[k - 1];
         widen(way, all.wanted + first, last);
         const Polyline polygon = {all.points + 3 * first, way, last};
-        const Corners corners = {all.turn + first,    all.wanted + first,  all.tolerance + first,
-                                 all.missing + first, all.allowed + first, all.factor + first};
+        const SplineCorners corners = {all.turn + first,    all.wanted + first,  all.tolerance + first,
+                                       all.missing + first, all.allowed + first, all.factor + first};
         const ControlPoints controls = {all.controls};
         const Knots knots = fit(polygon, corners, all.knots, controls);
         row += write_pieces(polygon, all.parted + first, knots, controls, all.pieces + SPLINE_PIECE * row);

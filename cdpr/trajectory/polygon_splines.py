@@ -1,0 +1,70 @@
+"""Cubic B-splines that follow polygons within a tolerance: compiled.
+
+The control points lie on the polygon, at the means of three knots each (Schoenberg's variation-diminishing spline, de
+Boor 1978, chapter XI), or in curves as far outside of it as makes parabolas exact: so straight stretches stay as they
+are, and wide spans average what many short chords zigzag.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+
+Indices = NDArray[np.int64]
+
+
+def polygon_splines(
+    points: ArrayLike,
+    chord: ArrayLike,
+    turn: ArrayLike,
+    wanted: ArrayLike,
+    allowed: ArrayLike,
+    tolerance: ArrayLike,
+    missing: ArrayLike,
+    parted: ArrayLike,
+    runs: ArrayLike,
+) -> tuple[Array, Indices]:
+    """Let a curve follow each polygon; their M vertices follow each other in the arrays.
+
+    Args:
+        points: (M, 3) m, the vertices of all.
+        chord: (M,) m, length of the chord before each; of a polygon's first one without meaning.
+        turn: (M,) change of the direction at each, as the norm of the difference of unit vectors.
+        wanted: (M,) m, the width that each corner needs for its speed; 0 at ends.
+        allowed: (M,) m, the width that each may have.
+        tolerance: (M,) m, of the chord after each vertex.
+        missing: (M,) m, by how much the curve may miss each vertex.
+        parted: (M,) bool, at which vertices a piece has to end.
+        runs: (R + 1,) the first vertex of each polygon, and M; each has two or more.
+
+    Returns:
+        Pieces (P, 16): begin and end, m; place, and first and second derivative there; second derivative at the end; a
+        chord that it follows, counted within its polygon; the length of its span, m. The first piece of each polygon,
+        and P, (R + 1,): a polygon has none where chords are too short to round each corner within its own.
+
+    Raises:
+        ValueError: The shapes do not match, or the runs are not those of M vertices.
+
+    Example:
+        >>> corner = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
+        >>> chord, turn, width, loose = [0.0, 1.0, 1.0], [0.0, 1.41, 0.0], [0.0, 0.1, 0.0], [0.05] * 3
+        >>> pieces, rows = polygon_splines(corner, chord, turn, width, [0.2] * 3, loose, loose, [False] * 3, [0, 3])
+        >>> rows, pieces[:, 0]
+        (array([0, 4]), array([0. , 0.9, 1. , 1.1]))
+    """
+    given = {"points": points, "turn": turn, "tolerance": tolerance, "missing": missing}
+    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+    changed = {"way": chord, "wanted": wanted, "allowed": allowed}
+    arrays |= {name: np.array(value, dtype=np.float64, order="C") for name, value in changed.items()}
+    ends, first = (np.ascontiguousarray(value, dtype=np.int64) for value in (parted, runs))
+    vertices = arrays["turn"].size
+    if first.ndim != 1 or first[0] != 0 or first[-1] != vertices or (np.diff(first) < 2).any():
+        raise ValueError(f"polygon_splines: runs: expected numbers from 0 to {vertices}, 2 or more apart, got {first}.")
+    count, longest = len(first) - 1, int(np.diff(first).max())
+    pieces, rows = np.empty((7 * vertices, 16)), np.empty(count + 1, dtype=np.int64)
+    numbers = {"r": count, "longest": longest}
+    bind("polygon_splines", **arrays, **numbers, parted=ends, runs=first, pieces=pieces, rows=rows)()
+    return pieces[: rows[-1]], rows
