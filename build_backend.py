@@ -4,7 +4,6 @@
 - CDPR_BUILD_ZIG=1 chooses ziglang in any case, for wheels that run on older Linux systems (manylinux_2_17).
 - An editable install is a line with the checkout's path in site-packages: no hook of imports. The kernel library is in
   the checkout; only an install compiles it.
-- Wheels also contain compiled numba kernels (build_numba_kernels.py).
 """
 
 from __future__ import annotations
@@ -15,14 +14,11 @@ import platform
 import shutil
 import sys
 import sysconfig
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from scikit_build_core import build as backend
 from scikit_build_core.build import *  # noqa: F403
-
-import build_numba_kernels
 
 ROOT = Path(__file__).parent
 Settings = dict[str, Any]
@@ -30,8 +26,7 @@ Settings = dict[str, Any]
 
 def get_requires_for_build_wheel(config_settings: Settings | None = None) -> list[str]:
     """Return what a wheel is built with."""
-    numba = build_numba_kernels.requirements() if build_numba_kernels.wanted() else []
-    return [*backend.get_requires_for_build_wheel(config_settings), *compiler_requirements(), *numba]
+    return [*backend.get_requires_for_build_wheel(config_settings), *compiler_requirements()]
 
 
 def get_requires_for_build_editable(config_settings: Settings | None = None) -> list[str]:
@@ -43,11 +38,8 @@ def build_wheel(
     wheel_directory: str, config_settings: Settings | None = None, metadata_directory: str | None = None
 ) -> str:
     """Build a wheel; return its name."""
-    with tempfile.TemporaryDirectory() as place:
-        wanted = build_numba_kernels.wanted()
-        kernels = str(build_numba_kernels.compile_kernels(Path(place))) if wanted else ""
-        settings = compiler_settings("wheel") | {"cmake.define.CDPR_NUMBA_KERNELS": kernels} | (config_settings or {})
-        return backend.build_wheel(wheel_directory, settings, metadata_directory)
+    settings = compiler_settings("wheel") | (config_settings or {})
+    return backend.build_wheel(wheel_directory, settings, metadata_directory)
 
 
 def build_editable(
@@ -81,7 +73,7 @@ def compiler_settings(state: str) -> Settings:
     """Return scikit-build-core's settings for the compiler, and set what CMake reads from the environment."""
     if sysconfig.get_config_var("Py_GIL_DISABLED"):
         sys.exit("cdpr: free-threaded Python is not supported: it has another ABI; use the usual Python.")
-    settings = {"build-dir": f"build/{state}", "cmake.define.CDPR_NUMBA_KERNELS": "", "cmake.define.CDPR_ZIG": "OFF"}
+    settings = {"build-dir": f"build/{state}", "cmake.define.CDPR_ZIG": "OFF"}
     settings["cmake.fresh"] = "true"  # paths of tools that pip installs for one build are wrong in the next
     if system_compilers():
         return settings

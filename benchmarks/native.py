@@ -12,7 +12,6 @@ from time import perf_counter
 
 import numpy as np
 
-from cdpr.model.jit import kernel
 from cdpr.native import library
 from cdpr.native.bind import bind
 from cdpr.native.operations import target
@@ -20,15 +19,6 @@ from cdpr.native.operations import target
 CALLS, CHUNKS = 200, 100
 EMPTY = np.empty((0, 3))
 MATRIX = np.random.default_rng(0).standard_normal((6, 8))
-
-
-@kernel
-def numba_cross(left: np.ndarray, right: np.ndarray, product: np.ndarray) -> None:
-    """The same as a numba kernel."""
-    for i in range(len(left)):
-        product[i, 0] = left[i, 1] * right[i, 2] - left[i, 2] * right[i, 1]
-        product[i, 1] = left[i, 2] * right[i, 0] - left[i, 0] * right[i, 2]
-        product[i, 2] = left[i, 0] * right[i, 1] - left[i, 1] * right[i, 0]
 
 
 def nothing() -> None:
@@ -54,7 +44,6 @@ def measure() -> dict[str, float]:
         "bound call": call,
         "bound call with the time": lambda: call(0.5),
         "ctypes, bound": lambda: by_ctypes(place, 0.5),
-        "numba kernel, three arrays": lambda: numba_cross(EMPTY, EMPTY, product),
         "bind and call": lambda: bind("cross_products", left=EMPTY, right=EMPTY, product=product)(),
         "pinv of a 6x8 matrix": lambda: np.linalg.pinv(MATRIX),
     }

@@ -1,7 +1,7 @@
 """CPU and wall seconds of whole commands, of the stages of a run, and of a plain script beside them.
 
 Each figure is the minimum of several fresh processes, all kinds in turn, after one of each that is not counted.
-`compile` is a run with an empty cache, `cached` one with a warm one. Run: python benchmarks/start.py [COUNT] [--json]
+Run: python benchmarks/start.py [COUNT] [--json]
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from cdpr.plugins.registry import registry; registry(); stage("plugins found")
 scenario = load_scenario({SCENARIO!r}, overrides={{"simulation.duration": 2.0}}); stage("scenario loaded")
 scenario.warnings; stage("judged")
 
-from cdpr.model import kernel_cache; kernel_cache.kept(); stage("kernels found")
+from cdpr.native import library; stage("kernels loaded")
 from cdpr.simulation import simulate; stage("cdpr.simulation")
 from cdpr.simulation.start import attempt
 made = attempt(scenario, None, None, None, None, "out"); stage("folder made")
@@ -102,9 +102,6 @@ def measure(count: int = COUNT) -> dict[str, float]:
                     keep(f"{name}_wall", wall)
                 for name, cpu in parts.items():
                     keep(f"stage {name}", cpu)
-        cache = {"NUMBA_CACHE_DIR": f"{folder}/cache"}
-        found["compile"], _ = timed(COMMANDS["run"], folder, cache)
-        found["cached"], _ = timed(COMMANDS["run"], folder, cache)
     return found
 
 

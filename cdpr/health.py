@@ -9,7 +9,6 @@ import re
 import shutil
 import sys
 import tempfile
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,6 @@ from typing import Literal
 from cdpr import __version__
 from cdpr.errors import CdprError
 from cdpr.fmu.export.library import compiler
-from cdpr.model import kernel_cache
 from cdpr.native import operations as native
 from cdpr.native.sources import digest
 from cdpr.plugins.registry import DISABLE, ROLES, registry
@@ -34,8 +32,6 @@ SETTINGS = (
     "CDPR_DEBUG",
     DISABLE,
     native.VARIABLE,
-    "NUMBA_CACHE_DIR",
-    "NUMBA_DISABLE_JIT",
     "XDG_CACHE_HOME",
     "XDG_CONFIG_HOME",
     "CC",
@@ -144,21 +140,7 @@ def plugins() -> Iterator[Found]:
 
 
 def folders() -> Iterator[Found]:
-    """Yield the cache of compiled kernels and the folders that cdpr writes to, with what is free there."""
-    try:
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
-            cache = Path(kernel_cache.folder())
-        files = [path.stat().st_size for path in cache.iterdir() if path.is_file()]
-        text = f"{cache}, {len(files)} kernels, {sum(files) / 1e6:.1f} MB"
-        if told:
-            yield Found("folders", "kernel cache", "wrong", f"{told[0].message}", "make its folder writable")
-        elif not kernel_cache.lasting():
-            yield Found("folders", "kernel cache", "wrong", f"{text}: gone with this process", "set NUMBA_CACHE_DIR")
-        else:
-            yield Found("folders", "kernel cache", "ok", text)
-    except (CdprError, OSError) as error:
-        yield Found("folders", "kernel cache", "wrong", str(error), "set NUMBA_CACHE_DIR to a folder of yours")
+    """Yield the folders that cdpr writes to, with what is free there."""
     try:
         yield _folder("temporary", Path(tempfile.gettempdir()), "set TMPDIR to a folder of yours")
     except OSError as error:

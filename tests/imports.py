@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
 PACKAGE = "__init__.py"
 
 Graph = dict[str, set[str]]

@@ -36,7 +36,7 @@ SLOW, FEWEST = 50, 10
 
 ORACLE = 3  # what the oracle takes for a robot, in solvers, for the progress
 
-LIBRARIES = ("numpy", "numba", "scipy", "daqp")  # what computes, besides the solvers' own
+LIBRARIES = ("numpy", "scipy", "daqp")  # what computes, besides the solvers' own
 
 Progress = Callable[[int, int], None]
 Point = Callable[[Path, float], tuple[Array, Array]]

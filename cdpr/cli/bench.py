@@ -9,7 +9,7 @@ import click
 
 from cdpr.cli.names import OutPath, names, plugin_files, plugin_option
 from cdpr.cli.numbers import Whole
-from cdpr.cli.progress import Progress, tell_of_compilation
+from cdpr.cli.progress import Progress
 from cdpr.errors import CdprError, ExitCode
 from cdpr.hush import hushed
 
@@ -66,7 +66,6 @@ def solvers(
     from cdpr import bench
     from cdpr.log.run_json import plain
 
-    tell_of_compilation()
     with Progress(at_once=True) as progress, hushed():
         figures = plain(
             bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress, options=options)

@@ -41,13 +41,12 @@ def command(
     """
     if resume and out is None:
         raise click.UsageError("--resume goes on in the folder of --out, which is missing")
-    from cdpr.cli.progress import Progress, tell_of_compilation, terminating
+    from cdpr.cli.progress import Progress, terminating
     from cdpr.design import load_design, run_design
     from cdpr.log.run_folder import new_folder
     from cdpr.report.text.design import lines
 
     with terminating():
-        tell_of_compilation()
         design = load_design(study, evaluations=evaluations)
         folder = Path(out) if out else new_folder(design.name, "design")
         with Progress("candidates") as progress:

@@ -61,7 +61,6 @@ def command(
         from threading import Thread
 
         gc.set_threshold(*USUAL)  # it lives long, and makes as much again and again
-        from cdpr.cli.progress import tell_of_compilation
         from cdpr.gui.desk import Desk
         from cdpr.scenario.overrides import typed
 
@@ -73,7 +72,6 @@ def command(
                 click.echo(EXPOSED, err=True)
             if show:
                 Thread(target=_open, args=(window.address,), daemon=True).start()  # some browsers take their time
-            tell_of_compilation()
             window.begin()
             _hold(signals)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from cdpr.cli.look import look
-from cdpr.cli.progress import tell_of_compilation
 from cdpr.distribution.survey import Survey
 from cdpr.model import Robot
 from cdpr.report.plots.survey import pose_pictures, survey_pictures
@@ -20,7 +19,6 @@ def portray(loaded: Scenario | Robot, pose: str | None) -> tuple[dict[str, Any],
 
     Raises click.BadParameter where `pose`, the text of --pose, is none that the robot can have.
     """
-    tell_of_compilation()
     robot, gravity, at, source = look(loaded, pose)
     figures, motion = portrait(loaded, gravity, at, source)
     if motion is not None and isinstance(loaded, Scenario):

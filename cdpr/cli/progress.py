@@ -21,15 +21,6 @@ FILE_SECONDS = 10.0  # between two lines where stderr is no terminal
 NOTHING: Mapping[str, int] = MappingProxyType({})
 
 
-def tell_of_compilation() -> None:
-    """Say so once, should kernels have to be compiled that no earlier command needed."""
-    from cdpr.model.jit import on_first_compilation
-    from cdpr.model.kernel_cache import lasting
-
-    kept = ", kept for later runs" if lasting() else ""
-    on_first_compilation(lambda: click.echo(f"compiling numerical kernels{kept}...", err=True))
-
-
 class Progress:
     """How much is done and the time that is left: one line that changes and goes, or a line now and then in a file.
 

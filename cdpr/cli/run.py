@@ -192,7 +192,7 @@ def _simulate(
 
     import numpy as np
 
-    from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.cli.progress import Progress
     from cdpr.link.waiting import waits_told
     from cdpr.log.run import Run
     from cdpr.log.run_folder import RUNS, RunFolder
@@ -206,7 +206,6 @@ def _simulate(
         signals.wait = True
         progress(done, total)
 
-    tell_of_compilation()
     header = make_header(scenario)
     check_room(scenario, header, Path(out or RUNS))
     signals.wait = True

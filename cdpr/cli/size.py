@@ -55,14 +55,13 @@ def command(
     A scenario's motion is followed by inverse kinematics and dynamics, with tensions of minimum 2-norm; a run is taken
     as it was. Power of a cable is what it does to the platform; a motor's has the drum's inertia and friction in it.
     """
-    from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.cli.progress import Progress
 
     if box is None and not lower is upper is cells is None:
         raise click.UsageError("--lower, --upper and --cells are of the workspace that --wrench-box asks about")
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".html" or target.is_dir()):
         raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
-    tell_of_compilation()
     from cdpr.report.text.sizing import lines
     from cdpr.sizing import sizing, with_one_broken
 

@@ -63,7 +63,7 @@ def command(
     loaded = load_told(file, changes)
     # Only a sound file is worth the time that these take to import.
     from cdpr.cli.look import look, parse_wrench
-    from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.cli.progress import Progress
     from cdpr.distribution.comparison import compare, describe
     from cdpr.log.run_json import plain
     from cdpr.mechanics.dynamics import required_wrench
@@ -72,7 +72,6 @@ def command(
     from cdpr.report.text.distributions import lines
     from cdpr.tension.problem import Problem
 
-    tell_of_compilation()
     robot, gravity, at, source = look(loaded, pose)
     check_lengths(robot, at)
     if wrench is None:

@@ -165,7 +165,7 @@ def _look(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> 
 def _usual() -> Path:
     """Where pages go that nobody wants to keep: always the same place, so that they do not pile up."""
     from cdpr.log.files import unwritable
-    from cdpr.model.kernel_cache import user_cache
+    from cdpr.user_cache import user_cache
 
     path = user_cache() / PAGE
     try:

@@ -30,13 +30,12 @@ def command(file: str, oracle: str, count: int, seed: int, as_json: bool) -> Non
 
     Exit code 7 where both are certain of a pose, and differ.
     """
-    from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.cli.progress import Progress
     from cdpr.workspace.oracle import compare
     from cdpr.workspace.result import load_workspace
 
     found = load_workspace(file)
     robot = robot_of(found, file)
-    tell_of_compilation()
     with Progress("poses") as progress:
         told = compare(found, robot, count, seed=seed, progress=progress)
     if as_json:

@@ -201,14 +201,13 @@ def _run(
 
     loaded = load_told(file, changes)
     from cdpr.cli.look import look, parse_attitude
-    from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.cli.progress import Progress
     from cdpr.workspace.kinds import kind_of
     from cdpr.workspace.regions import region
     from cdpr.workspace.required import NOTHING
     from cdpr.workspace.result import workspace
 
     target = target_of(out)
-    tell_of_compilation()
     robot, gravity, _, _ = look(loaded, None)
     turned = [parse_attitude(text, robot) for text in place.orientation]
     source = source_of(loaded, file, changes)  # as it was when it was loaded

@@ -21,7 +21,6 @@ def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
 
     A page needs no network and no program beside a browser.
     """
-    from cdpr.cli.progress import tell_of_compilation
     from cdpr.cli.workspace_compare import robot_of
     from cdpr.log.files import replace_markup
     from cdpr.report.pages.workspace import render_workspace
@@ -31,7 +30,6 @@ def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
     target = Path(file).with_suffix(".html") if out is None else Path(out)
     if target.suffix != ".html" or target.is_dir():
         raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
-    tell_of_compilation()
     text = render_workspace(found, robot_of(found, file), [_slice(each) for each in slices])
     target.parent.mkdir(parents=True, exist_ok=True)
     replace_markup(target, text)

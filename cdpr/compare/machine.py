@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import platform
 
+from cdpr.native.operations import targets
+
 
 def machine() -> dict[str, str]:
-    """Return system, architecture and processor type; the compiled kernels are made for the latter."""
-    from llvmlite import binding
-
+    """Return system, architecture, C library, and the largest instruction set that the processor can run."""
     return {
         "system": platform.system(),
         "architecture": platform.machine(),
         "libc": "-".join(platform.libc_ver()),
-        "processor": binding.get_host_cpu_name(),
+        "processor": targets()[-1],
     }

@@ -19,7 +19,7 @@ from cdpr.design.search import look, require, size
 from cdpr.errors import CdprError, LogError, OutputError
 from cdpr.jobs.folder import JobFolder
 from cdpr.log.run_folder import folder_name
-from cdpr.model import kernel_cache
+from cdpr.native.operations import kernels_version
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def run_design(
 def versions_of(design: Design) -> dict[str, str]:
     """Return the versions of all that computes it. Raises PluginError where something is missing."""
     names = ["numpy", *require(design.search)]
-    known = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
+    known = {"cdpr": __version__, "kernels": kernels_version(), "python": platform.python_version()}
     return known | {name: version(name) for name in names}
 
 

@@ -29,7 +29,7 @@ LOADING = 120.0  # s after which it hangs: it has but to import
 TRIES = 2  # the system may have ended the first process meanwhile
 
 # One thread each: the workers are as many as the cores, and must not fight for them.
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)

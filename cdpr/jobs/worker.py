@@ -22,7 +22,7 @@ from cdpr.errors import CdprError, ExitCode, OptionsLeftOut, one_line
 from cdpr.jobs.cases import BEGUN, Case, Outcome
 from cdpr.jobs.forks import NUMBER, RUNNING, START
 from cdpr.log.run import Run
-from cdpr.model import kernel_cache
+from cdpr.native.operations import operations
 from cdpr.plugins.registry import registry, use_files
 from cdpr.processes import end_with
 from cdpr.scenario import Scenario, load_scenario
@@ -36,7 +36,7 @@ def main(descriptor: int, parent: int) -> None:
     warnings.simplefilter("ignore", OptionsLeftOut)  # who plans the cases reports `Scenario.notes`
     here = os.getpid()
     ScenarioSection.model_rebuild()  # what each would do at its first case
-    kernel_cache.digest()
+    operations()  # the kernel library is loaded
     gc.freeze()  # what is loaded by now is everybody's
     with socket.socket(fileno=descriptor) as asked:
         asked.set_inheritable(False)

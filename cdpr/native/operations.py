@@ -91,6 +91,13 @@ def operations() -> dict[str, Operation]:
     return _tables()[target()]
 
 
+def kernels_version() -> str:
+    """Return what tells states of the kernel library apart: a digest of its sources."""
+    from cdpr.native import library
+
+    return library.sources[:16]
+
+
 @cache
 def _tables() -> dict[str, dict[str, Operation]]:
     from cdpr.native import library

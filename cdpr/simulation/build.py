@@ -14,7 +14,8 @@ from cdpr import __version__
 from cdpr.cables import COMMANDED, exits_of, with_model
 from cdpr.log.run import Header
 from cdpr.mechanics.reach import bounds_of
-from cdpr.model import kernel_cache, objects, rotations
+from cdpr.model import rotations
+from cdpr.native.operations import kernels_version
 from cdpr.plugins import Backend
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import Scenario
@@ -27,7 +28,7 @@ from cdpr.trajectory import Trajectory
 from cdpr.view.path import thinned
 
 # What always takes part in the arithmetic of a run.
-LIBRARIES = ("numpy", "numba")
+LIBRARIES = ("numpy",)
 
 # The desired path, for viewers: looked at each 20 ms, in which a platform goes some millimetres round a corner, at no
 # fewer points than a short one needs, at no more than a run of minutes; drawn with as few as keep this share of the
@@ -171,7 +172,7 @@ def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str
     Raises PluginError where a plugin is unknown or what it needs is not installed.
     """
     backend, controller, solver = plugins
-    versions = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
+    versions = {"cdpr": __version__, "kernels": kernels_version(), "python": platform.python_version()}
     names = set(LIBRARIES)
     for entry in (
         found.get("backend", backend),
@@ -188,7 +189,4 @@ def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str
             versions[name] = _version(name)
         except PackageNotFoundError:
             versions[name] = "unknown"
-    made_by = objects.brought_by()
-    if made_by not in (None, versions["numba"]):
-        versions["numba"] += f" (kernels of the wheel: {made_by})"
     return versions

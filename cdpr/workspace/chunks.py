@@ -30,8 +30,8 @@ from cdpr.jobs.threads import beside
 from cdpr.log.files import make_folder
 from cdpr.log.files import replace as write
 from cdpr.log.run_folder import folder_name
-from cdpr.model import Robot, kernel_cache
-from cdpr.native import library
+from cdpr.model import Robot
+from cdpr.native.operations import kernels_version
 from cdpr.workspace import answers, chunk_files
 from cdpr.workspace.ask import Over, ask_positions, checked_question
 from cdpr.workspace.chunk_files import TALLY, chunk_path, packed, read_chunk, unpacked
@@ -187,8 +187,8 @@ def _content(task: Task, chunk: int, source: Mapping[str, Any] | None) -> dict[s
         "notes": answers.notes(task.robot, task.question, bodies=kind.bodies),
         "chunk": chunk,
         "versions": {
-            "kernels": f"{kernel_cache.digest()}-{library.sources}",
-            **{name: version(name) for name in ("cdpr", "numba", "numpy")},
+            "kernels": kernels_version(),
+            **{name: version(name) for name in ("cdpr", "numpy")},
         },
         "robot": chunk_files.plain(task.robot),
         "source": dict(source or {}),

@@ -18,12 +18,12 @@ from conftest import ROOT
 from log_cases import make_header
 from spread import sampled
 
+from cdpr import user_cache
 from cdpr.cli import main
 from cdpr.cli.streams import printable_streams, streams
 from cdpr.errors import CdprError, OutputError
 from cdpr.hush import hushed
 from cdpr.log.run_folder import RunFolder, claim
-from cdpr.model import kernel_cache
 from cdpr.plugins.registry import registry
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
@@ -209,21 +209,17 @@ def test_a_full_disk_under_the_results_is_told_once(size, error, monkeypatch, ca
     assert ended.value.code == (2 if error is not None and not told_first else 8)
 
 
-def test_one_fallback_for_kernels_that_is_believed_only_where_it_is_ours(tmp_path, monkeypatch):
+def test_one_fallback_that_is_believed_only_where_it_is_ours(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "/dev/null/nowhere")
     found = []
     for _ in range(2):
-        kernel_cache.fallback.cache_clear()
-        with pytest.warns(UserWarning, match="compiled kernels are kept in"):
-            found.append(kernel_cache.folder())
-    assert found == [str(tmp_path / f"cdpr-{os.geteuid()}" / f"kernels-{kernel_cache.digest()}")] * 2
-    assert kernel_cache.lasting()
-    (tmp_path / f"cdpr-{os.geteuid()}").chmod(0o777)  # anybody may have put anything there
-    kernel_cache.fallback.cache_clear()
-    assert kernel_cache.PASSING in str(kernel_cache.fallback())
-    assert not kernel_cache.lasting()
-    kernel_cache.fallback.cache_clear()
+        user_cache.fallback.cache_clear()
+        found.append(user_cache.fallback())
+    assert found == [tmp_path / f"cdpr-{os.geteuid()}"] * 2
+    found[0].chmod(0o777)  # anybody may have put anything there
+    user_cache.fallback.cache_clear()
+    assert user_cache.PASSING in str(user_cache.fallback())
+    user_cache.fallback.cache_clear()
 
 
 def test_a_user_without_home(monkeypatch):
@@ -232,4 +228,4 @@ def test_a_user_without_home(monkeypatch):
 
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr("pathlib.Path.home", unknown)
-    assert kernel_cache.user_cache() == kernel_cache.fallback()
+    assert user_cache.user_cache() == user_cache.fallback()

@@ -13,7 +13,6 @@ from cdpr import ownership
 from cdpr.errors import OutputError
 from cdpr.fmu.export import archive
 from cdpr.fmu.export import library as exported
-from cdpr.model import kernel_cache
 
 STRANGER = 12345
 ROOT_ONLY = pytest.mark.skipif(os.geteuid() != 0, reason="gives files to another user")
@@ -108,17 +107,6 @@ def test_a_link_is_as_good_as_where_it_leads(tmp_path):
     open_folder.chmod(0o777)
     (tmp_path / "link").symlink_to(open_folder)
     assert "others may write to" in ownership.fault(tmp_path / "link" / "file")
-
-
-@ROOT_ONLY
-def test_kernels_are_kept_elsewhere_where_others_may_write(tmp_path, monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kernels"))
-    monkeypatch.setattr(kernel_cache, "fallback", lambda: tmp_path / "mine")
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "kernels").mkdir()
-    given_away(tmp_path / "kernels")
-    with pytest.warns(UserWarning, match="belongs to another user: compiled kernels are kept in .*mine"):
-        assert kernel_cache.folder().startswith(str(tmp_path / "mine"))
 
 
 @pytest.fixture

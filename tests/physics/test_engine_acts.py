@@ -10,7 +10,6 @@ import weakref
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
-import numba
 import numpy as np
 import pytest
 from conftest import ROOT
@@ -38,7 +37,6 @@ CASES = {
     "substeps": ("caroca", {"simulation.physics_step": 2.5e-4}),
 }
 
-compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
 mujoco = pytest.mark.skipif("mujoco" not in ENGINES, reason="mujoco is not installed")
 
 
@@ -69,7 +67,6 @@ def interpreted(monkeypatch, *args, **overrides):
         return Running(*args, **overrides).run()
 
 
-@compiled
 @spread("backend, case", ENGINES, list(CASES))
 @pytest.mark.usual("mujoco-*", "bullet-winches", "dart-spherical")
 def test_same_bits_whoever_calls(monkeypatch, backend, case):
@@ -82,14 +79,12 @@ def test_same_bits_whoever_calls(monkeypatch, backend, case):
     np.testing.assert_array_equal(running.again(), rows)
 
 
-@compiled
 @pytest.mark.parametrize("backend", ENGINES)
 def test_python_is_asked_once_a_step_or_never(backend):
     own = Running(backend).loop.program.interpreted
     assert own == (() if backend == "mujoco" else ("backend",))
 
 
-@compiled
 @pytest.mark.parametrize("backend", ENGINES)
 def test_snapshots_restore_to_the_bit(backend):
     running = Running(backend)
@@ -108,7 +103,6 @@ def test_snapshots_restore_to_the_bit(backend):
         loop.restore(moment)
 
 
-@compiled
 @pytest.mark.parametrize("backend", ENGINES)
 @pytest.mark.usual("mujoco", "bullet")
 def test_two_in_one_process(backend):
@@ -125,7 +119,6 @@ def test_two_in_one_process(backend):
     np.testing.assert_array_equal(pair[1].rows, Running(backend, "planar").run())
 
 
-@compiled
 @pytest.mark.parametrize("backend", ENGINES)
 def test_threads(backend):
     several = [Running(backend) for _ in range(4)]
@@ -136,7 +129,6 @@ def test_threads(backend):
     np.testing.assert_array_equal(found[0], Running(backend).run())
 
 
-@compiled
 @mujoco
 @pytest.mark.parametrize("lacking", ["library", "function", "address"])
 def test_a_wheel_that_lacks_it_is_stepped_by_its_binding(monkeypatch, lacking):
@@ -179,7 +171,6 @@ print(np.array_equal(running.again(), whole))
 """
 
 
-@compiled
 @mujoco
 @pytest.mark.slow
 def test_an_error_of_mujoco_ends_the_run_not_the_process(tmp_path):
@@ -192,7 +183,6 @@ def test_an_error_of_mujoco_ends_the_run_not_the_process(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@compiled
 @mujoco
 def test_whoever_holds_its_acts_holds_the_world(offset_robot):
     states = []
@@ -218,7 +208,6 @@ def test_whoever_holds_its_acts_holds_the_world(offset_robot):
     np.testing.assert_array_equal(*states)
 
 
-@compiled
 @pytest.mark.parametrize("backend", ENGINES)
 def test_what_is_not_finite_ends_it_in_the_same_sample_and_quietly(monkeypatch, capfd, tmp_path, backend):
     monkeypatch.chdir(tmp_path)

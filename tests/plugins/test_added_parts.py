@@ -76,7 +76,7 @@ def tree(tmp_path_factory):
 def moved(tree, cases):
     """What `MOVES` tells of cases, each a file, changes of it, and how it moves."""
     still = {"file": str(WINCH), "command": [300.0] * 8, "external": [0.0] * 6, "step": 1e-3, "time": 1e-3}
-    done = tree[1]("-c", MOVES, json.dumps([still | case for case in cases]), NUMBA_DISABLE_JIT="1")
+    done = tree[1]("-c", MOVES, json.dumps([still | case for case in cases]))
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
@@ -204,7 +204,7 @@ def test_parts_of_cables(tree):
     lacking = run("validate", ROOT / "scenarios" / "caroca.yaml", "--set", sprung)
     assert "cable.model sprung needs the spring rate (N/m) of each cable" in lacking.stderr
     short = ("--set", "simulation.duration=0.02", "--no-report", "--out", folder / "parts")
-    done = run("run", WINCH, *ring, *spring, *short, NUMBA_DISABLE_JIT="1")
+    done = run("run", WINCH, *ring, *spring, *short)
     assert done.returncode == 0, done.stderr
     told = load_run(folder / "parts")
     tips = told.position + np.array([0.6, -0.3, -0.2])  # it hardly turns in so short a time
@@ -214,14 +214,14 @@ def test_parts_of_cables(tree):
 
     # Neither has C. An FMU is not made of less than the robot; with its C beside it, the part is in it.
     fmu = ("fmu", "export", WINCH, "-o", folder / "parts.fmu", "--force", "--with-winch", "--json")
-    refused = run(*fmu, *ring, NUMBA_DISABLE_JIT="1")
+    refused = run(*fmu, *ring)
     assert refused.returncode == 2
     assert "cable 'cable_1': the exit ring has no C (ring.c beside its kernels)" in refused.stderr
-    refused = run(*fmu, *spring, NUMBA_DISABLE_JIT="1")
+    refused = run(*fmu, *spring)
     assert refused.returncode == 2
     assert "cable 'cable_1': the span of model sprung has no C (spring.c beside its kernels)" in refused.stderr
     (folder / "cdpr" / "cables" / "spring" / "spring.c").write_text(SPRING_IN_C)
-    done = run(*fmu, *spring, NUMBA_DISABLE_JIT="1")
+    done = run(*fmu, *spring)
     assert done.returncode == 0, done.stderr
     with Driver(folder / "parts.fmu") as driver:
         driver.set("command", np.full(8, 300.0))
@@ -246,8 +246,8 @@ def test_a_span_that_bends(tree):
 
     heavy = [f"--set={key}={value}" for key, value in HEAVY_OWN.items()] + ["--set=robot.cable.model=heavy"]
     short = ("--set", "simulation.duration=0.02", "--no-report", "--json", "--out", folder / "heavy")
-    done = run("run", WINCH, *heavy, *short, NUMBA_DISABLE_JIT="1")
+    done = run("run", WINCH, *heavy, *short)
     assert done.returncode == 0, done.stderr
-    refused = run("fmu", "export", WINCH, "-o", folder / "heavy.fmu", "--with-winch", *heavy, NUMBA_DISABLE_JIT="1")
+    refused = run("fmu", "export", WINCH, "-o", folder / "heavy.fmu", "--with-winch", *heavy)
     assert refused.returncode == 2
     assert "the span of model heavy has no C" in refused.stderr

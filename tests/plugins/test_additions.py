@@ -207,7 +207,7 @@ def test_a_column(tree):
     scenario = ROOT / "scenarios" / "caroca.yaml"
     short = ("--set", "simulation.duration=0.02", "--no-report")
     # The table is among the sources of kernels, as plugins import it: not to compile them anew for twenty steps.
-    done = run("run", scenario, *short, "--out", folder / "speedy", NUMBA_DISABLE_JIT="1")
+    done = run("run", scenario, *short, "--out", folder / "speedy")
     assert done.returncode == 0, done.stderr
     told = load_run(folder / "speedy")  # by this version, whose table has no such line
     np.testing.assert_allclose(told["speed"], np.linalg.norm(told.velocity, axis=1), rtol=1e-15)
@@ -237,7 +237,7 @@ def test_a_solver_a_controller_and_a_backend(tree):
         add(f"{package}/{name}.py", text, f"{package}/__init__.py", listed=(row, f'{place}."""\n    return [\n'))
     chosen = ("--solver", "weighted", "--controller", "spring", "--backend", "drag")
     short = ("--set", "simulation.duration=0.02", "--no-report", "--out", folder / "plugins")
-    done = run("run", ROOT / "scenarios" / "caroca.yaml", *chosen, *short, NUMBA_DISABLE_JIT="1")
+    done = run("run", ROOT / "scenarios" / "caroca.yaml", *chosen, *short)
     assert done.returncode == 0, done.stderr
     told = load_run(folder / "plugins")
     assert (told.header.solver, told.header.controller, told.header.backend) == ("weighted", "spring", "drag")

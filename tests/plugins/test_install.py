@@ -14,7 +14,7 @@ from offline import ONE_TARGET, has_compiler, pip
 
 pytestmark = pytest.mark.slow
 PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
-BUILD = ("CMakeLists.txt", "LICENSE", "README.md", "build_backend.py", "build_numba_kernels.py", "pyproject.toml")
+BUILD = ("CMakeLists.txt", "LICENSE", "README.md", "build_backend.py", "pyproject.toml")
 CROSS = """
 import numpy as np
 from cdpr.native import library

@@ -7,9 +7,8 @@ from importlib import import_module
 
 import pytest
 from conftest import ROOT
-from imports import bound_late, circles, graph, imports, modules, reached
+from imports import PACKAGES, bound_late, circles, graph, imports, modules, reached
 
-from cdpr.model import kernel_cache
 
 # What closes a circle after all, and why.
 TYPES = {
@@ -22,7 +21,7 @@ LOG = {
 
 @pytest.fixture(scope="module")
 def files():
-    return modules(ROOT, kernel_cache.PACKAGES)
+    return modules(ROOT, PACKAGES)
 
 
 @pytest.mark.parametrize("types", [False, True])
@@ -65,35 +64,6 @@ def test_circles_are_found_wherever_they_hide(tmp_path):
         ["round.function", "round.top", "round.function"],
     ]
     assert ["round.back", "round.typed", "round.back"] in circles(graph(files, types=True))
-
-
-@pytest.fixture(scope="module")
-def fingerprint(files):
-    """The modules whose text the name of the folder of compiled kernels depends on."""
-    names = {file.relative_to(ROOT).as_posix(): module for module, file in files.items()}
-    return {names[name] for name in kernel_cache._needed({name: (ROOT / name).read_bytes() for name in names})}
-
-
-def test_the_fingerprint_of_kernels_holds_what_they_import(files, fingerprint):
-    """It is found without parsing, in a few milliseconds: here it is held against the syntax tree.
-
-    What packages bind late is not in it: of that, files with kernels may take classes alone, which no kernel holds.
-    """
-    late = bound_late(files)
-    for module in fingerprint:
-        for home, what, typed in imports(files[module]):
-            if typed:
-                continue
-            if (home, what) in late:
-                assert inspect.isclass(getattr(import_module(home), what)), (module, home, what)
-            assert {home, f"{home}.{what}"} & files.keys() <= fingerprint, module
-
-
-def test_kernels_are_compiled_anew_for_few_files(fingerprint):
-    """Users wait for the compiler whenever one of these changes: nothing that reads, logs or draws is among them."""
-    rooms = {name.split(".")[1] for name in fingerprint if name.startswith("cdpr.")}
-    assert {"model", "tension"} <= rooms
-    assert not rooms & {"log", "report", "scenario", "compare", "study", "bench", "cli", "testing"}
 
 
 def test_names_are_compared_in_one_place(files):

@@ -9,14 +9,13 @@ from typing import NamedTuple, get_args
 
 import pytest
 from conftest import ROOT
-from imports import modules
+from imports import PACKAGES, modules
 
 import cdpr.cables
 import cdpr_backends
 import cdpr_controllers
 import cdpr_solvers
 from cdpr.cables.chain import Part
-from cdpr.model.kernel_cache import PACKAGES
 from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import AnyMotion
 

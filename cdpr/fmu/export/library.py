@@ -22,7 +22,7 @@ from cdpr.errors import OutputError, PluginError
 from cdpr.fmu.export.control import NOBODY
 from cdpr.fmu.export.description import IDENTIFIER
 from cdpr.fmu.export.parts import part_sources
-from cdpr.model.kernel_cache import user_cache
+from cdpr.user_cache import user_cache
 
 SOURCE = Path(__file__).parent / "source"
 STANDARD = SOURCE.with_name("fmi")  # the headers of FMI, which are not ours

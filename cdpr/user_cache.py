@@ -1,0 +1,60 @@
+"""The folder that cdpr may keep in the user's cache: exported FMUs and their libraries."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import os
+import shutil
+import stat
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+
+from cdpr.errors import OutputError
+
+PASSING = "cdpr-passing-"  # begins the name of a folder that goes with its process
+
+
+def user_cache() -> Path:
+    """Return the folder that cdpr may keep in the user's cache, or in the fallback where the user has no home."""
+    root = os.environ.get("XDG_CACHE_HOME")
+    try:
+        return Path(root or Path.home() / ".cache") / "cdpr"
+    except RuntimeError:  # no HOME, and a uid that the system does not know
+        return fallback()
+
+
+@lru_cache(maxsize=1)
+def fallback() -> Path:
+    """Return the folder that takes the place of the user's cache: one for this user on this machine, kept.
+
+    Others may write beside it, and what lies in it is run: it is believed only where it belongs to the user alone.
+    Where somebody else holds the name, a folder of this process takes its place, and goes with it.
+
+    Raises:
+        OutputError: No folder for temporary files can be written.
+    """
+    try:
+        path = Path(tempfile.gettempdir()) / f"cdpr-{os.geteuid()}"
+    except OSError as error:
+        raise _unwritable(Path("/tmp"), error) from error
+    with contextlib.suppress(OSError):
+        path.mkdir(mode=0o700)
+    with contextlib.suppress(OSError):
+        found = path.lstat()  # a link would be somebody's
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not found.st_mode & 0o077:
+            return path
+    try:
+        path = Path(tempfile.mkdtemp(prefix=PASSING))
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    atexit.register(shutil.rmtree, path, ignore_errors=True)
+    return path
+
+
+def _unwritable(path: Path, error: OSError) -> OutputError:
+    return OutputError(
+        f"{path}: compiled FMUs cannot be kept there: {error.strerror or error}; set XDG_CACHE_HOME to a folder that "
+        "can be written"
+    )
