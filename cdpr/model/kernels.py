@@ -143,26 +143,6 @@ def inverse_dynamics(
     )
 
 
-@kernel
-def proportional_derivative(state: Array, desired: Array, gains: Array) -> tuple[Vector, Vector]:
-    """Return kp (x_d - x) + kd (v_d - v), linear and angular, world axes; gains are kp (6) and kd (6).
-
-    The error of attitude is the rotation vector that turns the actual into the desired one.
-    """
-    e = logarithm(multiply(quaternion(desired, 3), conjugate(quaternion(state, 3))))
-    linear = (
-        gains[0] * (desired[0] - state[0]) + gains[6] * (desired[7] - state[7]),
-        gains[1] * (desired[1] - state[1]) + gains[7] * (desired[8] - state[8]),
-        gains[2] * (desired[2] - state[2]) + gains[8] * (desired[9] - state[9]),
-    )
-    angular = (
-        gains[3] * e[0] + gains[9] * (desired[10] - state[10]),
-        gains[4] * e[1] + gains[10] * (desired[11] - state[11]),
-        gains[5] * e[2] + gains[11] * (desired[12] - state[12]),
-    )
-    return linear, angular
-
-
 @any_width
 @kernel
 def copy(source: Array, target: Array) -> None:
