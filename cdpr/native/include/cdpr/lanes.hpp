@@ -36,6 +36,11 @@ struct Mask {
     CDPR_INLINE Mask(bool same) {
         for (int i = 0; i < PARTS; i++) part[i] = PartMask{} - int64_t(same);
     }
+    CDPR_INLINE Mask(const Mask& other) { *this = other; }
+    CDPR_INLINE Mask& operator=(const Mask& other) {  // as of Lanes
+        for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
+        return *this;
+    }
 
     CDPR_INLINE bool get(int lane) const { return part[lane / PART][lane % PART] != 0; }
 };
@@ -55,10 +60,31 @@ struct Lanes {
     CDPR_INLINE Lanes(double same) {
         for (int i = 0; i < PARTS; i++) part[i] = same - Part{};  // keeps the sign of zero
     }
+    CDPR_INLINE Lanes(const Lanes& other) { *this = other; }
+    CDPR_INLINE Lanes& operator=(const Lanes& other) {  // g++ would copy 16 bytes at a time, and wait for each
+        for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
+        return *this;
+    }
 
     CDPR_INLINE double get(int lane) const { return part[lane / PART][lane % PART]; }
     CDPR_INLINE void set(int lane, double number) { part[lane / PART][lane % PART] = number; }
 };
+
+// Read eight numbers of an array that are `stride` apart.
+CDPR_INLINE Lanes gather(const double* first, int64_t stride) {
+    Lanes found;
+    for (int i = 0; i < PARTS; i++) {
+        Part part;
+        for (int k = 0; k < PART; k++) part[k] = first[(PART * i + k) * stride];
+        found.part[i] = part;
+    }
+    return found;
+}
+
+// Write eight consecutive numbers of an array.
+CDPR_INLINE void scatter(const Lanes& lanes, double* array) {
+    for (int i = 0; i < PARTS; i++) *reinterpret_cast<Part*>(array + PART * i) = lanes.part[i];
+}
 
 template <class Function> CDPR_INLINE Lanes each_part(Function function, const Lanes& a, const Lanes& b) {
     Lanes found;
