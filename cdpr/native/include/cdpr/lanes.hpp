@@ -60,11 +60,6 @@ struct Lanes {
     CDPR_INLINE Lanes(double same) {
         for (int i = 0; i < PARTS; i++) part[i] = same - Part{};  // keeps the sign of zero
     }
-    CDPR_INLINE Lanes(const Lanes& other) { *this = other; }
-    CDPR_INLINE Lanes& operator=(const Lanes& other) {  // g++ would copy 16 bytes at a time, and wait for each
-        for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
-        return *this;
-    }
 
     CDPR_INLINE double get(int lane) const { return part[lane / PART][lane % PART]; }
     CDPR_INLINE void set(int lane, double number) { part[lane / PART][lane % PART] = number; }
