@@ -16,9 +16,9 @@ STEP = 0.01
 
 
 def states(rng, *shape):
-    """States whose quaternions are mostly sound."""
+    """States, those of usual sizes with quaternions of length one."""
     found = numbers(rng, *shape, 13)
-    found[::2, 3:7] /= np.linalg.norm(found[::2, 3:7], axis=1)[:, None]
+    found[::3, 3:7] /= np.linalg.norm(found[::3, 3:7], axis=1)[:, None]
     return found
 
 
