@@ -72,17 +72,15 @@ def test_each_lane_has_the_bits_of_a_double(m):
 def test_cables_side_by_side_have_the_bits_of_one_after_the_other(m):
     """A further column, by which all leave from points, leads through the other path."""
     rng, count = np.random.default_rng(m), 48
-    name, inputs, before, written, values = cases(rng, count, m)[0]
-    wide = np.concatenate([inputs["lines"], np.zeros((count, m, 1))], axis=2)
-    outputs, columns = shapes(before, written), {"matrix": (6, m), "length": (m,), "rate": (m,)}
-    found, wanted = (
-        run(name, inputs | {"lines": lines}, outputs, before, **values)[0]
-        | run("geometry", {"lines": lines, "state": before["body"]}, columns)[0]
-        for lines in (inputs["lines"], wide)
-    )
-    assert len(wanted) == len(outputs) + len(columns)
-    for key, value in wanted.items():
-        assert_same_bits(found[key], value)
+    step, *_, pull = cases(rng, count, m)
+    columns = {"lines": step[1]["lines"], "state": step[2]["body"]}, {}, {"length": m, "rate": m}, {}
+    for name, inputs, before, written, values in (step, pull, ("geometry", *columns)):
+        outputs = shapes(before, written) | ({"matrix": (6, m)} if name == "geometry" else {})
+        wide = np.concatenate([inputs["lines"], np.zeros((count, m, 1))], axis=2)
+        found, _ = run(name, inputs, outputs, before, **values)
+        wanted, _ = run(name, inputs | {"lines": wide}, outputs, before, **values)
+        for key in outputs:
+            assert_same_bits(found[key], wanted[key])
 
 
 def turn(q):
