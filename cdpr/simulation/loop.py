@@ -117,7 +117,6 @@ class Loop:
             if "controller" not in parts.live:
                 self._try_control()
             if real_time:
-                self.stage.warm_up_policy()
                 self.program.warm_up()
             self.schedule.warm_up()
             if "backend" not in parts.live:
