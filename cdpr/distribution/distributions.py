@@ -6,7 +6,6 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib import import_module
 from numbers import Integral
 from threading import RLock
 from typing import Any
@@ -15,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr import tolerances
-from cdpr.cables.lines import ANCHORS, lines
+from cdpr.cables.lines import lines
 from cdpr.defaults import SOLVER
+from cdpr.distribution.batch import Batch, Rows
 from cdpr.distribution.status_array import StatusArray
 from cdpr.errors import CdprError
 from cdpr.mechanics import dynamics, geometry
@@ -27,17 +27,14 @@ from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
-from cdpr.tension import box_least_squares as box
-from cdpr.tension.policy import action
 from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 
 # Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
 CHUNK = 4096
 
-# From so many rows on, a solver's kernel for eight at once is worth reading from disk, and compiling once for an
-# installation: that takes some 10 ms and some seconds, and saves half a microsecond a row.
-MANY = 8 * CHUNK
+# From so many rows on, solving eight at once saves more than binding its operations costs.
+MANY = 512
 
 # Solvers that are Python and were given as objects answer one caller at a time: two threads may have given the same.
 _USED = RLock()  # a solver may itself distribute
@@ -212,39 +209,19 @@ class _Task:
 
 
 def _compiled(task: _Task, jobs: int) -> None:
-    """Fill tension and report by a solver's kernel, in threads: it takes no lock, and rows are independent."""
-    from cdpr.distribution.batch import Common, Rows, Way, distribute_rows
-    from cdpr.model.jit import Kernel
-
-    robot, solver = task.robot, task.solver
-    assert isinstance(solver, CompiledSolver)
-    rows, columns = solver.work.shape
-    way = Way(
-        parameters=solver.parameters,
-        size=(rows, columns),
-        action=action("best_effort", task.respects_bounds),
-        spare=(box.work_rows(robot.n, robot.m), max(robot.n, robot.m)),
-    )
-    common = Common(
-        lines=lines(robot).copy(),
-        rows=np.array(robot.rows),
-        inertial=robot.inertial.copy(),
-        gravity=task.gravity,
-        weights=np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
-    )
+    """Fill tension and report by compiled operations, in threads: they take no lock, and rows are independent."""
+    assert isinstance(task.solver, CompiledSolver)
+    batch = Batch(task.robot, task.gravity, task.solver, task.respects_bounds)
     wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
-    many = len(task.pose) >= MANY and isinstance(solver.lanes, Kernel) and common.lines.shape[1] == ANCHORS
-    eights = import_module("cdpr.distribution.side_by_side") if many else None
 
     def part(start: int) -> None:
         rows = slice(start, start + CHUNK)
         limits = task.limits if len(task.limits) == 1 else task.limits[rows]
-        given = Rows(limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
-        done = np.zeros(len(given.poses), np.uint8)
-        if eights is not None:
-            space = eights.memory(robot.n, robot.m, way.size)
-            eights.distribute_eights(solver.lanes, way.parameters, common, given, *space, done)
-        distribute_rows(solver.kernel, way, common, given, done)
+        given = Rows.of(limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
+        side_by_side = batch.bind_side_by_side(given) if len(given.poses) >= MANY else None
+        if side_by_side is not None:
+            side_by_side.distribute()
+        batch.bind(given).distribute()
 
     starts = range(0, len(task.pose), CHUNK)
     if jobs == 1 or len(starts) < 2:
