@@ -22,12 +22,6 @@ from cdpr.model.jit import kernel
 from cdpr.model.kinds import NUMBER, WHOLE
 from cdpr.native.bind import LANES, bind
 from cdpr.native.operations import operations, target
-from cdpr.tension.box_least_squares import box_least_squares
-from cdpr.tension.box_least_squares import work_rows as box_rows
-from cdpr.tension.null_space import form_rows, work_rows
-from cdpr.tension.row_space import BY_ROWS, nearest_by_rows
-from cdpr_solvers import qp
-from cdpr_solvers.closed_form import closed_form
 
 CALLS, CHUNKS, M = 2000, 400, 8
 
@@ -47,33 +41,6 @@ def repeat_geometry(lines: Any, state: Any, W: Any, length: Any, rate: Any, call
     """Run numba's geometry."""
     for _ in range(calls):
         cable_geometry(lines, state, W, length, rate)
-
-
-@kernel
-def repeat_closed_form(
-    W: Any, wrench: Any, low: Any, high: Any, tension: Any, parameters: Any, work: Any, calls: int
-) -> None:
-    """Run numba's closed form."""
-    for _ in range(calls):
-        closed_form(W, wrench, low, high, tension, parameters, work)
-
-
-@kernel
-def repeat_minimum_norm(
-    W: Any, wrench: Any, low: Any, high: Any, tension: Any, parameters: Any, work: Any, calls: int
-) -> None:
-    """Run numba's least norm."""
-    for _ in range(calls):
-        qp.minimum_norm(W, wrench, low, high, tension, parameters, work)
-
-
-@kernel
-def repeat_nearest_wrench(
-    W: Any, wrench: Any, weights: Any, low: Any, high: Any, tension: Any, work: Any, calls: int
-) -> None:
-    """Run numba's nearest wrench."""
-    for _ in range(calls):
-        box_least_squares(W, wrench, weights, low, high, tension, work)
 
 
 @kernel
@@ -141,34 +108,6 @@ def compare(
     print(f"{label or name:28} {times}; ratios {one / numba:.2f} and {eight / numba:.2f}")
 
 
-def distributions(rng: np.random.Generator, problem: dict[str, Any]) -> None:
-    """Print a line for least norm, in its usual cases, and for the nearest wrench."""
-    W, low, high = problem["matrix"], problem["tension_min"], problem["tension_max"]
-    wide = rng.normal(size=(6, 2 * M))
-    many = (wide, wide @ rng.uniform(20.0, 100.0, 2 * M), np.full(2 * M, 20.0), np.full(2 * M, 100.0))
-    cases = [
-        ("nothing in the way", (W, problem["wrench"], np.full(M, -1e3), np.full(M, 1e3)), qp.ZERO),
-        ("at a limit", (W, problem["wrench"], low, high), qp.ZERO),
-        ("about the middle", (W, problem["wrench"], low, high), qp.MIDDLE),
-        ("16 cables", many, qp.ZERO),
-    ]
-    for label, arrays, about in cases:
-        m = len(arrays[2])
-        given = dict(zip(problem, arrays, strict=True)) | {"reference": np.zeros(m), "root": np.ones(m)}
-        rows = address(nearest_by_rows, BY_ROWS) if m > 2 * 6 else 0.0
-        numbers = np.array([about, np.inf, 0.0, rows, *np.zeros(m), *np.ones(m)])
-        tension, work = np.full(m, np.nan), np.empty((qp._rows(6, m), m))
-        run = lambda: repeat_minimum_norm(*arrays, tension, numbers, work, CALLS)  # noqa: B023, E731
-        written: dict[str, tuple[int, ...]] = {"tension": (m,), "status": (1,)}
-        values = {"about": about, "change": np.inf, "weighted": 0}
-        compare("minimum_norm", run, given, written, f"minimum_norm, {label}", **values)
-    weights, tension, work = np.ones(6), np.empty(M), np.empty((box_rows(6, M), M))
-    wanted = 3.0 * problem["wrench"] + 500.0
-    run = lambda: repeat_nearest_wrench(W, wanted, weights, low, high, tension, work, CALLS)  # noqa: E731
-    given = problem | {"wrench": wanted, "weights": weights}
-    compare("box_least_squares", run, given, {"tension": (M,), "status": (1,), "steps": (1,)})
-
-
 def main() -> None:
     """Print a line for each kernel."""
     rng = np.random.default_rng(1)
@@ -184,16 +123,7 @@ def main() -> None:
     for label, ours, theirs in (("points", anchors, anchors), ("pulleys", rows(anchors, [pulley] * M), exits)):
         run = lambda ours=ours: repeat_geometry(ours, state, W, length, rate, CALLS)  # noqa: E731
         compare("geometry", run, {"lines": theirs, "state": state}, shapes, f"geometry, {label}")
-    low, high, tension = np.full(M, 20.0), np.full(M, 400.0), np.empty(M)
-    problem = {"matrix": W, "wrench": W @ rng.uniform(150.0, 250.0, M), "tension_min": low, "tension_max": high}
-    work = np.empty((form_rows(M) + 1 + work_rows(6), M))
-    compare(
-        "closed_form",
-        lambda: repeat_closed_form(*problem.values(), tension, np.empty(0), work, CALLS),
-        problem,
-        {"tension": (M,), "status": (1,)},
-    )
-    distributions(rng, problem)
+    tension = np.empty(M)
     from cdpr.cables.drum import kernels as drum  # a module of kernels, found by its name as robots do
     from cdpr.cables.elastic import kernels as elastic
 

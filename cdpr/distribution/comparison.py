@@ -100,7 +100,8 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
     if status != Status.OK:
         wrong = status == Status.INFEASIBLE and problem.feasible
         return Answer(name, status, REASONS[status] + wrong * "; but there are some", not wrong, seconds=seconds)
-    _, report = accept_tension(problem.W, problem.wanted, problem.weights, *problem.limits, tension)
+    low, high = problem.limits
+    _, report = accept_tension(problem.W, problem.wanted, problem.weights, low, high, tension)
     accepted, residual, margin, at_limit = report.tolist()
     reason, true = "", accepted == Status.OK
     if not np.isfinite(tension).all():

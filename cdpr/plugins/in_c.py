@@ -40,7 +40,7 @@ def law_in_c(controller: Controller, name: str, registry: Registry) -> Path:
 def solve_in_c(solver: TensionSolver, name: str, registry: Registry) -> Path:
     """Return the C of a tension solver; CdprError where there is none, or it does not take the solver's options."""
     path = c_file(type(solver).__module__)
-    if path is None or not isinstance(solver, CompiledSolver) or solver.parameters.size:
+    if path is None or not isinstance(solver, CompiledSolver) or solver.parameters:
         raise _none(name, "solver", registry)
     if type(solver).solve is not CompiledSolver.solve or "solve" in vars(solver):
         raise _none(name, "solver", registry)

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cdpr.model.jit import any_width, kernel
-from cdpr.model.lanes import choose
 from cdpr.model.robot import Array
 
 # A tension counts as within its limits, and as at a limit, to this many newtons, or on robots whose largest limit is
@@ -34,25 +29,3 @@ def allowed_residual(wrench: Array, weights: Array, limits: Array) -> float:
     """Return how many newtons of a wrench (n,) a distribution may leave; `weights` (n,) as of `accept_tension`."""
     load = math.hypot(*(weights * wrench).tolist())
     return RESIDUAL_TOLERANCE * max(newton(limits), load)
-
-
-@any_width
-@kernel
-def select(rows: NDArray[np.int64], W: Array, wrench: Array, free_W: Array, free_wrench: Array) -> None:
-    """Copy the rows of W (6, m) and wrench (6,) that belong to the degrees of freedom into (n, m) and (n,)."""
-    for k in range(rows.shape[0]):
-        free_wrench[k] = wrench[rows[k]]
-        for i in range(W.shape[1]):
-            free_W[k, i] = W[rows[k], i]
-
-
-@any_width
-@kernel
-def true_margin(limits: Array, tension: Array, held: Array, room: Array) -> None:
-    """Write how far the tensions (m,) are from the nearer of the limits (2, m), N, negative beyond.
-
-    NaN for cables whose `held` (m,) is not: broken or jammed, nothing is asked of them.
-    """
-    for i in range(tension.shape[0]):
-        distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
-        room[i] = choose(held[i] == held[i], math.nan, distance)

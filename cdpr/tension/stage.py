@@ -54,7 +54,7 @@ def refusal(
     told = [f"{name} {value}" for name, value in zip(names, answer.tolist(), strict=True) if not np.isfinite(value)]
     if told:
         return f"not finite: {', '.join(told)}"
-    residual = accept_tension(W, wrench, weights, *limits, answer)[1][1]
+    residual = accept_tension(W, wrench, weights, limits[0], limits[1], answer)[1][1]
     allowed = allowed_residual(wrench, weights, limits)
     if not residual <= allowed:
         told.append(f"the tensions miss the wrench by {residual:.3g} N, where {allowed:.2g} N are allowed")

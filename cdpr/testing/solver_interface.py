@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -201,7 +201,8 @@ def _expect_the_same(solver: CompiledSolver, eight: Bound | None, problems: Sequ
     """Ask eight problems at once and one after the other; return how many of them have an answer."""
     assert eight is not None
     parameters = {id(array) for name, array in eight.given.items() if name in solver.parameters}
-    for array in eight.arrays:
+    written: Any = eight.arrays
+    for array in written:
         if id(array) not in parameters:
             array[...] = rubbish
     fields = "matrix", "wrench", "tension_min", "tension_max"

@@ -12,6 +12,7 @@ import numba
 import numpy as np
 import pytest
 from conftest import ROOT
+from numba import types
 
 import cdpr
 from cdpr.errors import CdprError, Infeasible
@@ -273,21 +274,32 @@ def test_the_controller_of_the_docs_is_compiled(tmp_path):
 
 
 @compiled
-def test_a_strangers_solver_joins_without_compiling_the_block():
-    @kernel
-    def middle(W, wrench, t_min, t_max, tension, parameters, work):
-        for i in range(tension.shape[0]):
-            tension[i] = parameters[0]
+def test_a_strangers_solver_joins():
+    """By the address of a function: its arguments stand in a struct."""
+
+    @numba.cfunc(types.int32(types.CPointer(types.CPointer(types.float64)), types.float64))
+    def middle(place, time):
+        tension, chosen, work = place[4], place[7], place[8]
+        for i in range(8):
+            work[i] = chosen[0]
+            tension[i] = work[i]
         return OK
 
     class Middle(CompiledSolver):
         def __init__(self, robot, options):
-            super().__init__(robot, options, middle, parameters=[500.0])
+            super().__init__(robot, options, middle, parameters={"chosen": np.array([500.0])}, work=[(robot.m,)])
 
-    cdpr.simulate(CAROCA, overrides=SHORT)
     run = cdpr.simulate(CAROCA, solver=Middle, overrides={**SHORT, "solver.infeasible": "hold_tension"})
     assert run.interpreted == ()
     assert (run.solver_status == Status.NOT_FOUND).all()  # it balances nothing
+    robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
+    solver, tension = Middle(robot, None), np.zeros(8)
+    assert solver.solve(np.zeros((6, 8)), np.zeros(6), np.zeros(8), np.ones(8), tension) == Status.OK
+    assert (tension == 500.0).all()
+    assert [array.shape for array in solver.work] == [(8,)]
+    assert solver.solve(np.zeros((6, 7)), np.zeros(6), np.zeros(8), np.ones(8), tension) == Status.BAD_INPUT
+    rows = cdpr.distribute(robot, np.tile(robot.home, (5000, 1)), solver=solver, jobs=2)
+    assert (rows.status == Status.NOT_FOUND).all()
 
 
 def test_a_table_narrower_than_a_row_is_refused():
