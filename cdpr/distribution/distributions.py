@@ -17,6 +17,7 @@ from cdpr import tolerances
 from cdpr.cables.lines import lines
 from cdpr.defaults import SOLVER
 from cdpr.distribution.batch import Batch, Rows
+from cdpr.distribution.single import distribute_single
 from cdpr.distribution.status_array import StatusArray
 from cdpr.errors import CdprError
 from cdpr.mechanics import dynamics, geometry
@@ -32,6 +33,8 @@ from cdpr.tension.stage import Asked, TensionStage
 
 # Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
 CHUNK = 4096
+
+DOWN = (0.0, 0.0, -9.81)  # m/s^2
 
 # From so many rows on, solving eight at once saves more than binding its operations costs.
 MANY = 512
@@ -63,7 +66,7 @@ def distribute(
     *,
     solver: str | TensionSolver = SOLVER,
     options: Mapping[str, Any] | None = None,
-    gravity: ArrayLike = (0.0, 0.0, -9.81),
+    gravity: ArrayLike = DOWN,
     tension_min: ArrayLike | None = None,
     tension_max: ArrayLike | None = None,
     jobs: int | None = None,
@@ -96,6 +99,11 @@ def distribute(
     check_robot(robot)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
         raise CdprError(f"jobs: a whole number of threads, at least 1, is expected, got {jobs!r}")
+    if isinstance(solver, str) and gravity is DOWN:
+        one = distribute_single(robot, solver, options, (poses, wrenches, tension_min, tension_max), gravity)
+        if one is not None:
+            tension, (code, *figures) = one
+            return Distribution(tension, Status(int(code)), *map(np.float64, figures))
     chosen, respects_bounds = _solver(robot, solver, options)
     pose = _rows(poses, 7, "poses")
     wrench = None if wrenches is None else _rows(wrenches, 6, "wrenches")
