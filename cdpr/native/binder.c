@@ -25,6 +25,7 @@
 typedef struct {
     PyObject_HEAD
     cdpr_operation operation;
+    const cdpr_entry *entry;
     const char *name;
     void *place; /* the struct; owned */
     int64_t size;
@@ -76,6 +77,7 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
     bound->given = given;
     bound->arrays = arrays;
     bound->operation = entry->call;
+    bound->entry = entry;
     bound->name = entry->name;
     bound->size = entry->size;
     bound->place = PyMem_Malloc((size_t)size);
@@ -128,6 +130,80 @@ static PyObject *bound_unlocked(PyObject *self, PyObject *args) {
     return PyLong_FromLong(status);
 }
 
+enum { MOST = 8, SIZE = 1024 };
+
+static int is_array(const cdpr_field *field) {
+    return field->type[5] == '*' || (field->type[5] && field->type[6] == '*');
+}
+
+/* Return the array that a field is bound to; NULL with an exception if it has none. */
+static PyObject *array_of(const Bound *bound, const cdpr_entry *entry, Py_ssize_t position) {
+    Py_ssize_t before = 0;
+    if (position >= entry->count || !is_array(&entry->fields[position])) {
+        PyErr_SetString(PyExc_ValueError, "on: no array at that position");
+        return NULL;
+    }
+    for (Py_ssize_t i = 0; i < position; i++) before += is_array(&entry->fields[i]);
+    return PyTuple_GetItem(bound->arrays, before);
+}
+
+/* Return whether an array has the type and the shape of another one, and is aligned. */
+static int is_like(const Py_buffer *array, const Py_buffer *other) {
+    if (array->ndim != other->ndim || strcmp(array->format, other->format)) return 0;
+    for (int i = 0; i < array->ndim; i++)
+        if (array->shape[i] != other->shape[i]) return 0;
+    return (uintptr_t)array->buf % 8 == 0;
+}
+
+/* Get the memory of an array that may stand for another one; return 0, or -1 with an exception. */
+static int get_like(PyObject *array, PyObject *other, int writes, Py_buffer *view) {
+    const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT;
+    Py_buffer expected;
+    int like;
+    if (!other || PyObject_GetBuffer(other, &expected, flags) < 0) return -1;
+    if (PyObject_GetBuffer(array, view, writes ? flags | PyBUF_WRITABLE : flags) < 0) {
+        PyBuffer_Release(&expected);
+        return -1;
+    }
+    like = is_like(view, &expected);
+    PyBuffer_Release(&expected);
+    if (like) return 0;
+    PyBuffer_Release(view);
+    PyErr_SetString(PyExc_ValueError, "on: an array differs in type or shape from the one that is bound");
+    return -1;
+}
+
+/* Call it on other arrays: their positions among the fields as bytes, then the arrays. */
+static PyObject *bound_on(PyObject *self, PyObject *args) {
+    Bound *bound = (Bound *)self;
+    const cdpr_entry *entry = bound->entry;
+    const Py_ssize_t count = PyTuple_Size(args) - 1;
+    uint64_t words[SIZE / 8];
+    Py_buffer views[MOST];
+    Py_ssize_t given, got = 0;
+    char *positions;
+    int status = -1;
+    if (count < 0 || PyBytes_AsStringAndSize(PyTuple_GetItem(args, 0), &positions, &given) < 0) {
+        PyErr_SetString(PyExc_TypeError, "on: expected positions as bytes, then arrays");
+        return NULL;
+    }
+    if (given != count || count > MOST || bound->size > SIZE) {
+        PyErr_SetString(PyExc_ValueError, "on: expected as many positions as arrays, at most 8");
+        return NULL;
+    }
+    memcpy(words, bound->place, (size_t)bound->size);
+    while (got < count) {
+        const Py_ssize_t position = (unsigned char)positions[got];
+        PyObject *bound_to = array_of(bound, entry, position);
+        const int writes = bound_to && entry->fields[position].role[0] != 'i';
+        if (get_like(PyTuple_GetItem(args, got + 1), bound_to, writes, &views[got]) < 0) break;
+        words[position] = (uintptr_t)views[got++].buf;
+    }
+    if (got == count) status = entry->call(words, 0.0);
+    for (Py_ssize_t i = 0; i < got; i++) PyBuffer_Release(&views[i]);
+    return got == count ? PyLong_FromLong(status) : NULL;
+}
+
 static PyObject *bound_words(PyObject *self, void *unused) {
     Bound *bound = (Bound *)self;
     (void)unused;
@@ -135,6 +211,7 @@ static PyObject *bound_words(PyObject *self, void *unused) {
 }
 
 static PyMethodDef bound_methods[] = {
+    {"on", bound_on, METH_VARARGS, "Call it on other arrays of the same types and shapes, once."},
     {"unlocked", bound_unlocked, METH_VARARGS, "Call it while other threads of Python run."},
     {NULL, NULL, 0, NULL},
 };

@@ -126,13 +126,24 @@ class CompiledSolver(TensionSolver):
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` (m,)."""
-        call, arrays, shapes = self._alone
-        if (W.shape, wrench.shape, t_min.shape, t_max.shape, tension.shape) != shapes:
+        if self._on is not None:
+            call, positions = self._on
+            try:
+                return call(positions, W, wrench, t_min, t_max, tension)
+            except (BufferError, TypeError, ValueError):
+                pass  # they have other shapes, or are not as they should be
+        return self._solve_copies(W, wrench, t_min, t_max, tension)
+
+    def _solve_copies(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
+        """Solve, the arrays having any layout."""
+        call, arrays = self._alone
+        given = W, wrench, t_min, t_max, tension
+        if any(array.shape != own.shape for array, own in zip(given, arrays, strict=True)):
             return BAD_INPUT
-        matrix, wanted, low, high, answer = arrays
-        matrix[...], wanted[...], low[...], high[...], answer[...] = W, wrench, t_min, t_max, tension
+        for array, own in zip(given, arrays, strict=True):
+            own[...] = array
         status = call()
-        tension[...] = answer
+        tension[...] = arrays[-1]
         return status
 
     def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Bound | Foreign:
@@ -162,17 +173,26 @@ class CompiledSolver(TensionSolver):
     @property
     def work(self) -> tuple[Array, ...]:
         """Arrays that `solve` writes beside the tensions; no answer depends on what they hold before."""
-        call, arrays, _ = self._alone
+        call, arrays = self._alone
         kept = [*arrays, *self.parameters.values()]
         found: Any = call.arrays
         return tuple(each for each in found if not any(each is other for other in kept))
 
     @cached_property
-    def _alone(self) -> tuple[Bound | Foreign, tuple[Array, ...], tuple[tuple[int, ...], ...]]:
-        """The operation of `solve`, arrays for its arguments, and their shapes."""
+    def _alone(self) -> tuple[Bound | Foreign, tuple[Array, ...]]:
+        """The operation of `solve`, and arrays for its arguments."""
         n, m = self.robot.n, self.robot.m
         arrays = np.empty((n, m)), np.empty(n), np.empty(m), np.empty(m), np.empty(m)
-        return self.compiled(*arrays), arrays, tuple(array.shape for array in arrays)
+        return self.compiled(*arrays), arrays
+
+    @cached_property
+    def _on(self) -> tuple[Callable[..., int], bytes] | None:
+        """What calls it on given arrays, and the positions of their addresses in its struct."""
+        call, arrays = self._alone
+        if isinstance(call, Foreign):
+            return None
+        names = [field.name for field in operations()[call.name].fields]
+        return call.on, bytes(names.index(name) for name in _arguments(*arrays))
 
 
 def _arguments(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> dict[str, Any]:
