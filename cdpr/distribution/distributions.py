@@ -103,7 +103,8 @@ def distribute(
         one = distribute_single(robot, solver, options, (poses, wrenches, tension_min, tension_max), gravity)
         if one is not None:
             tension, (code, *figures) = one
-            return Distribution(tension, Status(int(code)), *map(np.float64, figures))
+            rest: tuple[Any, ...] = tuple(map(np.float64, figures))
+            return Distribution(tension, Status(int(code)), *rest)
     chosen, respects_bounds = _solver(robot, solver, options)
     pose = _rows(poses, 7, "poses")
     wrench = None if wrenches is None else _rows(wrenches, 6, "wrenches")

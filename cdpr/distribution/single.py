@@ -110,19 +110,21 @@ def distribute_single(
         return None
     if low is not None and robot.unilateral and (low < 0.0).any():
         return None
-    key = id(robot), solver, _text(options)
+    text = _text(options)
+    if text is None:
+        return None
+    key = id(robot), solver, text
     with _lock:
-        single = _idle.pop(key, None) if key[2] is not None else None
+        single = _idle.pop(key, None)
     if single is None or single.entry is not registry().plugins["solver"].get(solver):
         single = _made(robot, solver, options)
     if single is None:
         return None
     found = single.distribute(pose, wrench, low, high, gravity)
-    if key[2] is not None:
-        with _lock:
-            _idle[key] = single
-            if len(_idle) > KEPT:
-                del _idle[next(iter(_idle))]
+    with _lock:
+        _idle[key] = single
+        if len(_idle) > KEPT:
+            del _idle[next(iter(_idle))]
     return found
 
 
@@ -151,8 +153,6 @@ def _text(options: Mapping[str, Any] | None) -> str | None:
 
 def _made(robot: Robot, solver: str, options: Mapping[str, Any] | None) -> Single | None:
     """Make a solver and what distributes by it; None where it is not compiled."""
-    if options is not None and not isinstance(options, Mapping):
-        return None
     try:
         entry = registry().get("solver", solver)
         factory = entry.load()
