@@ -92,7 +92,7 @@ class Clearance:
         bodies = self.bodies._asdict()
 
         def part(cut: slice) -> None:
-            bind("clearances", **bodies, poses=given[cut], clearance=least[cut], which=which[cut])()
+            bind("clearances", **bodies, poses=given[cut], clearance=least[cut], which=which[cut]).unlocked()
 
         in_threads(len(given), part, jobs)
         return least, which
