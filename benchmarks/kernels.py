@@ -15,9 +15,8 @@ import numpy as np
 
 from cdpr.cables import Pulley
 from cdpr.cables.lines import rows
-from cdpr.cables.pack import DRIVE, STRAIGHT
 from cdpr.mechanics.geometry import cable_geometry
-from cdpr.model.address import address, c_caller, caller
+from cdpr.model.address import c_caller
 from cdpr.model.jit import kernel
 from cdpr.model.kinds import NUMBER, WHOLE
 from cdpr.native.bind import LANES, bind
@@ -26,7 +25,6 @@ from cdpr.native.operations import operations, target
 CALLS, CHUNKS, M = 2000, 400, 8
 
 run_native = c_caller(WHOLE(WHOLE, NUMBER))
-held, pull = caller(DRIVE["held"]), caller(STRAIGHT["pull"])
 
 
 @kernel
@@ -41,23 +39,6 @@ def repeat_geometry(lines: Any, state: Any, W: Any, length: Any, rate: Any, call
     """Run numba's geometry."""
     for _ in range(calls):
         cable_geometry(lines, state, W, length, rate)
-
-
-@kernel
-def repeat_held(place: float, numbers: Any, given: Any, tension: Any, mass: Any, calls: int) -> None:
-    """Run numba's winches as the plant does: by address."""
-    for _ in range(calls):
-        for i in range(tension.shape[0]):
-            tension[i], mass[i] = held(place, numbers[i], given[0, i], given[1, i], given[2, i])
-
-
-@kernel
-def repeat_pull(place: float, numbers: Any, given: Any, tension: Any, calls: int) -> None:
-    """Run numba's spans likewise."""
-    for _ in range(calls):
-        for i in range(tension.shape[0]):
-            stretching = given[1, i] + 0.05 * given[4, i]
-            tension[i] = pull(place, numbers[i], given[2, i], given[3, i], stretching, 0.0)
 
 
 def least(*runs: Callable[[], object]) -> list[float]:
@@ -123,24 +104,6 @@ def main() -> None:
     for label, ours, theirs in (("points", anchors, anchors), ("pulleys", rows(anchors, [pulley] * M), exits)):
         run = lambda ours=ours: repeat_geometry(ours, state, W, length, rate, CALLS)  # noqa: E731
         compare("geometry", run, {"lines": theirs, "state": state}, shapes, f"geometry, {label}")
-    tension = np.empty(M)
-    from cdpr.cables.drum import kernels as drum  # a module of kernels, found by its name as robots do
-    from cdpr.cables.elastic import kernels as elastic
-
-    numbers = np.zeros((M, 8))
-    numbers[:, :5] = 0.05, 0.002, 0.1, 0.05, 0.1
-    given = np.array([np.full(M, 200.0), rng.normal(size=M), rng.uniform(2, 4, M), rng.uniform(2, 4, M), np.ones(M)])
-    chains = np.zeros((M, 19))
-    chains[:, 0], chains[:, 3:11] = 1.0, numbers
-    taken = {"command": given[0], "length": given[2], "rate": given[1], "swing": given[2], "unwound": given[3]}
-    taken |= {"chains": chains, "speed": given[4]}
-    place, mass = address(drum.held, DRIVE["held"]), np.empty(M)
-    run = lambda: repeat_held(place, numbers, given, tension, mass, CALLS)  # noqa: E731
-    compare("chain_tensions", run, taken, {"tension": (M,), "mass": (M,)}, "chain_tensions, drums")
-    chains[:, 1], chains[:, 11:13] = 1.0, (5e4, 10.0)
-    spans, there = np.ascontiguousarray(chains[:, 11:]), address(elastic.pull, STRAIGHT["pull"])
-    run = lambda: repeat_pull(there, spans, given, tension, CALLS)  # noqa: E731
-    compare("chain_tensions", run, taken, {"tension": (M,), "mass": (M,)}, "chain_tensions, elastic")
 
 
 if __name__ == "__main__":
