@@ -265,7 +265,7 @@ def _prover(
 
         def part(cut: slice) -> None:
             boxes = {"poses": poses[cut], "halves": halves[cut], "proved": proved[cut]}
-            bind("prove", **asked._asdict(), **boxes, wrenches=wrenches, errors=errors)()
+            bind("prove", **asked._asdict(), **boxes, wrenches=wrenches, errors=errors).unlocked()
 
         in_threads(len(middles), part, jobs)
         return proved

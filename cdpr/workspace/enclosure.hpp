@@ -1,10 +1,9 @@
-// Numbers that depend on the position in a box, enclosed by Taylor models of first order. SPDX-License-Identifier:
-// Apache-2.0
+// Enclosures of numbers that depend on the position in a box. SPDX-License-Identifier: Apache-2.0
 //
-// Anywhere in a box with half sides h, where the platform is d away from the middle, the number is c + x d_x / h_x +
-// y d_y / h_y + z d_z / h_z, within r. What is of second order, and what arithmetic rounds off, is in r, so that what
-// follows from a model is proved (Makino and Berz, Int. J. Pure Appl. Math. 4, 2003). The proofs rely on the order of
-// each operation.
+// Taylor models of first order: anywhere in a box with half sides h, where the platform is d away from the middle, the
+// number is c + x d_x / h_x + y d_y / h_y + z d_z / h_z, within r. What is of second order, and what arithmetic rounds
+// off, is in r, so that what follows from a model is proved (Makino and Berz, Int. J. Pure Appl. Math. 4, 2003). The
+// proofs rely on the order of each operation.
 #pragma once
 
 #include <cdpr/vector.hpp>

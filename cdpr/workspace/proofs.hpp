@@ -3,13 +3,11 @@
 // With W(d), the wrench matrix where the platform is d away from the middle of the box, enclosed (enclosure.hpp):
 //
 // - Inside (proof_inside.hpp): the tensions t(d) = t0 + T d, T = -Y dW t0, err in W(d) t(d) = w by a rest of second
-// order.
-//   With W(d) Y = 1 + E(d), |E| < 1, there is a y with W(d) (t(d) + Y y) = w, no larger than that rest / (1 - |E|). So
-//   a wrench is held wherever t0, |T d| and |Y y| together stay within the limits.
+//   order. With W(d) Y = 1 + E(d), |E| < 1, there is a y with W(d) (t(d) + Y y) = w, no larger than that rest /
+//   (1 - |E|). So a wrench is held wherever t0, |T d| and |Y y| together stay within the limits.
 // - Outside (proof_outside.hpp): c(d) . w > sum max(c(d) . W_i(d) t_i) of the limits of each t_i (Farkas). c0 is normal
-// to
-//   a facet, of which c(d) = c0 + G d keeps the cables at rest to first order: with a c that is constant each of them
-//   would add its largest tension times what W_i turns.
+//   to a facet, of which c(d) = c0 + G d keeps the cables at rest to first order: with a c that is constant each of
+//   them would add its largest tension times what W_i turns.
 //
 // The idea is that of Gouttefarde, Daney and Merlet (IEEE T-RO 27(1), 2011), who solve interval linear systems instead.
 #pragma once
