@@ -311,7 +311,19 @@ static int execute(PyObject *module) {
     return PyModule_AddStringConstant(module, "compiler", COMPILER);
 }
 
+static PyObject *address(PyObject *module, PyObject *args) {
+    PyObject *array;
+    Py_buffer view;
+    unsigned long long start;
+    (void)module;
+    if (!PyArg_ParseTuple(args, "O", &array) || PyObject_GetBuffer(array, &view, PyBUF_C_CONTIGUOUS) < 0) return NULL;
+    start = (uintptr_t)view.buf;
+    PyBuffer_Release(&view);
+    return Py_BuildValue("K", start);
+}
+
 static PyMethodDef methods[] = {
+    {"address", address, METH_VARARGS, "Return the address of an array's first element."},
     {"tables", tables, METH_NOARGS, "Return (target, entries) of each instruction set that this processor can run."},
     {NULL, NULL, 0, NULL},
 };

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.native.bind import Array, address
+from cdpr.native.bind import Array
+from cdpr.native.library import address
 
 OPERATION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 DTYPES = np.dtype(np.float64), np.dtype(np.int64)

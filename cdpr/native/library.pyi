@@ -9,6 +9,7 @@ Entry = tuple[str, int, int, tuple[Field, ...]]  # name, address, size of the st
 compiler: str
 sources: str  # as `cdpr.native.sources.digest`
 
+def address(array: object, /) -> int: ...
 def tables() -> tuple[tuple[str, tuple[Entry, ...]], ...]: ...
 
 class Bound:
