@@ -105,18 +105,6 @@ def turn(numbers, command, tension, speed):
     return numbers[0] * (numbers[2] * command - tension) / numbers[1]
 """
 
-SPRING_IN_C = """\
-#include "parts.h"
-
-double spring_pull(const double *numbers, double length, double unwound, double stretching, double lowest) {
-    const double tension = numbers[0] * (length - unwound);
-    (void)stretching;
-    return tension < lowest ? lowest : tension;
-}
-
-double spring_rest(const double *numbers, double length, double tension) { return length - tension / numbers[0]; }
-"""
-
 HEAVY = '''\
 """An elastic cable that sags a little, as a parabola: its chord's tension, and half of its weight at each end."""
 

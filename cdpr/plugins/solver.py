@@ -15,6 +15,7 @@ from cdpr.model.robot import Array
 from cdpr.native.bind import LANES, bind
 from cdpr.native.foreign import Foreign
 from cdpr.native.operations import Operation, operations
+from cdpr.native.own import Own
 from cdpr.tension.status import BAD_INPUT
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ class TensionSolver(ABC):
     A solver never falls back by itself: what to do about an infeasible wrench is decided by the tension stage, which
     also checks every answer. A cable with t_min = t_max is locked, or cut, where that is 0: its tension is given.
     """
+
+    source: Own | None = None  # of its compiled operation, if that is not in the kernel library
 
     def __init__(self, robot: Robot, options: Any) -> None:
         self.robot = robot
