@@ -22,6 +22,8 @@
 #define COMPILER "GCC " __VERSION__
 #endif
 
+enum { MOST = 8, SIZE = 1024 }; /* of `on`: arrays, and bytes of the struct */
+
 typedef struct {
     PyObject_HEAD
     cdpr_operation operation;
@@ -31,6 +33,10 @@ typedef struct {
     int64_t size;
     PyObject *given;  /* the arguments by name */
     PyObject *arrays; /* kept alive, for the struct holds their addresses */
+    Py_ssize_t
+        known; /* of the arrays that `on` has replaced: how many, where they are in the struct, and their shapes */
+    char positions[MOST];
+    Py_buffer expected[MOST];
 } Bound;
 
 /* Return the operation at an address, NULL if this processor has no such one. */
@@ -90,16 +96,6 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
     return (PyObject *)bound;
 }
 
-static void bound_dealloc(PyObject *self) {
-    Bound *bound = (Bound *)self;
-    PyObject *type = (PyObject *)Py_TYPE(self), *given = bound->given, *arrays = bound->arrays;
-    PyMem_Free(bound->place);
-    PyObject_Free(self);
-    if (given) Py_DecRef(given);
-    if (arrays) Py_DecRef(arrays);
-    Py_DecRef(type);
-}
-
 /* Read the arguments of a call, which are the time [s] or nothing; return 0, or -1 with an exception. */
 static int read_time(PyObject *args, PyObject *named, double *time) {
     const Py_ssize_t count = PyTuple_Size(args);
@@ -130,8 +126,6 @@ static PyObject *bound_unlocked(PyObject *self, PyObject *args) {
     return PyLong_FromLong(status);
 }
 
-enum { MOST = 8, SIZE = 1024 };
-
 static int is_array(const cdpr_field *field) {
     return field->type[5] == '*' || (field->type[5] && field->type[6] == '*');
 }
@@ -155,19 +149,43 @@ static int is_like(const Py_buffer *array, const Py_buffer *other) {
     return (uintptr_t)array->buf % 8 == 0;
 }
 
-/* Get the memory of an array that may stand for another one; return 0, or -1 with an exception. */
-static int get_like(PyObject *array, PyObject *other, int writes, Py_buffer *view) {
-    const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT;
-    Py_buffer expected;
-    int like;
-    if (!other || PyObject_GetBuffer(other, &expected, flags) < 0) return -1;
-    if (PyObject_GetBuffer(array, view, writes ? flags | PyBUF_WRITABLE : flags) < 0) {
-        PyBuffer_Release(&expected);
-        return -1;
+static void forget_expected(Bound *bound) {
+    while (bound->known > 0) PyBuffer_Release(&bound->expected[--bound->known]);
+}
+
+static void bound_dealloc(PyObject *self) {
+    Bound *bound = (Bound *)self;
+    PyObject *type = (PyObject *)Py_TYPE(self), *given = bound->given, *arrays = bound->arrays;
+    forget_expected(bound);
+    PyMem_Free(bound->place);
+    PyObject_Free(self);
+    if (given) Py_DecRef(given);
+    if (arrays) Py_DecRef(arrays);
+    Py_DecRef(type);
+}
+
+/* Look up types and shapes of the arrays at these positions, once; return 0, or -1 with an exception. */
+static int expect(Bound *bound, const char *positions, Py_ssize_t count) {
+    if (bound->known == count && !memcmp(bound->positions, positions, (size_t)count)) return 0;
+    forget_expected(bound);
+    memcpy(bound->positions, positions, (size_t)count);
+    while (bound->known < count) {
+        PyObject *array = array_of(bound, bound->entry, (unsigned char)positions[bound->known]);
+        if (!array ||
+            PyObject_GetBuffer(array, &bound->expected[bound->known], PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) < 0) {
+            forget_expected(bound);
+            return -1;
+        }
+        bound->known++;
     }
-    like = is_like(view, &expected);
-    PyBuffer_Release(&expected);
-    if (like) return 0;
+    return 0;
+}
+
+/* Get the memory of an array that may stand for another one; return 0, or -1 with an exception. */
+static int get_like(PyObject *array, const Py_buffer *expected, int writes, Py_buffer *view) {
+    const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writes ? PyBUF_WRITABLE : 0);
+    if (PyObject_GetBuffer(array, view, flags) < 0) return -1;
+    if (is_like(view, expected)) return 0;
     PyBuffer_Release(view);
     PyErr_SetString(PyExc_ValueError, "on: an array differs in type or shape from the one that is bound");
     return -1;
@@ -176,7 +194,6 @@ static int get_like(PyObject *array, PyObject *other, int writes, Py_buffer *vie
 /* Call it on other arrays: their positions among the fields as bytes, then the arrays. */
 static PyObject *bound_on(PyObject *self, PyObject *args) {
     Bound *bound = (Bound *)self;
-    const cdpr_entry *entry = bound->entry;
     const Py_ssize_t count = PyTuple_Size(args) - 1;
     uint64_t words[SIZE / 8];
     Py_buffer views[MOST];
@@ -191,15 +208,15 @@ static PyObject *bound_on(PyObject *self, PyObject *args) {
         PyErr_SetString(PyExc_ValueError, "on: expected as many positions as arrays, at most 8");
         return NULL;
     }
+    if (expect(bound, positions, count) < 0) return NULL;
     memcpy(words, bound->place, (size_t)bound->size);
     while (got < count) {
-        const Py_ssize_t position = (unsigned char)positions[got];
-        PyObject *bound_to = array_of(bound, entry, position);
-        const int writes = bound_to && entry->fields[position].role[0] != 'i';
-        if (get_like(PyTuple_GetItem(args, got + 1), bound_to, writes, &views[got]) < 0) break;
+        const unsigned char position = (unsigned char)positions[got];
+        const int writes = bound->entry->fields[position].role[0] != 'i';
+        if (get_like(PyTuple_GetItem(args, got + 1), &bound->expected[got], writes, &views[got]) < 0) break;
         words[position] = (uintptr_t)views[got++].buf;
     }
-    if (got == count) status = entry->call(words, 0.0);
+    if (got == count) status = bound->operation(words, 0.0);
     for (Py_ssize_t i = 0; i < got; i++) PyBuffer_Release(&views[i]);
     return got == count ? PyLong_FromLong(status) : NULL;
 }

@@ -274,6 +274,21 @@ def test_the_controller_of_the_docs_is_compiled(tmp_path):
 
 
 @compiled
+def test_the_solver_of_the_docs_runs_without_python(tmp_path):
+    text = (ROOT / "docs" / "plugins.md").read_text()
+    (code,) = re.findall(r"^```python\n(import numba\n.*?)^```", text, re.DOTALL | re.MULTILINE)
+    path = tmp_path / "middle.py"
+    path.write_text(code)
+    spec = importlib.util.spec_from_file_location("middle", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
+    solver, tension = module.Middle(robot, None), np.zeros(8)
+    assert solver.solve(np.zeros((6, 8)), np.zeros(6), np.zeros(8), np.full(8, 10.0), tension) == Status.OK
+    np.testing.assert_array_equal(tension, 5.0)
+
+
+@compiled
 def test_a_strangers_solver_joins():
     """By the address of a function: its arguments stand in a struct."""
 
