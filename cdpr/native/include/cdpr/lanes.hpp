@@ -168,7 +168,7 @@ CDPR_INLINE double first(const Lanes& lanes) { return lanes.get(0); }
 // Apply a function of doubles to each lane.
 template <class Function> CDPR_INLINE Lanes each(Function function, const Lanes& a, const Lanes& b) {
     const auto part = [&](const Part& x, const Part& y) -> Part {
-        Part found;
+        Part found = x;
         for (int i = 0; i < PART; i++) found[i] = function(x[i], y[i]);
         return found;
     };
