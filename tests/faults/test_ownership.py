@@ -17,7 +17,7 @@ from cdpr.model import kernel_cache
 
 STRANGER = 12345
 ROOT_ONLY = pytest.mark.skipif(os.geteuid() != 0, reason="gives files to another user")
-SOURCE = {"cdpr.c": b"int cdpr(void) { return 1; }\n"}
+SOURCE = {"cdpr.cpp": b"int cdpr() { return 1; }\n"}
 
 
 def given_away(path):
