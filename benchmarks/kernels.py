@@ -1,8 +1,7 @@
-"""Time of kernels of the C++ library, against the numba kernels that they replace.
+"""Time of the cable geometry in the kernel library, alone and in lanes.
 
-One process, 6x8: chunks of calls from compiled loops alternate, and the ratio is that of the least times. `eight` is a
-call for eight problems in lanes, divided by eight. Run: python benchmarks/kernels.py; CDPR_NATIVE_TARGET chooses the
-instruction set.
+One process, eight cables: chunks of calls alternate, and the least times count. `eight` is a call for eight problems in
+lanes, divided by eight. Run: python benchmarks/kernels.py; CDPR_NATIVE_TARGET chooses the instruction set.
 """
 
 from __future__ import annotations
@@ -14,31 +13,10 @@ from typing import Any
 import numpy as np
 
 from cdpr.cables import Pulley
-from cdpr.cables.lines import rows
-from cdpr.mechanics.geometry import cable_geometry
-from cdpr.model.address import c_caller
-from cdpr.model.jit import kernel
-from cdpr.model.kinds import NUMBER, WHOLE
 from cdpr.native.bind import LANES, bind
-from cdpr.native.operations import operations, target
+from cdpr.native.operations import target
 
 CALLS, CHUNKS, M = 2000, 400, 8
-
-run_native = c_caller(WHOLE(WHOLE, NUMBER))
-
-
-@kernel
-def repeat_native(operation: int, place: int, calls: int) -> None:
-    """Run an operation of the library."""
-    for _ in range(calls):
-        run_native(operation, place, 0.0)
-
-
-@kernel
-def repeat_geometry(lines: Any, state: Any, W: Any, length: Any, rate: Any, calls: int) -> None:
-    """Run numba's geometry."""
-    for _ in range(calls):
-        cable_geometry(lines, state, W, length, rate)
 
 
 def least(*runs: Callable[[], object]) -> list[float]:
@@ -54,12 +32,15 @@ def least(*runs: Callable[[], object]) -> list[float]:
     return [seconds / CALLS for seconds in best]
 
 
-def native(
-    name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]], **values: float
-) -> Callable[[], object]:
+def calls(name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]]) -> Callable[[], object]:
     """Return a run of an operation."""
-    call = bind(name, **given, **values, **{key: np.full(shape, np.nan) for key, shape in written.items()})
-    return lambda: (repeat_native(call.operation, call.place, CALLS), call)
+    call = bind(name, **given, **{key: np.full(shape, np.nan) for key, shape in written.items()})
+
+    def run() -> None:
+        for _ in range(CALLS):
+            call()
+
+    return run
 
 
 def lanes(given: dict[str, Any]) -> dict[str, Any]:
@@ -67,26 +48,12 @@ def lanes(given: dict[str, Any]) -> dict[str, Any]:
     return {key: np.repeat(value[..., None], LANES, axis=-1) for key, value in given.items()}
 
 
-def compare(
-    name: str,
-    ours: Callable[[], object],
-    given: dict[str, Any],
-    written: dict[str, tuple[int, ...]],
-    label: str = "",
-    **values: float,
-) -> None:
-    """Print times and ratios."""
-    if f"{name}_lanes" not in operations():
-        numba, one = least(ours, native(name, given, written, **values))
-        print(f"{label or name:28} numba {1e9 * numba:6.1f} ns, one {1e9 * one:6.1f} ns; ratio {one / numba:.2f}")
-        return
+def measure(name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]], label: str) -> None:
+    """Print times and their ratio."""
     eights = {key: (*shape, LANES) for key, shape in written.items()}
-    numba, one, eight = least(
-        ours, native(name, given, written, **values), native(f"{name}_lanes", lanes(given), eights, **values)
-    )
+    one, eight = least(calls(name, given, written), calls(f"{name}_lanes", lanes(given), eights))
     eight /= LANES
-    times = f"numba {1e9 * numba:6.1f} ns, one {1e9 * one:6.1f} ns, eight {1e9 * eight:6.1f} ns"
-    print(f"{label or name:28} {times}; ratios {one / numba:.2f} and {eight / numba:.2f}")
+    print(f"{label:20} one {1e9 * one:6.1f} ns, eight {1e9 * eight:6.1f} ns; ratio {eight / one:.2f}")
 
 
 def main() -> None:
@@ -99,11 +66,9 @@ def main() -> None:
     pulley = Pulley(type="pulley", radius=0.05)
     exits = np.concatenate([anchors, np.ones((M, 1)), np.tile(pulley.numbers(), (M, 1))], axis=1)
     print(f"instruction set {target()}")
-    W, length, rate = np.empty((6, M)), np.empty(M), np.empty(M)
     shapes: dict[str, tuple[int, ...]] = {"matrix": (6, M), "length": (M,), "rate": (M,)}
-    for label, ours, theirs in (("points", anchors, anchors), ("pulleys", rows(anchors, [pulley] * M), exits)):
-        run = lambda ours=ours: repeat_geometry(ours, state, W, length, rate, CALLS)  # noqa: E731
-        compare("geometry", run, {"lines": theirs, "state": state}, shapes, f"geometry, {label}")
+    for label, lines in (("points", anchors), ("pulleys", exits)):
+        measure("geometry", {"lines": lines, "state": state}, shapes, f"geometry, {label}")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.cables.lines import lines
+from cdpr.cables.tables import line_table
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import LANES, Compiled, bind
@@ -64,7 +64,7 @@ class Batch:
         self._size = robot.n, robot.m
         self._action = action("best_effort", respects_bounds)
         self._robot = {
-            "lines": np.array(lines(robot)),
+            "lines": np.array(line_table(robot)),
             "inertial": robot.inertial,
             "gravity": gravity,
             "weights": np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],

@@ -14,16 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr import tolerances
-from cdpr.cables.lines import lines
+from cdpr.cables.tables import line_table
 from cdpr.defaults import SOLVER
 from cdpr.distribution.batch import Batch, Rows
 from cdpr.distribution.single import distribute_single
 from cdpr.distribution.status_array import StatusArray
 from cdpr.errors import CdprError
-from cdpr.mechanics import dynamics, geometry
+from cdpr.mechanics import dynamics
 from cdpr.model import Robot
 from cdpr.model.arrays import checked, real
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
@@ -245,13 +246,14 @@ def _compiled(task: _Task, jobs: int) -> None:
 def _row_by_row(task: _Task) -> None:
     """Fill tension and report by a solver that is Python."""
     robot, m = task.robot, task.robot.m
-    live, spare, state, ways = Present.of(m), np.zeros(m), np.zeros(13), lines(robot)
+    live, state, spare = Present.of(m), np.zeros(13), {"length": np.zeros(m), "rate": np.zeros(m)}
+    geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **spare)
     stage = TensionStage(robot, Asked(task.solver.solve, type(task.solver).__name__, task.respects_bounds), live)
     task.tension[:], task.report[:] = np.nan, (Status.BAD_INPUT, np.nan, np.nan, np.nan)
     for k, at in enumerate(task.pose):
         state[:7] = at
         state[3:7] /= np.linalg.norm(at[3:])
-        geometry.cable_geometry(ways, state, live.W, spare, spare)
+        geometry()
         given = task.wrench
         live.wrench[:] = dynamics.required_wrench(robot, state, task.gravity) if given is None else given[k]
         stage.cables.limits[:] = low, high = task.limits[k if len(task.limits) > 1 else 0]
