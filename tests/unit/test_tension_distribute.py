@@ -309,7 +309,7 @@ def test_pulleys_count(robot, count):
         def solve(self, W, wrench, t_min, t_max, tension):
             return MinimumNorm(self.robot, QpOptions()).solve(W, wrench, t_min, t_max, tension)
 
-    found, expected = distribute(on_pulleys, at), distribute(on_pulleys, at, solver=Own)
+    found, expected = distribute(on_pulleys, at), distribute(on_pulleys, at, solver=Own(on_pulleys, None))
     assert (found.status == Status.OK).all()
     np.testing.assert_allclose(found.tension, expected.tension, atol=1e-9)
     assert np.abs(found.tension - distribute(robot, at).tension).max() > 0.1
