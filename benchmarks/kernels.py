@@ -1,8 +1,7 @@
-"""Time of kernels of the C++ library, against the numba kernels that they replace.
+"""Time of the cable geometry in the kernel library, alone and in lanes.
 
-One process, 6x8: chunks of calls from compiled loops alternate, and the ratio is that of the least times. `eight` is a
-call for eight problems in lanes, divided by eight. Run: python benchmarks/kernels.py; CDPR_NATIVE_TARGET chooses the
-instruction set.
+One process, eight cables: chunks of calls alternate, and the least times count. `eight` is a call for eight problems in
+lanes, divided by eight. Run: python benchmarks/kernels.py; CDPR_NATIVE_TARGET chooses the instruction set.
 """
 
 from __future__ import annotations
@@ -14,83 +13,10 @@ from typing import Any
 import numpy as np
 
 from cdpr.cables import Pulley
-from cdpr.cables.lines import rows
-from cdpr.cables.pack import DRIVE, STRAIGHT
-from cdpr.mechanics.geometry import cable_geometry
-from cdpr.model.address import address, c_caller, caller
-from cdpr.model.jit import kernel
-from cdpr.model.kinds import NUMBER, WHOLE
 from cdpr.native.bind import LANES, bind
-from cdpr.native.operations import operations, target
-from cdpr.tension.box_least_squares import box_least_squares
-from cdpr.tension.box_least_squares import work_rows as box_rows
-from cdpr.tension.null_space import form_rows, work_rows
-from cdpr.tension.row_space import BY_ROWS, nearest_by_rows
-from cdpr_solvers import qp
-from cdpr_solvers.closed_form import closed_form
+from cdpr.native.operations import target
 
 CALLS, CHUNKS, M = 2000, 400, 8
-
-run_native = c_caller(WHOLE(WHOLE, NUMBER))
-held, pull = caller(DRIVE["held"]), caller(STRAIGHT["pull"])
-
-
-@kernel
-def repeat_native(operation: int, place: int, calls: int) -> None:
-    """Run an operation of the library."""
-    for _ in range(calls):
-        run_native(operation, place, 0.0)
-
-
-@kernel
-def repeat_geometry(lines: Any, state: Any, W: Any, length: Any, rate: Any, calls: int) -> None:
-    """Run numba's geometry."""
-    for _ in range(calls):
-        cable_geometry(lines, state, W, length, rate)
-
-
-@kernel
-def repeat_closed_form(
-    W: Any, wrench: Any, low: Any, high: Any, tension: Any, parameters: Any, work: Any, calls: int
-) -> None:
-    """Run numba's closed form."""
-    for _ in range(calls):
-        closed_form(W, wrench, low, high, tension, parameters, work)
-
-
-@kernel
-def repeat_minimum_norm(
-    W: Any, wrench: Any, low: Any, high: Any, tension: Any, parameters: Any, work: Any, calls: int
-) -> None:
-    """Run numba's least norm."""
-    for _ in range(calls):
-        qp.minimum_norm(W, wrench, low, high, tension, parameters, work)
-
-
-@kernel
-def repeat_nearest_wrench(
-    W: Any, wrench: Any, weights: Any, low: Any, high: Any, tension: Any, work: Any, calls: int
-) -> None:
-    """Run numba's nearest wrench."""
-    for _ in range(calls):
-        box_least_squares(W, wrench, weights, low, high, tension, work)
-
-
-@kernel
-def repeat_held(place: float, numbers: Any, given: Any, tension: Any, mass: Any, calls: int) -> None:
-    """Run numba's winches as the plant does: by address."""
-    for _ in range(calls):
-        for i in range(tension.shape[0]):
-            tension[i], mass[i] = held(place, numbers[i], given[0, i], given[1, i], given[2, i])
-
-
-@kernel
-def repeat_pull(place: float, numbers: Any, given: Any, tension: Any, calls: int) -> None:
-    """Run numba's spans likewise."""
-    for _ in range(calls):
-        for i in range(tension.shape[0]):
-            stretching = given[1, i] + 0.05 * given[4, i]
-            tension[i] = pull(place, numbers[i], given[2, i], given[3, i], stretching, 0.0)
 
 
 def least(*runs: Callable[[], object]) -> list[float]:
@@ -106,12 +32,15 @@ def least(*runs: Callable[[], object]) -> list[float]:
     return [seconds / CALLS for seconds in best]
 
 
-def native(
-    name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]], **values: float
-) -> Callable[[], object]:
+def calls(name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]]) -> Callable[[], object]:
     """Return a run of an operation."""
-    call = bind(name, **given, **values, **{key: np.full(shape, np.nan) for key, shape in written.items()})
-    return lambda: (repeat_native(call.operation, call.place, CALLS), call)
+    call = bind(name, **given, **{key: np.full(shape, np.nan) for key, shape in written.items()})
+
+    def run() -> None:
+        for _ in range(CALLS):
+            call()
+
+    return run
 
 
 def lanes(given: dict[str, Any]) -> dict[str, Any]:
@@ -119,54 +48,12 @@ def lanes(given: dict[str, Any]) -> dict[str, Any]:
     return {key: np.repeat(value[..., None], LANES, axis=-1) for key, value in given.items()}
 
 
-def compare(
-    name: str,
-    ours: Callable[[], object],
-    given: dict[str, Any],
-    written: dict[str, tuple[int, ...]],
-    label: str = "",
-    **values: float,
-) -> None:
-    """Print times and ratios."""
-    if f"{name}_lanes" not in operations():
-        numba, one = least(ours, native(name, given, written, **values))
-        print(f"{label or name:28} numba {1e9 * numba:6.1f} ns, one {1e9 * one:6.1f} ns; ratio {one / numba:.2f}")
-        return
+def measure(name: str, given: dict[str, Any], written: dict[str, tuple[int, ...]], label: str) -> None:
+    """Print times and their ratio."""
     eights = {key: (*shape, LANES) for key, shape in written.items()}
-    numba, one, eight = least(
-        ours, native(name, given, written, **values), native(f"{name}_lanes", lanes(given), eights, **values)
-    )
+    one, eight = least(calls(name, given, written), calls(f"{name}_lanes", lanes(given), eights))
     eight /= LANES
-    times = f"numba {1e9 * numba:6.1f} ns, one {1e9 * one:6.1f} ns, eight {1e9 * eight:6.1f} ns"
-    print(f"{label or name:28} {times}; ratios {one / numba:.2f} and {eight / numba:.2f}")
-
-
-def distributions(rng: np.random.Generator, problem: dict[str, Any]) -> None:
-    """Print a line for least norm, in its usual cases, and for the nearest wrench."""
-    W, low, high = problem["matrix"], problem["tension_min"], problem["tension_max"]
-    wide = rng.normal(size=(6, 2 * M))
-    many = (wide, wide @ rng.uniform(20.0, 100.0, 2 * M), np.full(2 * M, 20.0), np.full(2 * M, 100.0))
-    cases = [
-        ("nothing in the way", (W, problem["wrench"], np.full(M, -1e3), np.full(M, 1e3)), qp.ZERO),
-        ("at a limit", (W, problem["wrench"], low, high), qp.ZERO),
-        ("about the middle", (W, problem["wrench"], low, high), qp.MIDDLE),
-        ("16 cables", many, qp.ZERO),
-    ]
-    for label, arrays, about in cases:
-        m = len(arrays[2])
-        given = dict(zip(problem, arrays, strict=True)) | {"reference": np.zeros(m), "root": np.ones(m)}
-        rows = address(nearest_by_rows, BY_ROWS) if m > 2 * 6 else 0.0
-        numbers = np.array([about, np.inf, 0.0, rows, *np.zeros(m), *np.ones(m)])
-        tension, work = np.full(m, np.nan), np.empty((qp._rows(6, m), m))
-        run = lambda: repeat_minimum_norm(*arrays, tension, numbers, work, CALLS)  # noqa: B023, E731
-        written: dict[str, tuple[int, ...]] = {"tension": (m,), "status": (1,)}
-        values = {"about": about, "change": np.inf, "weighted": 0}
-        compare("minimum_norm", run, given, written, f"minimum_norm, {label}", **values)
-    weights, tension, work = np.ones(6), np.empty(M), np.empty((box_rows(6, M), M))
-    wanted = 3.0 * problem["wrench"] + 500.0
-    run = lambda: repeat_nearest_wrench(W, wanted, weights, low, high, tension, work, CALLS)  # noqa: E731
-    given = problem | {"wrench": wanted, "weights": weights}
-    compare("box_least_squares", run, given, {"tension": (M,), "status": (1,), "steps": (1,)})
+    print(f"{label:20} one {1e9 * one:6.1f} ns, eight {1e9 * eight:6.1f} ns; ratio {eight / one:.2f}")
 
 
 def main() -> None:
@@ -179,38 +66,9 @@ def main() -> None:
     pulley = Pulley(type="pulley", radius=0.05)
     exits = np.concatenate([anchors, np.ones((M, 1)), np.tile(pulley.numbers(), (M, 1))], axis=1)
     print(f"instruction set {target()}")
-    W, length, rate = np.empty((6, M)), np.empty(M), np.empty(M)
     shapes: dict[str, tuple[int, ...]] = {"matrix": (6, M), "length": (M,), "rate": (M,)}
-    for label, ours, theirs in (("points", anchors, anchors), ("pulleys", rows(anchors, [pulley] * M), exits)):
-        run = lambda ours=ours: repeat_geometry(ours, state, W, length, rate, CALLS)  # noqa: E731
-        compare("geometry", run, {"lines": theirs, "state": state}, shapes, f"geometry, {label}")
-    low, high, tension = np.full(M, 20.0), np.full(M, 400.0), np.empty(M)
-    problem = {"matrix": W, "wrench": W @ rng.uniform(150.0, 250.0, M), "tension_min": low, "tension_max": high}
-    work = np.empty((form_rows(M) + 1 + work_rows(6), M))
-    compare(
-        "closed_form",
-        lambda: repeat_closed_form(*problem.values(), tension, np.empty(0), work, CALLS),
-        problem,
-        {"tension": (M,), "status": (1,)},
-    )
-    distributions(rng, problem)
-    from cdpr.cables.drum import kernels as drum  # a module of kernels, found by its name as robots do
-    from cdpr.cables.elastic import kernels as elastic
-
-    numbers = np.zeros((M, 8))
-    numbers[:, :5] = 0.05, 0.002, 0.1, 0.05, 0.1
-    given = np.array([np.full(M, 200.0), rng.normal(size=M), rng.uniform(2, 4, M), rng.uniform(2, 4, M), np.ones(M)])
-    chains = np.zeros((M, 19))
-    chains[:, 0], chains[:, 3:11] = 1.0, numbers
-    taken = {"command": given[0], "length": given[2], "rate": given[1], "swing": given[2], "unwound": given[3]}
-    taken |= {"chains": chains, "speed": given[4]}
-    place, mass = address(drum.held, DRIVE["held"]), np.empty(M)
-    run = lambda: repeat_held(place, numbers, given, tension, mass, CALLS)  # noqa: E731
-    compare("chain_tensions", run, taken, {"tension": (M,), "mass": (M,)}, "chain_tensions, drums")
-    chains[:, 1], chains[:, 11:13] = 1.0, (5e4, 10.0)
-    spans, there = np.ascontiguousarray(chains[:, 11:]), address(elastic.pull, STRAIGHT["pull"])
-    run = lambda: repeat_pull(there, spans, given, tension, CALLS)  # noqa: E731
-    compare("chain_tensions", run, taken, {"tension": (M,), "mass": (M,)}, "chain_tensions, elastic")
+    for label, lines in (("points", anchors), ("pulleys", exits)):
+        measure("geometry", {"lines": lines, "state": state}, shapes, f"geometry, {label}")
 
 
 if __name__ == "__main__":

@@ -11,8 +11,8 @@ from time import perf_counter
 
 import numpy as np
 
-from cdpr.cables.lines import lines
-from cdpr.mechanics.geometry import cable_geometry
+from cdpr.cables.tables import line_table
+from cdpr.native.bind import bind
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build
 from cdpr.simulation.loop import Loop
@@ -40,8 +40,9 @@ def main() -> None:
         loop = Loop(build(scenario))
         loop.warm_up(scenario.initial.state())
         state, m = scenario.initial.state(), scenario.robot.m
-        given = (lines(scenario.robot), state, np.zeros((6, m)), np.zeros(m), np.zeros(m))
-        geometries.append(lambda given=given: [cable_geometry(*given) for _ in range(CALLS)])
+        written = {"matrix": np.zeros((6, m)), "length": np.zeros(m), "rate": np.zeros(m)}
+        call = bind("geometry", lines=line_table(scenario.robot), state=state, **written)
+        geometries.append(lambda call=call: [call() for _ in range(CALLS)])
         rows = np.empty((CALLS + 1, len(loop.row)))
 
         def run(loop: Loop = loop, start: np.ndarray = state, rows: np.ndarray = rows) -> None:

@@ -125,7 +125,6 @@ def jumps(count: int) -> None:
 
 
 FIRST_CALL = """
-import numba
 from time import perf_counter
 started = perf_counter()
 import cdpr
@@ -136,13 +135,13 @@ print(perf_counter() - started)
 
 
 def first_call() -> None:
-    """Time the first distribution of a process whose kernels are on disk."""
+    """Time the first distribution of a process alone."""
     program = FIRST_CALL.format(robot=str(ROBOTS / "caroca.yaml"))
     seconds = [
         float(subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True).stdout)
         for _ in range(6)
     ][1:]
-    print(f"first call with a warm cache: {np.median(seconds):.2f} s beyond `import numba`")
+    print(f"first call : {np.median(seconds):.2f} s")
 
 
 if __name__ == "__main__":

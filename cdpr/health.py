@@ -166,12 +166,12 @@ def _folder(name: str, path: Path, remedy: str) -> Found:
 
 
 def tools() -> Iterator[Found]:
-    """Yield the C compiler, what opens a page, and the display."""
+    """Yield the C++ compiler, what opens a page, and the display."""
     try:
-        yield Found("tools", "C compiler", "ok", " ".join(compiler()))
+        yield Found("tools", "C++ compiler", "ok", " ".join(compiler()))
     except CdprError:
         text = "none: cdpr fmu export then needs --source-only"
-        yield Found("tools", "C compiler", "missing", text, "install one, such as the package gcc with libc6-dev")
+        yield Found("tools", "C++ compiler", "missing", text, "install one, such as the package g++")
     browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if browser:
         yield Found("tools", "browser", "ok", browser)

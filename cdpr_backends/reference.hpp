@@ -88,28 +88,36 @@ template <class T> struct ReferenceStep {
 
     CDPR_INLINE const T* moments() const { return inertial + 1; }
 
-    CDPR_INLINE free_body::Point<T> slope(free_body::Point<T> at) const {
-        const Wrench<T> pull = pull_of_cables(lines, w, m, command, at.p, at.q);
+    template <bool eight> CDPR_INLINE free_body::Point<T> slope(free_body::Point<T> at) const {
+        const Wrench<T> pull = pull_of_cables<eight>(lines, w, m, command, at.p, at.q);
         const Wrench<T> applied = with_external(pull, offset, external, at.q);
         const Vector<T> omega = free_body::angular_velocity(moments(), at.q, at.L);
         return {at.v, turning(at.q, omega), applied.force / inertial[0] + vector(gravity), applied.moment};
     }
 };
 
-template <class T> inline int reference_step(ReferenceStep<T>& plant) {
-    if (!has_anchors<T>(plant.w)) return code(T(double(BAD_INPUT)));
+// Advance body and momentum.
+template <bool eight, class T> CDPR_INLINE void advance(ReferenceStep<T>& plant) {
     const Vector<T> zero = {0.0, 0.0, 0.0};
     const free_body::Point<T> none = {zero, {0.0, 0.0, 0.0, 0.0}, zero, zero};
     for (int64_t k = 0; k < plant.steps; k++) {
         const free_body::Point<T> start = {vector(plant.body), quaternion(plant.body + 3), vector(plant.body + 7),
                                            vector(plant.momentum)};
-        const free_body::Point<T> end =
-            runge_kutta<T>(start, none, plant.step, [&](free_body::Point<T> at) { return plant.slope(at); });
+        const free_body::Point<T> end = runge_kutta<T>(
+            start, none, plant.step, [&](free_body::Point<T> at) { return plant.template slope<eight>(at); });
         store(end.p, plant.body);
         store(normalised(end.q), plant.body + 3);
         store(end.v, plant.body + 7);
         store(end.L, plant.momentum);
     }
+}
+
+template <class T> inline int reference_step(ReferenceStep<T>& plant) {
+    if (!has_anchors<T>(plant.w)) return code(T(double(BAD_INPUT)));
+    if (are_eight<T>(plant.w, plant.m))
+        advance<true>(plant);
+    else
+        advance<false>(plant);
     const Quaternion<T> q = quaternion(plant.body + 3);
     store(free_body::angular_velocity(plant.moments(), q, vector(plant.momentum)), plant.body + 10);
     to_platform(plant.offset, plant.body, plant.state);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
+from cdpr.plugins.controller import Tunable
 from cdpr_controllers.law import Law
 
 
@@ -90,6 +91,7 @@ class CableLength(SnapshotOfArrays, Controller):
                 raise CdprError(f"cable_length: {name} has {len(value)} values, the robot {m} cables")
         self._gains[:] = [np.broadcast_to(value, m) for value in given.values()]
         self._gains[2] *= self.control_step
+        self._ki = options.ki
 
     def sense(self, cables: Array) -> None:
         """Measure at the cables what they are, whatever the robot is believed to be."""
@@ -103,6 +105,16 @@ class CableLength(SnapshotOfArrays, Controller):
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
         """Return the law with these arrays."""
         return self._bound(state, desired, out)
+
+    def tunable(self) -> Mapping[str, Tunable]:
+        """Return gains and limits."""
+        kp, kd, per_step, limit = self._gains
+        return {
+            "kp": Tunable(kp, kp.copy()),
+            "kd": Tunable(kd, kd.copy()),
+            "ki": Tunable(per_step, np.broadcast_to(self._ki, self.robot.m).astype(float), per_step=True),
+            "integral_limit": Tunable(limit, limit.copy()),
+        }
 
     def reset(self) -> None:
         """Clear the integrals and the estimate of the pose."""

@@ -11,6 +11,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
+from cdpr.plugins.controller import Tunable
 from cdpr_controllers.law import Law
 
 
@@ -49,10 +50,15 @@ class Pid(SnapshotOfArrays, Controller):
         """Write the wrench (6,)."""
         self._law(state, desired, out)
 
-    def numbers_in_c(self) -> Mapping[str, Array]:
+    def tunable(self) -> Mapping[str, Tunable]:
         """Return gains and limits."""
-        kp, kd, ki = self._pd[:6], self._pd[6:], np.broadcast_to(self._ki, 6)
-        return {"kp": kp, "kd": kd, "ki": ki, "integral_limit": self._per_step[1]}
+        kp, kd, (per_step, limit) = self._pd[:6], self._pd[6:], self._per_step
+        return {
+            "kp": Tunable(kp, kp.copy()),
+            "kd": Tunable(kd, kd.copy()),
+            "ki": Tunable(per_step, np.broadcast_to(self._ki, 6).astype(float), per_step=True),
+            "integral_limit": Tunable(limit, limit.copy()),
+        }
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
         """Return the law with these arrays."""

@@ -11,6 +11,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
+from cdpr.plugins.controller import Tunable
 from cdpr_controllers.law import Law
 
 
@@ -38,9 +39,10 @@ class Static(SnapshotOfArrays, Controller):
         """Write the wrench (6,)."""
         self._law(state, desired, wrench)
 
-    def numbers_in_c(self) -> Mapping[str, Array]:
+    def tunable(self) -> Mapping[str, Tunable]:
         """Return the gains."""
-        return {"kp": self._gains[:6], "kd": self._gains[6:]}
+        kp, kd = self._gains[:6], self._gains[6:]
+        return {"kp": Tunable(kp, kp.copy()), "kd": Tunable(kd, kd.copy())}
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
         """Return the law with these arrays."""

@@ -8,15 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import box_least_squares as box
-from cdpr.tension.active_set import nearest
-from cdpr.tension.box_least_squares import box_least_squares, nearest_wrench_tension
-from cdpr.tension.null_space import reduce
-from cdpr.tension.status import BAD_INPUT, INFEASIBLE, OK, Status
-from cdpr.tension.verdict import verdict
+from cdpr.tension.box_least_squares import nearest_wrench_tension
+from cdpr.tension.status import Status
 
 
 class BestEffort(CompiledSolver):
@@ -29,26 +24,7 @@ class BestEffort(CompiledSolver):
 
     def __init__(self, robot: Robot, options: Any) -> None:
         weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows]
-        super().__init__(robot, options, best_effort, parameters=weights.tolist(), rows=box.work_rows(robot.n, robot.m))
-
-
-@kernel
-def best_effort(
-    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
-) -> int:
-    """Write the nearest tensions; return OK, INFEASIBLE, UNSUPPORTED, NOT_FOUND or BAD_INPUT."""
-    n, m = W.shape
-    if parameters.shape[0] != n or t_min.shape[0] < m or t_max.shape[0] < m:
-        return BAD_INPUT  # made for another robot
-    N, box, x, active, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r == -BAD_INPUT:
-        return BAD_INPUT
-    found = r >= 0 and nearest(N, r, box, x, tension, active, rest) >= 0
-    if found and verdict(W, wrench, N, r, box, x, tension) == OK:
-        return OK
-    steps = box_least_squares(W, wrench, parameters, t_min, t_max, tension, work)
-    return INFEASIBLE if steps >= 0 else -steps
+        super().__init__(robot, options, "best_effort", parameters={"weights": weights}, follows=False)
 
 
 def best_effort_tension(

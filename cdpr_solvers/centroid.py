@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space, polygon
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.null_space import reduce
-from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon
-from cdpr.tension.status import INFEASIBLE, UNSUPPORTED, Status
-from cdpr.tension.verdict import settle, solution
+from cdpr.tension.status import Status
 
 
 class Centroid(CompiledSolver):
@@ -29,41 +23,7 @@ class Centroid(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        corners = 2 * polygon.most_vertices(robot.m)
-        rows = null_space.form_rows(robot.m) + 1 + max(null_space.work_rows(robot.n), corners)
-        super().__init__(robot, options, centroid, rows=rows, width=max(robot.n, robot.m, 2))
-
-
-@kernel
-def centroid(
-    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
-) -> int:
-    """Write the centroid; return OK, INFEASIBLE, UNSUPPORTED or BAD_INPUT."""
-    m = W.shape[1]
-    N, box, x, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
-    if r > 2:
-        return UNSUPPORTED
-    for i in range(m):
-        if not (t_max[i] - t_min[i] < math.inf):  # the set may be unbounded, and then has no centroid
-            return UNSUPPORTED
-    x[0] = x[1] = 0.0
-    c, low, high = box[0, :m], box[1, :m], box[2, :m]
-    if r == 1:
-        if clip_interval(N, c, low, high, x) == 0:
-            return INFEASIBLE
-        x[0] = 0.5 * (x[0] + x[1])
-    elif r == 2:
-        k = polygon.most_vertices(m)
-        vertices = rest[:k]
-        count = clip_polygon(N, c, low, high, vertices, rest[k : 2 * k])
-        if count == 0:
-            return INFEASIBLE
-        centre_of_polygon(vertices, count, x)
-    solution(N, r, box, x, tension)
-    return settle(W, wrench, box, tension)
+        super().__init__(robot, options, "centroid", follows=False)
 
 
 def centroid_tension(

@@ -7,14 +7,10 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.null_space import reduce
-from cdpr.tension.status import OK, Status
-from cdpr_solvers.projection import admitted, nearest_to_middle
+from cdpr.tension.status import Status
 
 
 class ClosedForm(CompiledSolver):
@@ -28,24 +24,7 @@ class ClosedForm(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        rows = null_space.form_rows(robot.m) + 1 + null_space.work_rows(robot.n)
-        super().__init__(robot, options, closed_form, rows=rows)
-
-
-@kernel
-def closed_form(
-    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
-) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, UNSUPPORTED or BAD_INPUT."""
-    m = W.shape[1]
-    N, box, middle = work[:m], work[m : m + 3], work[m + 3, :m]
-    r = reduce(W, wrench, t_min, t_max, box, N, work[m + 4 :])
-    if r < 0:
-        return -r
-    status = nearest_to_middle(N, r, box, middle, tension)
-    if status != OK:
-        return status
-    return admitted(W, wrench, r, box, tension)
+        super().__init__(robot, options, "closed_form", follows=False)
 
 
 def closed_form_tension(

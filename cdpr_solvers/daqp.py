@@ -10,12 +10,11 @@ from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.tension.null_space import ROUNDING
 from cdpr_solvers.library import LibrarySolver
 
 SETTINGS = {
     "eps_prox": 0.0,  # the problem is strictly convex as it is
-    "zero_tol": ROUNDING**2,  # of squared lengths of rows of N: by default it takes rows below 3e-6 for zero
+    "zero_tol": 1e-11**2,  # of squared lengths of rows of N: by default it takes rows below 3e-6 for zero
     # Of the squared sine between a row and those at their limits; by default it takes rows less than 6e-6 apart for one
     # and the problem for infeasible. The sine's square is a difference of numbers near 1, whose round-off is 1e-15.
     "sing_tol": 1e-14,

@@ -7,15 +7,10 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK, Status
-from cdpr.tension.verdict import settle
-from cdpr_solvers.projection import admitted, nearest_solution, nearest_to_middle
+from cdpr.tension.status import Status
 
 
 class Dykstra(CompiledSolver):
@@ -36,43 +31,10 @@ class Dykstra(CompiledSolver):
         super().__init__(
             robot,
             options,
-            dykstra,
-            parameters=[options.iterations, options.tolerance],
-            rows=null_space.form_rows(robot.m) + 2 + null_space.work_rows(robot.n),
+            "dykstra",
+            parameters={"iterations": options.iterations, "tolerance": options.tolerance},
+            follows=False,
         )
-
-
-@kernel
-def dykstra(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, UNSUPPORTED or BAD_INPUT."""
-    m = W.shape[1]
-    N, box, rest = work[:m], work[m : m + 3], work[m + 5 :]
-    point, correction = work[m + 3, :m], work[m + 4, :m]  # the point lies within the limits
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
-    status = nearest_to_middle(N, r, box, point, tension)
-    if status != OK:
-        return status
-    largest, within = 0.0, True
-    for i in range(m):
-        correction[i] = 0.0
-        largest = max(largest, abs(box[1, i]), abs(box[2, i]))
-        within = within and box[1, i] <= tension[i] <= box[2, i]
-    if r == 0 or within:
-        return settle(W, wrench, box, tension)
-    for _ in range(int(parameters[0])):
-        for i in range(m):
-            s = tension[i] + correction[i]
-            point[i] = min(max(s, box[1, i]), box[2, i])
-            correction[i] = s - point[i]
-        nearest_solution(N, r, box[0], point, tension)
-        apart = 0.0
-        for i in range(m):
-            apart = max(apart, abs(tension[i] - point[i]))
-        if apart <= parameters[1] * largest:
-            return admitted(W, wrench, r, box, tension)
-    return NOT_FOUND
 
 
 def dykstra_tension(

@@ -16,10 +16,12 @@ from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.tension import Status
-from cdpr.tension.null_space import CONSISTENCY_TOLERANCE
 
 Vector = list[Fraction]
 Rows = list[list[int]]  # whole numbers need no common divisors, the greater part of the cost of fractions
+
+# A dependent row is consistent if the wrench agrees with the other rows to this share of the largest load.
+CONSISTENCY_TOLERANCE = 1e-9
 
 # The first step of the linear program, in units of the largest limit: so far that one step mostly ends at the optimum.
 LONG_STEP = 2**20

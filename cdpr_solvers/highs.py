@@ -12,7 +12,9 @@ from cdpr.hush import native_to_stderr
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
-from cdpr_solvers.lp import cost
+
+# A cost below this share of the terms in it is round-off; with such one the library ends without a status.
+ROUNDING = 1e-11
 
 # The number of threads is left alone: the library has one pool in a process and refuses another size of it.
 SETTINGS = {
@@ -45,7 +47,6 @@ class Highs(LibrarySolver):
         }
         for name, value in settings.items():
             self._solver.setOptionValue(name, value)
-        self._weights = np.ones(robot.m)
         self._model = highspy.HighsLp()
         self._model.num_row_ = robot.m
         self._model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
@@ -55,12 +56,11 @@ class Highs(LibrarySolver):
         model = self._model
         if model.num_col_ != r:
             model.num_col_ = r
-            self._cost = np.zeros(r)
             model.col_lower_, model.col_upper_ = np.full(r, -highspy.kHighsInf), np.full(r, highspy.kHighsInf)
             model.a_matrix_.start_ = r * np.arange(m + 1)
             model.a_matrix_.index_ = np.tile(np.arange(r), m)
-        cost(N, r, self._weights, self._cost)  # with one that is round-off the library ends without a status
-        model.col_cost_ = self._cost
+        cost = sum(N, start=np.zeros(r))  # row after row
+        model.col_cost_ = np.where(np.abs(cost) <= ROUNDING * sum(np.abs(N), start=np.zeros(r)), 0.0, cost)
         model.a_matrix_.value_ = N.ravel()
         model.row_lower_, model.row_upper_ = low, high
         if self._solver.passModel(model) == highspy.HighsStatus.kError:

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space
-from cdpr.tension.active_set import DEPENDENCE_TOLERANCE
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.factors import turn
-from cdpr.tension.null_space import reduce
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK, Status
-from cdpr.tension.verdict import VERTEX_TOLERANCE
-from cdpr_solvers.projection import admitted, nearest_to_middle
+from cdpr.tension.status import Status
 
 
 class ImprovedClosedForm(CompiledSolver):
@@ -38,56 +30,8 @@ class ImprovedClosedForm(CompiledSolver):
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(
-            robot,
-            options,
-            improved_closed_form,
-            parameters=[float(options.rule == "scaled")],
-            rows=null_space.form_rows(robot.m) + 1 + null_space.work_rows(robot.n),
+            robot, options, "improved_closed_form", parameters={"scaled": int(options.rule == "scaled")}, follows=False
         )
-
-
-@kernel
-def improved_closed_form(
-    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
-) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, UNSUPPORTED or BAD_INPUT."""
-    m = W.shape[1]
-    N, box, spare, rest = work[:m], work[m : m + 3], work[m + 3, :m], work[m + 4 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
-    scaled = parameters[0] != 0.0
-    status = nearest_to_middle(N, r, box, spare, tension)
-    if status != OK:
-        return status
-    scale = 0.0
-    for i in range(m):
-        scale = max(scale, abs(tension[i]))
-    for fixed in range(r + 1):
-        # The first columns of N belong to the fixed cables; the others span what is left of the null space.
-        worst, most, bound, size = -1, 0.0, 0.0, 0.0
-        for i in range(m):
-            below, above = box[1, i] - tension[i], tension[i] - box[2, i]
-            excess = max(below, above)
-            if not excess <= VERTEX_TOLERANCE * scale:  # NaN, too
-                square = 0.0
-                for k in range(fixed, r):
-                    square += N[i, k] * N[i, k]
-                length = math.sqrt(square)
-                if not length > DEPENDENCE_TOLERANCE:  # nothing can bring this one back
-                    return NOT_FOUND if fixed > 0 else INFEASIBLE
-                measure = excess / length if scaled else excess
-                if measure > most:
-                    worst, most, size = i, measure, length
-                    bound = box[1, i] if below > above else box[2, i]
-        if worst < 0:
-            return admitted(W, wrench, r, box, tension)
-        turn(N, r, fixed, worst, size, spare)
-        step = (bound - tension[worst]) / N[worst, fixed]
-        for i in range(m):
-            tension[i] += N[i, fixed] * step
-        tension[worst] = bound
-    return NOT_FOUND
 
 
 def improved_closed_form_tension(

@@ -7,14 +7,10 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.status import OK, Status
-from cdpr_solvers.improved_closed_form import improved_closed_form
-from cdpr_solvers.puncture import least_step
+from cdpr.tension.status import Status
 
 
 class ImprovedPuncture(CompiledSolver):
@@ -26,21 +22,7 @@ class ImprovedPuncture(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        rows = null_space.form_rows(robot.m) + 2 + null_space.work_rows(robot.n)
-        super().__init__(robot, options, improved_puncture, parameters=[0.0], rows=rows)
-
-
-@kernel
-def improved_puncture(
-    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
-) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
-    m = W.shape[1]
-    box, end = work[1 + m : m + 4], work[0, :m]
-    status = improved_closed_form(W, wrench, t_min, t_max, end, parameters, work[1:])
-    if status != OK:
-        return status
-    return least_step(W, wrench, 1, box, end, tension)
+        super().__init__(robot, options, "improved_puncture", follows=False)
 
 
 def improved_puncture_tension(

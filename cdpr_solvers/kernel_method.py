@@ -7,15 +7,10 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
-from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED, Status
-from cdpr.tension.verdict import settle
+from cdpr.tension.status import Status
 
 
 class KernelMethod(CompiledSolver):
@@ -32,39 +27,7 @@ class KernelMethod(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        rows = null_space.form_rows(robot.m) + null_space.work_rows(robot.n)
-        super().__init__(robot, options, kernel_method, rows=rows)
-
-
-@kernel
-def kernel_method(
-    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
-) -> int:
-    """Write the distribution; return OK, UNSUPPORTED, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
-    m = W.shape[1]
-    N, box, rest = work[:m], work[m : m + 3], work[m + 3 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
-    if r != 1:
-        return UNSUPPORTED
-    sign = 0.0
-    for i in range(m):
-        if box[1, i] < box[2, i]:
-            h = N[i, 0]
-            # A cable that h leaves alone has no sign, but for round-off.
-            if abs(h) <= RANK_TOLERANCE or h * sign < 0.0:
-                return UNSUPPORTED
-            sign = h
-    factor = 0.0  # lambda, with the sign of h as it stands in N
-    for i in range(m):
-        lacking = box[1, i] - box[0, i]
-        if lacking > factor * N[i, 0]:
-            factor = lacking / N[i, 0]
-    for i in range(m):
-        tension[i] = box[0, i] + factor * N[i, 0]
-    status = settle(W, wrench, box, tension)
-    return NOT_FOUND if status != OK and factor == 0.0 else status
+        super().__init__(robot, options, "kernel_method", follows=False)
 
 
 def kernel_method_tension(

@@ -8,15 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import active_set, null_space
-from cdpr.tension.active_set import extreme
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.null_space import ROUNDING, reduce
 from cdpr.tension.status import Status
-from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import per_cable
 
 
@@ -27,43 +22,13 @@ class MinimumSum(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        n, m = robot.n, robot.m
         super().__init__(
             robot,
             options,
-            minimum_sum,
-            parameters=per_cable(robot, "weights", options.weights),
-            rows=null_space.form_rows(m) + 3 + max(null_space.work_rows(n), active_set.work_rows(m)),
+            "minimum_sum",
+            parameters={"weights": np.array(per_cable(robot, "weights", options.weights))},
+            follows=False,
         )
-
-
-@kernel
-def minimum_sum(
-    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
-) -> int:
-    """Write the distribution of least weighted sum; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
-    m = W.shape[1]
-    N, box, x, active, g = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5]
-    rest = work[m + 6 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
-    cost(N, r, parameters, g)
-    steps = extreme(g, N, r, box, x, tension, active, rest)
-    return verdict(W, wrench, N, r, box, x, tension) if steps >= 0 else -steps
-
-
-@kernel
-def cost(N: Array, r: int, weights: Array, g: Array) -> None:
-    """Write what x (r,) costs, g . x, where tensions cost `weights` (m,): 0 where that is round-off."""
-    for k in range(r):
-        terms = 0.0
-        g[k] = 0.0
-        for i in range(weights.shape[0]):
-            g[k] += N[i, k] * weights[i]
-            terms += abs(N[i, k] * weights[i])
-        if abs(g[k]) <= ROUNDING * terms:
-            g[k] = 0.0  # no solution costs more than another in this direction, but for round-off
 
 
 def minimum_sum_tension(

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space, safest
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.null_space import reduce
-from cdpr.tension.safest import safest_point
-from cdpr.tension.status import NOT_FOUND, UNSUPPORTED, Status
-from cdpr.tension.verdict import settle, solution
+from cdpr.tension.status import Status
 
 
 class Maximin(CompiledSolver):
@@ -28,32 +22,7 @@ class Maximin(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        n, m = robot.n, robot.m
-        super().__init__(
-            robot,
-            options,
-            maximin,
-            parameters=[float(options.norm == "ball")],
-            rows=null_space.form_rows(m) + 1 + max(null_space.work_rows(n), safest.work_rows(m)),
-            width=max(n, 2 * m + 1),
-        )
-
-
-@kernel
-def maximin(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array) -> int:
-    """Write the distribution farthest from the limits; return OK, INFEASIBLE, UNSUPPORTED, NOT_FOUND or BAD_INPUT."""
-    m = W.shape[1]
-    N, box, x, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
-    margin = safest_point(parameters[0] != 0.0, N, r, box, x, rest)
-    if math.isnan(margin):
-        return NOT_FOUND
-    if margin == math.inf and r > 0:
-        return UNSUPPORTED  # there is no largest
-    solution(N, r, box, x, tension)
-    return settle(W, wrench, box, tension)
+        super().__init__(robot, options, "maximin", parameters={"ball": int(options.norm == "ball")}, follows=False)
 
 
 def maximin_tension(

@@ -7,15 +7,10 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space
 from cdpr.tension.compiled import distribute_once
-from cdpr.tension.null_space import reduce
-from cdpr.tension.status import OK, Status
-from cdpr.tension.verdict import VERTEX_TOLERANCE
-from cdpr_solvers.projection import admitted, nearest_to_middle
+from cdpr.tension.status import Status
 
 
 class Puncture(CompiledSolver):
@@ -28,43 +23,7 @@ class Puncture(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        rows = null_space.form_rows(robot.m) + 2 + null_space.work_rows(robot.n)
-        super().__init__(robot, options, puncture, rows=rows)
-
-
-@kernel
-def puncture(
-    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
-) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, UNSUPPORTED or BAD_INPUT."""
-    m = W.shape[1]
-    N, box, spare, end, rest = work[:m], work[m : m + 3], work[m + 3, :m], work[m + 4, :m], work[m + 5 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
-    status = nearest_to_middle(N, r, box, spare, end)
-    if status != OK:
-        return status
-    return least_step(W, wrench, r, box, end, tension)
-
-
-@kernel
-def least_step(W: Array, wrench: Array, r: int, box: Array, end: Array, tension: Array) -> int:
-    """Write the first point on the way from the least norm to `end` (m,) within the limits; return as `admitted`."""
-    m = tension.shape[0]
-    start = box[0]
-    s, scale = 0.0, 0.0
-    for i in range(m):
-        scale = max(scale, abs(end[i]))
-    for i in range(m):
-        lacking = max(box[1, i] - start[i], 0.0) + min(box[2, i] - start[i], 0.0)
-        # A step that the verdict does not ask for would be round-off over round-off.
-        if abs(lacking) > VERTEX_TOLERANCE * scale and lacking * (end[i] - start[i]) > 0.0:
-            s = max(s, lacking / (end[i] - start[i]))
-    s = min(s, 1.0)
-    for i in range(m):
-        tension[i] = start[i] + s * (end[i] - start[i])
-    return admitted(W, wrench, r, box, tension)
+        super().__init__(robot, options, "puncture", follows=False)
 
 
 def puncture_tension(

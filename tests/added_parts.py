@@ -1,4 +1,4 @@
-"""Parts of cables as somebody would add them: a text, kernels and a header each, and the lines in the tables."""
+"""Parts of cables as somebody would add them: a text and a header each, and the lines in the tables."""
 
 RING = '''\
 """A ring that slides without friction on a straight rail: the cable is always square to it."""
@@ -17,7 +17,7 @@ from cdpr.fields import Vector3
 class Ring(Exit):
     """A ring on a rail along x, y or z."""
 
-    kernels: ClassVar[str] = "cdpr.cables.ring.kernels"
+    header: ClassVar[str] = "cdpr/cables/ring/ring.hpp"
     type: Literal["ring"] = Field(description="a ring that slides on a rail")
     rail: Vector3 = Field(description="direction of the rail, of length 1")
 
@@ -28,32 +28,6 @@ class Ring(Exit):
         return [list(frame), list(leaving)]
 '''
 
-RING_KERNELS = """\
-from cdpr.cables.lines import NUMBERS
-from cdpr.model.jit import kernel
-from cdpr.model.kernels import dot, vector
-
-
-@kernel
-def leave(row, P):
-    rail = vector(row, NUMBERS)
-    s = dot(rail, (P[0] - row[0], P[1] - row[1], P[2] - row[2]))
-    return (row[0] + s * rail[0], row[1] + s * rail[1], row[2] + s * rail[2])
-
-
-@kernel
-def lead(row, P):
-    E = leave(row, P)
-    return (E[0], E[1], E[2], 0.0)
-
-
-@kernel
-def carry(row, P, V):
-    rail = vector(row, NUMBERS)
-    s = dot(rail, V)
-    return (s * rail[0], s * rail[1], s * rail[2])
-"""
-
 SPRING = '''\
 """A spring in each cable, of constant stiffness however much cable there is."""
 
@@ -61,23 +35,8 @@ from cdpr.cables.chain import Number, Span
 from cdpr.fields import Positive
 
 RATE = Number("cable.spring_rate", Positive, "N/m", "spring rate, force per stretch")
-SPRING = Span(kernels="cdpr.cables.spring.kernels", numbers=(RATE,))
+SPRING = Span(header="cdpr/cables/spring/spring.hpp", numbers=(RATE,))
 '''
-
-SPRING_KERNELS = """\
-from cdpr.model.jit import kernel
-
-
-@kernel
-def pull(numbers, length, unwound, stretching, lowest):
-    tension = numbers[0] * (length - unwound)
-    return lowest if tension < lowest else tension
-
-
-@kernel
-def rest(numbers, length, tension):
-    return length - tension / numbers[0]
-"""
 
 GEARED = '''\
 """A drum behind a gear without friction: the motor's tension is that of the command, times the ratio."""
@@ -87,35 +46,8 @@ from cdpr.cables.drum import INERTIA, RADIUS
 from cdpr.fields import Positive
 
 RATIO = Number("winch.gear", Positive, "", "gear ratio")
-GEARED = Winch(kernels="cdpr.cables.geared.kernels", numbers=(RADIUS, INERTIA, RATIO))
+GEARED = Winch(header="cdpr/cables/geared/geared.hpp", numbers=(RADIUS, INERTIA, RATIO))
 '''
-
-GEARED_KERNELS = """\
-from cdpr.model.jit import kernel
-
-
-@kernel
-def held(numbers, command, rate, swing):
-    mass = numbers[1] / (numbers[0] * numbers[0])
-    return numbers[2] * command + mass * swing, mass
-
-
-@kernel
-def turn(numbers, command, tension, speed):
-    return numbers[0] * (numbers[2] * command - tension) / numbers[1]
-"""
-
-SPRING_IN_C = """\
-#include "parts.h"
-
-double spring_pull(const double *numbers, double length, double unwound, double stretching, double lowest) {
-    const double tension = numbers[0] * (length - unwound);
-    (void)stretching;
-    return tension < lowest ? lowest : tension;
-}
-
-double spring_rest(const double *numbers, double length, double tension) { return length - tension / numbers[0]; }
-"""
 
 HEAVY = '''\
 """An elastic cable that sags a little, as a parabola: its chord's tension, and half of its weight at each end."""
@@ -123,31 +55,8 @@ HEAVY = '''\
 from cdpr.cables.chain import LINEAR_DENSITY, Span
 from cdpr.cables.elastic import AXIAL_STIFFNESS
 
-HEAVY = Span(kernels="cdpr.cables.heavy.kernels", numbers=(AXIAL_STIFFNESS, LINEAR_DENSITY), bends=True)
+HEAVY = Span(header="cdpr/cables/heavy/heavy.hpp", numbers=(AXIAL_STIFFNESS, LINEAR_DENSITY), bends=True)
 '''
-
-HEAVY_KERNELS = """\
-import math
-
-from cdpr.model.jit import kernel
-
-
-@kernel
-def pull(numbers, chord, wound, unwound, stretching, lowest, gravity):
-    reach = math.sqrt(chord[0] * chord[0] + chord[1] * chord[1] + chord[2] * chord[2])
-    along = max(lowest, numbers[0] * (reach + wound - unwound) / unwound) / reach
-    half = 0.5 * numbers[1] * unwound
-    down = (half * gravity[0], half * gravity[1], half * gravity[2])
-    up = (along * chord[0] - down[0], along * chord[1] - down[1], along * chord[2] - down[2])
-    at_winch = math.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
-    return (along * chord[0] + down[0], along * chord[1] + down[1], along * chord[2] + down[2], at_winch)
-
-
-@kernel
-def rest(numbers, chord, wound, tension, gravity):
-    reach = math.sqrt(chord[0] * chord[0] + chord[1] * chord[1] + chord[2] * chord[2])
-    return (reach + wound) / (1.0 + tension / numbers[0])
-"""
 
 HEADER = """\
 #pragma once
@@ -261,10 +170,10 @@ IN_THE_HEADER = {
 }
 
 PARTS = {
-    "ring": (RING, RING_KERNELS),
-    "spring": (SPRING, SPRING_KERNELS),
-    "geared": (GEARED, GEARED_KERNELS),
-    "heavy": (HEAVY, HEAVY_KERNELS),
+    "ring": RING,
+    "spring": SPRING,
+    "geared": GEARED,
+    "heavy": HEAVY,
 }
 IMPORTS = {
     "ring": ("from cdpr.cables.ring import Ring\n", "from cdpr.cables.pulley import Pulley\n"),

@@ -57,7 +57,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
     """
     robot, count = problems.robot, len(problems)
     t_min, t_max = problems.t_min, problems.t_max
-    work = solver.work if poisoned and isinstance(solver, CompiledSolver) else np.empty(0)
+    work = solver.work if poisoned and isinstance(solver, CompiledSolver) else ()
     status, nanoseconds = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     tension = np.full((count, robot.m), np.nan)
     matrix = np.random.default_rng(0).normal(size=(6, 8))
@@ -74,7 +74,8 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
         solve = solver.solve
         for k in range(count):
             W, wrench, low, high, t = problems.W[k], problems.wrench[k], t_min[k], t_max[k], tension[k]
-            work[:] = POISON[k % len(POISON)]
+            for array in work:
+                array[...] = POISON[k % len(POISON)]
             try:
                 before = perf_counter_ns()
                 said = solve(W, wrench, low, high, t)

@@ -73,7 +73,7 @@ EXITS: tuple[type[Exit], ...] = get_args(get_args(AnyExit)[0])
 def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
     """Return the exits of a robot's cables as plain data, None for a point; () where all are."""
     plain = [
-        cable.exit.model_dump(mode="json") if isinstance(cable.exit, Exit) and cable.exit.kernels else None
+        cable.exit.model_dump(mode="json") if isinstance(cable.exit, Exit) and cable.exit.header else None
         for cable in robot.cables
     ]
     return tuple(plain) if any(plain) else ()

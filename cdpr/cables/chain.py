@@ -106,11 +106,11 @@ class Part:
     CdprError where it has more numbers than its row holds, or one whose name is taken.
 
     Attributes:
-        kernels: module of what compiled code calls, see below; empty for one that has no need of any.
-        numbers: what its kernels take of a cable, at most MOST, in their order.
+        header: of its kernel, included by `cdpr/parts.hpp`; empty for one that has no need of any.
+        numbers: what its kernel takes of a cable, at most MOST, in its order.
     """
 
-    kernels: str = ""
+    header: str = ""
     numbers: tuple[Number, ...] = ()
 
     def __post_init__(self) -> None:
@@ -119,7 +119,7 @@ class Part:
             if number.key in TAKEN[number.owner] or hasattr(Section, number.key):
                 taken = sorted({*TAKEN[number.owner], *(name for name in dir(Section) if name[0] != "_")})
                 raise CdprError(
-                    f"{self.kernels or 'a part of a cable'}: its number {number.name} has a name that means something "
+                    f"{self.header or 'a part of a cable'}: its number {number.name} has a name that means something "
                     f"else; taken are {', '.join(taken)}: call it otherwise"
                 )
         if len(self.numbers) > MOST:
@@ -130,9 +130,9 @@ class Part:
 class Winch(Part):
     """Turns a command into a tension or a motion.
 
-    Its kernels, each with the winch's numbers first: `held(numbers, command, rate, swing)`, for a cable whose length
-    changes by `rate`, m/s, and would by `swing`, m/s^2, if the platform did not accelerate: tension, N, and mass, kg;
-    `turn(numbers, command, tension, speed)`, for one that pulls with `tension`: change of the coordinate's speed.
+    Its kernel is a struct of templates over the number type T (`cdpr/cables/drum/drum.hpp`). `held(numbers, command,
+    swing)`: tension, N, and mass, kg, of a cable whose length would change by `swing`, m/s^2, if the platform did not
+    accelerate. `turn(numbers, command, tension)`: change of the speed of a winch that pulls with `tension`.
 
     Attributes:
         immediate: whether its tension is the command, whatever else happens.
@@ -145,15 +145,14 @@ class Winch(Part):
 class Span(Part):
     """From the exit to the platform.
 
-    The kernels of one that stretches: `pull(numbers, length, unwound, stretching, lowest)`, the tension, N, of a cable
-    of this length of which so much, m, is unwound, when it stretches by so much a second, m/s, not below the lowest;
-    `rest(numbers, length, tension)`, the unwound length at which it has this tension. One without kernels does not
-    stretch.
+    The kernel of one that stretches (`cdpr/cables/elastic/elastic.hpp`): `pull(numbers, length, unwound, stretching,
+    lowest)`, the tension, N, of a cable of this length of which so much, m, is unwound, when it stretches by so much a
+    second, m/s, not below the lowest; `rest(numbers, length, tension)`, the unwound length at this tension. One
+    without a header does not stretch.
 
-    Those of one that bends take the chord (3,), m, from the platform to the exit, world axes, and the length of cable
-    on the exit in place of the length, and gravity (3,), m/s^2, last: `pull(numbers, chord, wound, unwound, stretching,
-    lowest, gravity)`, the force on the platform and last the tension at the winch, four numbers, N; `rest(numbers,
-    chord, wound, tension, gravity)`.
+    That of one that bends takes a `BentSpan` (chord, m, from the platform to the exit, world axes; length of cable on
+    the exit, m; gravity, m/s^2) in place of the length: `pull(span, unwound, lowest)`, the force on the platform and
+    the tension at the winch, N; `rest(span, tension)`.
 
     Attributes:
         bends: whether its force on the platform may have another direction than the chord.
@@ -177,7 +176,7 @@ class Chain:
     @property
     def stretches(self) -> bool:
         """Whether what is unwound is a state of its own."""
-        return bool(self.span.kernels)
+        return bool(self.span.header)
 
     @property
     def immediate(self) -> bool:

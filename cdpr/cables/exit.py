@@ -23,17 +23,17 @@ class Exit(Kind):
     """An exit, as a robot file describes it.
 
     Attributes:
-        kernels: the module that holds what compiled code calls, each with the cable's row as `cdpr.cables.lines` says:
-            `leave(row, P)`, the exit point (3,) m, world, for a cable to P; `lead(row, P)`, the same, and last the
-            length of cable that lies on the exit, m; `carry(row, P, V)`, the velocity of the exit point, m/s, when P
-            moves with V. Empty for a point, which has no need of any.
+        header: of its kernel, a struct of templates over the number type T, included by `cdpr/parts.hpp`:
+            `leave(anchor, numbers, tip)`, the exit point, m, world, for a cable to the tip; `lead(anchor, numbers,
+            tip)`, the same with the length of cable that lies on the exit, m; `carry(...)`, the velocity of the exit
+            point, m/s, when the tip moves. Empty for a point, which has no need of any.
     """
 
-    kernels: ClassVar[str] = ""
+    header: ClassVar[str] = ""
 
     @abstractmethod
     def numbers(self) -> Sequence[float]:
-        """Return what the kernels find in the row, from the column NUMBERS on."""
+        """Return the numbers that its kernel takes, in its order."""
 
     def turned(self, R: NDArray[np.float64]) -> Self:
         """Return it as the rotation matrix R (3, 3) turns it about its anchor."""

@@ -7,6 +7,7 @@ the tables below, which `include/cdpr/parts.hpp` repeats.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from cdpr.cables import EXITS, MODELS, chain_of
 from cdpr.cables.chain import MOST, Part, Span, Winch
 from cdpr.errors import CdprError
 from cdpr.model import Cable, Robot
-from cdpr.model.robot import Array, frozen_array
+from cdpr.model.robot import Array, CableExit, frozen_array
 from cdpr.native.bind import bind
 
 WINCHES: tuple[Winch, ...] = tuple(dict.fromkeys(chain.winch for chain in MODELS.values()))
@@ -36,16 +37,20 @@ def line_table(robot: Robot) -> Array:
         >>> line_table(robot).shape
         (8, 6)
     """
-    kinds = [0 if cable.exit is None else _kind(EXITS, type(cable.exit)) for cable in robot.cables]
+    return line_rows(robot.anchors, [cable.exit for cable in robot.cables])
+
+
+def line_rows(anchors: Array, exits: Sequence[CableExit | None]) -> Array:
+    """Return what `line_table` does of anchors (m, 6) and exits, None for a point."""
+    kinds = [0 if each is None else _kind(EXITS, type(each)) for each in exits]
     if not any(kinds):
-        return robot.anchors
-    numbers = [[] if cable.exit is None else list(cable.exit.numbers()) for cable in robot.cables]
+        return anchors
+    numbers = [[] if each is None else list(each.numbers()) for each in exits]
     width = max(map(len, numbers))
-    anchors = robot.anchors.tolist()
     return frozen_array(
         [
             [*ends, float(kind), *own, *[0.0] * (width - len(own))]
-            for ends, kind, own in zip(anchors, kinds, numbers, strict=True)
+            for ends, kind, own in zip(anchors.tolist(), kinds, numbers, strict=True)
         ]
     )
 

@@ -23,13 +23,13 @@ DEFAULT_STEP = 0.001  # s, of a robot without a scenario
     "--controller", is_flag=True, help="Controller and solver alone: state and desired motion in, tensions out."
 )
 @click.option("--with-controller", is_flag=True, help="Controller and solver inside, with the plant.")
-@click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used.")
+@click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used. Only in FMI 3.")
 @click.option(
     "--platform",
     "platforms",
     multiple=True,
-    type=click.Choice(["native", "win64"]),
-    help="What the binaries are for, may be given more than once: this platform, the default, or Windows.",
+    type=click.Choice(["native", "win64", "linux-x86_64", "linux-aarch64", "macos-x86_64", "macos-aarch64"]),
+    help="Platform of a binary; may be given more than once. The default is native, this platform.",
 )
 @click.option(
     "--step",
@@ -58,9 +58,9 @@ def command(
     """Write a robot as an FMU for co-simulation: its platform on its cables, as the backend `reference` moves it.
 
     Initial state, gravity and step are those of the scenario; for a robot, its home pose at rest, Earth's gravity and
-    1 ms. All are parameters of the FMU. The C source is inside; the binary for this platform is made from it by the C
-    compiler, $CC or cc, that for Windows by x86_64-w64-mingw32-gcc. The FMU joins the list of trusted ones (cdpr fmu
-    trust).
+    1 ms. All are parameters of the FMU. The C++ source is inside in FMI 3. The binary for this platform is compiled
+    from it by $CXX, c++ or zig; those for others by zig (pip install 'cdpr[cross]'), for Windows also by
+    x86_64-w64-mingw32-g++. The FMU joins the list of trusted ones (cdpr fmu trust).
     """
     from cdpr.cli.load import load_told
     from cdpr.scenario import Scenario, World

@@ -1,104 +1,108 @@
-"""The compiled loop over many distributions."""
+"""Distribution of many rows by one bound operation."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.mechanics import geometry
-from cdpr.model import kernels
-from cdpr.model.jit import threaded_kernel
-from cdpr.model.kinds import CUBE, INDICES, NOTHING, ROW, TABLE, WHOLE, Block, Function, Group, Plain
+from cdpr.cables.tables import line_table
+from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.tension.checks import accept, select
-from cdpr.tension.policy import fall_back
-from cdpr.tension.status import BAD_INPUT, OK
+from cdpr.native.bind import LANES, Compiled, bind
+from cdpr.plugins import CompiledSolver
+from cdpr.tension.policy import action
+
+if TYPE_CHECKING:
+    from cdpr.native.library import Bound
 
 
-class Way(NamedTuple):
-    """How each row is answered, beside the solver's kernel."""
-
-    parameters: Array  # of the solver, as its kernel takes them
-    size: tuple[int, int]  # shape of the kernel's work space
-    action: int  # what `fall_back` does where the answer fails the checks
-    spare: tuple[int, int]  # shape of the work space of `fall_back`
-
-
-class Common(NamedTuple):
-    """What all rows have in common: n degrees of freedom, m cables."""
-
-    lines: Array  # as `cdpr.cables.lines` says
-    rows: NDArray[np.int64]  # (n,), of a wrench, as `select` takes them
-    inertial: Array  # (13,), as `Robot.inertial`
-    gravity: Array  # (3,), m/s^2
-    weights: Array  # (n,), as `judge` takes them
-
-
-class Rows(NamedTuple):
-    """K problems and their answers."""
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """K problems of a robot with m cables, and arrays for their answers."""
 
     limits: Array  # (K, 2, m), N, or (1, 2, m) for all
     poses: Array  # (K, 7), quaternions of any length
     wrenches: Array  # (K, 6), N and N m; or (0, 6): what holds the platform still against gravity
     tension: Array  # (K, m), N, written
-    report: Array  # (K, 4), written, as `judge` says
+    report: Array  # (K, 4), written: status, residual, N, margin, N, and number of cables at a limit
+    done: NDArray[np.int64]  # (K,), written: rows that are done; these are left as they are
+
+    @classmethod
+    def of(cls, limits: Array, poses: Array, wrenches: Array, tension: Array, report: Array) -> Self:
+        """Return rows of which none is done."""
+        return cls(limits, poses, wrenches, tension, report, np.zeros(len(poses), dtype=np.int64))
 
 
-SIZE = Group((WHOLE, WHOLE))
-DONE = Block(Plain("uint8"), 1)
-KERNEL = Function(WHOLE(TABLE, *[ROW] * 5, TABLE))
-WAY = Group((ROW, SIZE, WHOLE, SIZE), Way)
-COMMON = Group((TABLE, INDICES, ROW, ROW, ROW), Common)
-ROWS = Group((CUBE, *[TABLE] * 4), Rows)
+class BoundRows(NamedTuple):
+    """Operation that distributes rows, and that of the solver, which it calls by its address."""
+
+    call: Bound
+    solver: Compiled
+
+    def distribute(self) -> None:
+        """Write the answers while other threads of Python run."""
+        self.call.unlocked()
 
 
-# The solver's kernel comes as a pointer, so that this is compiled once for all of them and kept on disk.
-@threaded_kernel(NOTHING(KERNEL, WAY, COMMON, ROWS, DONE))
-def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given: Rows, done: NDArray[np.uint8]) -> None:
-    """Fill tension and report of all rows but those that are `done` (K,) already: where that is not 0.
+class Batch:
+    """Distribution of rows as the tension stage does it, each as a first step.
 
     A row with an entry that is not finite, or limits that contradict each other, is BAD_INPUT, its tensions are NaN.
+
+    Args:
+        robot: Gives geometry and degrees of freedom.
+        gravity: (3,), m/s^2, world; read when rows are distributed.
+        solver: Made for this robot.
+        respects_bounds: Whether it declares that it respects the limits.
     """
-    lines, rows, weights, poses, wrenches = common.lines, common.rows, common.weights, given.poses, given.wrenches
-    limits, tension, report, parameters = given.limits, given.tension, given.report, way.parameters
-    m, n = lines.shape[0], rows.shape[0]
-    W6, wrench6, W, wrench = np.empty((6, m)), np.empty(6), np.empty((n, m)), np.empty(n)
-    state, lengths, rates, answer = np.zeros(13), np.empty(m), np.empty(m), np.empty(m)
-    work, spare_work = np.empty(way.size), np.empty(way.spare)
-    still = (0.0, 0.0, 0.0)
-    for k in range(poses.shape[0]):
-        if done[k]:
-            continue
-        state[:7] = poses[k]
-        length = math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
-        for i in range(3, 7):
-            state[i] /= length
-        answer[:] = np.nan
-        own = limits[k if limits.shape[0] > 1 else 0]
-        sound = True
-        for i in range(m):
-            sound = sound and own[0, i] <= own[1, i]
-        geometry.cable_geometry(lines, state, W6, lengths, rates)
-        if wrenches.shape[0] > 0:
-            wrench6[:] = wrenches[k]
-        else:
-            kernels.inverse_dynamics(
-                common.inertial, common.gravity, kernels.quaternion(state, 3), still, still, still, wrench6
-            )
-        select(rows, W6, wrench6, W, wrench)
-        status = kernel(W, wrench, own[0], own[1], answer, parameters, work) if sound else BAD_INPUT
-        answered = status == OK
-        if answered:
-            status = accept(W, wrench, weights, own, answer, tension[k], report[k])
-        if status != OK:
-            doing = way.action if answered else 0
-            if not sound or not fall_back(
-                doing, status, W, wrench, weights, own, answer, tension[k], report[k], spare_work
-            ):
-                report[k, 0] = BAD_INPUT
-                report[k, 1:] = np.nan
-                tension[k] = np.nan
+
+    def __init__(self, robot: Robot, gravity: Array, solver: CompiledSolver, respects_bounds: bool) -> None:
+        self._solver = solver
+        self._size = robot.n, robot.m
+        self._action = action("best_effort", respects_bounds)
+        self._robot = {
+            "lines": np.array(line_table(robot)),
+            "inertial": robot.inertial,
+            "gravity": gravity,
+            "weights": np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
+        }
+        self._freedom = np.array(robot.rows)
+
+    def bind(self, rows: Rows) -> BoundRows:
+        """Bind the rows, one after the other, with work space of their own."""
+        arrays = self._problem()
+        matrix, wrench, bounds, answer = arrays.values()
+        solve = self._solver.compiled(matrix, wrench, bounds[0], bounds[1], answer)
+        where = {"solver": solve.operation, "solver_place": solve.place}
+        call = bind("distribute_rows", **self._robot, **self._given(rows), **arrays, **where, action=self._action)
+        return BoundRows(call, solve)
+
+    def bind_side_by_side(self, rows: Rows) -> BoundRows | None:
+        """Bind those rows that the solver answers eight at a time, with the same bits; None if it cannot."""
+        arrays = self._problem(LANES)
+        matrix, wrench, bounds, answer = arrays.values()
+        solve = self._solver.side_by_side(matrix, wrench, bounds[0], bounds[1], answer)
+        if solve is None:
+            return None
+        robot = {name: np.repeat(array[..., None], LANES, axis=-1) for name, array in self._robot.items()}
+        where = {"solver": solve.operation, "solver_place": solve.place}
+        return BoundRows(bind("distribute_rows_lanes", **robot, **self._given(rows), **arrays, **where), solve)
+
+    def _problem(self, *lanes: int) -> dict[str, Array]:
+        n, m = self._size
+        shapes = {"matrix": (n, m), "wrench": (n,), "bounds": (2, m), "answer": (m,)}
+        return {name: np.empty((*shape, *lanes)) for name, shape in shapes.items()}
+
+    def _given(self, rows: Rows) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
+        return {
+            "freedom": self._freedom,
+            "limits": rows.limits,
+            "poses": rows.poses,
+            "wrenches": rows.wrenches,
+            "tensions": rows.tension,
+            "reports": rows.report,
+            "done": rows.done,
+        }

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from cdpr.model.robot import Array, read_only
-from cdpr.tension.checks import LIMIT_TOLERANCE, accept, judge, newton
+from cdpr.tension.checks import LIMIT_TOLERANCE, allowed_residual, newton
+from cdpr.tension.compiled import accept_tension
 from cdpr.tension.problem import Problem
 from cdpr.tension.stage import Solve
 from cdpr.tension.status import Status
@@ -99,14 +100,13 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
     if status != Status.OK:
         wrong = status == Status.INFEASIBLE and problem.feasible
         return Answer(name, status, REASONS[status] + wrong * "; but there are some", not wrong, seconds=seconds)
-    report = np.zeros(4)
-    allowed = judge(problem.W, problem.wanted, problem.weights, problem.limits, tension, report)
-    accepted = accept(problem.W, problem.wanted, problem.weights, problem.limits, tension, tension.copy(), report)
-    _, residual, margin, at_limit = report.tolist()
+    low, high = problem.limits
+    _, report = accept_tension(problem.W, problem.wanted, problem.weights, low, high, tension)
+    accepted, residual, margin, at_limit = report.tolist()
     reason, true = "", accepted == Status.OK
     if not np.isfinite(tension).all():
-        reason, residual, margin = "says OK, but not all of its tensions are finite", math.nan, math.nan
-    elif not residual <= allowed:
+        reason, at_limit = "says OK, but not all of its tensions are finite", 0.0
+    elif not residual <= allowed_residual(problem.wanted, problem.weights, problem.limits):
         reason = f"says OK, but leaves {residual:.3g} N unbalanced"
     elif margin < -LIMIT_TOLERANCE * newton(problem.limits):
         true = not contestant.respects_bounds

@@ -6,7 +6,6 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib import import_module
 from numbers import Integral
 from threading import RLock
 from typing import Any
@@ -15,29 +14,31 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr import tolerances
-from cdpr.cables.lines import ANCHORS, lines
+from cdpr.cables.tables import line_table
 from cdpr.defaults import SOLVER
+from cdpr.distribution.batch import Batch, Rows
+from cdpr.distribution.single import distribute_single
 from cdpr.distribution.status_array import StatusArray
 from cdpr.errors import CdprError
-from cdpr.mechanics import dynamics, geometry
+from cdpr.mechanics import dynamics
 from cdpr.model import Robot
 from cdpr.model.arrays import checked, real
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
-from cdpr.tension import box_least_squares as box
-from cdpr.tension.policy import action
 from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 
 # Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
 CHUNK = 4096
 
-# From so many rows on, a solver's kernel for eight at once is worth reading from disk, and compiling once for an
-# installation: that takes some 10 ms and some seconds, and saves half a microsecond a row.
-MANY = 8 * CHUNK
+DOWN = (0.0, 0.0, -9.81)  # m/s^2
+
+# From so many rows on, solving eight at once saves more than binding its operations costs.
+MANY = 512
 
 # Solvers that are Python and were given as objects answer one caller at a time: two threads may have given the same.
 _USED = RLock()  # a solver may itself distribute
@@ -66,7 +67,7 @@ def distribute(
     *,
     solver: str | TensionSolver = SOLVER,
     options: Mapping[str, Any] | None = None,
-    gravity: ArrayLike = (0.0, 0.0, -9.81),
+    gravity: ArrayLike = DOWN,
     tension_min: ArrayLike | None = None,
     tension_max: ArrayLike | None = None,
     jobs: int | None = None,
@@ -99,6 +100,12 @@ def distribute(
     check_robot(robot)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
         raise CdprError(f"jobs: a whole number of threads, at least 1, is expected, got {jobs!r}")
+    if isinstance(solver, str) and gravity is DOWN:
+        one = distribute_single(robot, solver, options, (poses, wrenches, tension_min, tension_max), gravity)
+        if one is not None:
+            tension, (code, *figures) = one
+            rest: tuple[Any, ...] = tuple(map(np.float64, figures))
+            return Distribution(tension, Status(int(code)), *rest)
     chosen, respects_bounds = _solver(robot, solver, options)
     pose = _rows(poses, 7, "poses")
     wrench = None if wrenches is None else _rows(wrenches, 6, "wrenches")
@@ -212,39 +219,19 @@ class _Task:
 
 
 def _compiled(task: _Task, jobs: int) -> None:
-    """Fill tension and report by a solver's kernel, in threads: it takes no lock, and rows are independent."""
-    from cdpr.distribution.batch import Common, Rows, Way, distribute_rows
-    from cdpr.model.jit import Kernel
-
-    robot, solver = task.robot, task.solver
-    assert isinstance(solver, CompiledSolver)
-    rows, columns = solver.work.shape
-    way = Way(
-        parameters=solver.parameters,
-        size=(rows, columns),
-        action=action("best_effort", task.respects_bounds),
-        spare=(box.work_rows(robot.n, robot.m), max(robot.n, robot.m)),
-    )
-    common = Common(
-        lines=lines(robot).copy(),
-        rows=np.array(robot.rows),
-        inertial=robot.inertial.copy(),
-        gravity=task.gravity,
-        weights=np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
-    )
+    """Fill tension and report by compiled operations, in threads: they take no lock, and rows are independent."""
+    assert isinstance(task.solver, CompiledSolver)
+    batch = Batch(task.robot, task.gravity, task.solver, task.respects_bounds)
     wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
-    many = len(task.pose) >= MANY and isinstance(solver.lanes, Kernel) and common.lines.shape[1] == ANCHORS
-    eights = import_module("cdpr.distribution.side_by_side") if many else None
 
     def part(start: int) -> None:
         rows = slice(start, start + CHUNK)
         limits = task.limits if len(task.limits) == 1 else task.limits[rows]
-        given = Rows(limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
-        done = np.zeros(len(given.poses), np.uint8)
-        if eights is not None:
-            space = eights.memory(robot.n, robot.m, way.size)
-            eights.distribute_eights(solver.lanes, way.parameters, common, given, *space, done)
-        distribute_rows(solver.kernel, way, common, given, done)
+        given = Rows.of(limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
+        side_by_side = batch.bind_side_by_side(given) if len(given.poses) >= MANY else None
+        if side_by_side is not None:
+            side_by_side.distribute()
+        batch.bind(given).distribute()
 
     starts = range(0, len(task.pose), CHUNK)
     if jobs == 1 or len(starts) < 2:
@@ -259,13 +246,14 @@ def _compiled(task: _Task, jobs: int) -> None:
 def _row_by_row(task: _Task) -> None:
     """Fill tension and report by a solver that is Python."""
     robot, m = task.robot, task.robot.m
-    live, spare, state, ways = Present.of(m), np.zeros(m), np.zeros(13), lines(robot)
+    live, state, spare = Present.of(m), np.zeros(13), {"length": np.zeros(m), "rate": np.zeros(m)}
+    geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **spare)
     stage = TensionStage(robot, Asked(task.solver.solve, type(task.solver).__name__, task.respects_bounds), live)
     task.tension[:], task.report[:] = np.nan, (Status.BAD_INPUT, np.nan, np.nan, np.nan)
     for k, at in enumerate(task.pose):
         state[:7] = at
         state[3:7] /= np.linalg.norm(at[3:])
-        geometry.cable_geometry(ways, state, live.W, spare, spare)
+        geometry()
         given = task.wrench
         live.wrench[:] = dynamics.required_wrench(robot, state, task.gravity) if given is None else given[k]
         stage.cables.limits[:] = low, high = task.limits[k if len(task.limits) > 1 else 0]

@@ -27,7 +27,8 @@ class Memory:
     def fill(self, value: float) -> None:
         """Fill all that calls have changed since the memory was looked at first."""
         if isinstance(self._solver, CompiledSolver):
-            self._solver.work[:] = value
+            for array in self._solver.work:
+                array[...] = value
             return
         for array, before in self._before:
             changed = array.view(np.uint8) != before.view(np.uint8) if array.size else np.zeros(0, bool)

@@ -9,12 +9,12 @@ from typing import Protocol
 import numpy as np
 
 from cdpr import tolerances
-from cdpr.cables.lines import lines
-from cdpr.mechanics import geometry
+from cdpr.cables.tables import line_table
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.properties import check_lengths
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
+from cdpr.native.bind import bind
 from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, Solve, TensionStage
 
@@ -81,11 +81,15 @@ def survey(
     due = happening.begin() if happening else -1
     numbers = np.arange(count) if samples is None else samples
     length, rate, tension = np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, m))
-    wrench, reports, ways = np.zeros((count, 6)), np.zeros((count, 4)), lines(robot)
+    wrench, reports = np.zeros((count, 6)), np.zeros((count, 4))
+    state, at = np.zeros(13), {"length": np.zeros(m), "rate": np.zeros(m)}
+    geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **at)
     for k, row in enumerate(desired):
         while happening and 0 <= due <= numbers[k]:
             due = happening.act(due)
-        geometry.cable_geometry(ways, row[:13].copy(), live.W, length[k], rate[k])
+        state[:] = row[:13]
+        geometry()
+        length[k], rate[k] = at["length"], at["rate"]
         if not (length[k] >= tolerances.LENGTH).all():
             check_lengths(robot, row[:7])
         live.wrench[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19]) - external

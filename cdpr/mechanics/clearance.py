@@ -92,7 +92,7 @@ class Clearance:
         bodies = self.bodies._asdict()
 
         def part(cut: slice) -> None:
-            bind("clearances", **bodies, poses=given[cut], clearance=least[cut], which=which[cut])()
+            bind("clearances", **bodies, poses=given[cut], clearance=least[cut], which=which[cut]).unlocked()
 
         in_threads(len(given), part, jobs)
         return least, which
@@ -149,12 +149,9 @@ def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float 
     own = np.zeros((0, solids.WIDTH)) if shape is None else solids.row(shape)[None]
     places = [solids.row(each.shape, each.position, tuple(each.attitude.tolist())) for each in obstacles]
     others = solids.rows(places)
-    inside = [cable.name for cable in robot.cables if shape is None or _depth(own[0], cable.platform) > ON_SURFACE]
+    platform = np.tile([cable.platform for cable in robot.cables], 2)
+    deep = np.ones(m, dtype=bool) if shape is None else solid_distances(own[0], platform) < -ON_SURFACE
+    inside = [cable.name for cable, within in zip(robot.cables, deep, strict=True) if within]
     return Clearance(
         robot, tuple(obstacles), Bodies(line_table(robot), radius, pairs, own, others), tuple(sharing), tuple(inside)
     )
-
-
-def _depth(solid: Array, point: Array) -> float:
-    """How far a point (3,) is inside of a solid, m."""
-    return -float(solid_distances(solid, np.concatenate([point, point])[None])[0])

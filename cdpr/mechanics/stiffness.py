@@ -9,80 +9,20 @@ attack moves. A cable that does not pull is slack, and no spring. K is symmetric
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.cables.lines import lines
-from cdpr.mechanics import geometry
+from cdpr.cables.tables import line_table
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
-from cdpr.model.jit import threaded_kernel
-from cdpr.model.kernels import quaternion, rotate, vector
-from cdpr.model.kinds import CUBE, NOTHING, ROW, TABLE, TRUTH, Group
 from cdpr.model.robot import Array
 from cdpr.model.threads import in_threads
+from cdpr.native.bind import bind
 
 # Share of the largest tension up to which a cable is slack: it is at its lower limit of 0, and resists nothing.
 SLACK = 1e-9
-
-
-class Held(NamedTuple):
-    """A robot, held by its cables."""
-
-    lines: Array  # (m, 6 or more), as `cdpr.cables.lines` says
-    axial_stiffness: Array  # (m,), N; 0 of cables that give no resistance of their own
-    inertial: Array  # (13,), as `Robot.inertial`
-    gravity: Array  # (3,), m/s^2
-    unilateral: bool  # whether cables that do not pull are slack, and no springs
-
-
-class At(NamedTuple):
-    """K poses."""
-
-    poses: Array  # (K, 7)
-    tension: Array  # (K, m), N
-    stiffness: Array  # (K, 6, 6), N/m, N, N m
-    W: Array  # (K, 6, m), wrench matrices
-
-
-HELD, AT = Group((TABLE, ROW, ROW, ROW, TRUTH), Held), Group((TABLE, TABLE, CUBE, CUBE), At)
-
-
-@threaded_kernel(NOTHING(HELD, AT))
-def write(held: Held, at: At) -> None:
-    """Write K and W at all poses."""
-    m = held.lines.shape[0]
-    state, rate, length, slower = np.zeros(13), np.empty((6, m)), np.empty(m), np.empty(m)
-    for k in range(at.poses.shape[0]):
-        K, W, tension = at.stiffness[k], at.W[k], at.tension[k]
-        for i in range(7):
-            state[i] = at.poses[k, i]
-        geometry.cable_geometry(held.lines, state, W, length, slower)
-        largest = 0.0
-        for c in range(m):
-            largest = max(largest, abs(tension[c]))
-        for j in range(6):
-            state[7 + j] = 1.0
-            geometry.wrench_matrix_rate(held.lines, state, rate)
-            state[7 + j] = 0.0
-            for i in range(6):
-                K[i, j] = 0.0
-                for c in range(m):
-                    taut = not held.unilateral or tension[c] > SLACK * largest
-                    if taut and held.axial_stiffness[c] > 0.0:
-                        K[i, j] += W[i, c] * W[j, c] * (held.axial_stiffness[c] + tension[c]) / length[c]
-                    K[i, j] -= rate[i, c] * tension[c]
-        arm = rotate(quaternion(state, 3), vector(held.inertial, 1))
-        mass, g = held.inertial[0], held.gravity
-        along = mass * (g[0] * arm[0] + g[1] * arm[1] + g[2] * arm[2])
-        for i in range(3):
-            for j in range(3):
-                # Of the weight f at an arm c that turns: -d(c x f) = (c . f) dtheta - c (f . dtheta).
-                K[3 + i, 3 + j] += (along if i == j else 0.0) - mass * arm[i] * g[j]
 
 
 def stiffness(
@@ -108,18 +48,24 @@ def stiffness(
     """
     given = checked(poses, (None, 7), "poses", finite=True)
     known = [cable.axial_stiffness or 0.0 for cable in robot.cables] if axial_stiffness is None else axial_stiffness
-    held = Held(
-        lines(robot).copy(),
-        checked(np.broadcast_to(np.asarray(known, dtype=float), (robot.m,)), (robot.m,), "axial_stiffness").copy(),
-        robot.inertial.copy(),
-        checked(gravity, (3,), "gravity", finite=True).copy(),
-        robot.unilateral,
-    )
+    elastic = np.broadcast_to(np.asarray(known, dtype=float), (robot.m,))
+    fixed = {
+        "lines": line_table(robot),
+        "axial_stiffness": checked(elastic, (robot.m,), "axial_stiffness"),
+        "inertial": robot.inertial,
+        "gravity": checked(gravity, (3,), "gravity", finite=True),
+        "unilateral": int(robot.unilateral),
+    }
     count = len(given)
     pulled = checked(tension, (count, robot.m), "tension")
-    at = At(given.copy(), pulled.copy(), np.empty((count, 6, 6)), np.empty((count, 6, robot.m)))
-    in_threads(count, lambda cut: write(held, At(*(each[cut] for each in at))), jobs)
-    return at.stiffness, at.W
+    found, matrices = np.empty((count, 6, 6)), np.empty((count, 6, robot.m))
+
+    def write(cut: slice) -> None:
+        at = {"poses": given[cut], "tension": pulled[cut], "stiffness": found[cut], "matrices": matrices[cut]}
+        bind("stiffness", **fixed, **at).unlocked()
+
+    in_threads(count, write, jobs)
+    return found, matrices
 
 
 def inertia(robot: Robot, poses: ArrayLike) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -28,7 +30,8 @@ def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, fini
         )
         if not fits:
             raise CdprError(f"{name}: the shape must be {shape_text(shape)}, got {array.shape}")
-    if finite and not (array.ndim == 1 and array.dot(array) < np.inf) and not np.isfinite(array).all():  # dot is quick
+    # A finite sum, which is quick, has no other numbers in it.
+    if finite and not (array.ndim == 1 and math.isfinite(sum(array.tolist()))) and not np.isfinite(array).all():
         raise CdprError(f"{name}: all numbers must be finite")
     return array
 

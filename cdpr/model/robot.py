@@ -43,7 +43,7 @@ def read_only(array: Array) -> Array:
 class CableExit(Protocol):
     """Where a cable leaves the frame, as `cdpr.cables` describes it; see there."""
 
-    kernels: ClassVar[str]
+    header: ClassVar[str]
 
     @property
     def type(self) -> str:

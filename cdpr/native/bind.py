@@ -63,7 +63,7 @@ def bind(name: str, /, **given: Any) -> Bound:
         ValueError: The operation is unknown, or an array's shape, memory layout, alignment or write access is wrong, or
             what is written shares memory with another array.
     """
-    from cdpr.native.library import Bound
+    from cdpr.native.library import Bound, address
 
     operation = operations().get(name)
     if operation is None:
@@ -89,11 +89,6 @@ def bind(name: str, /, **given: Any) -> Bound:
     return Bound(operation.address, struct.pack(operation.layout, *values), given, tuple(arrays))
 
 
-def address(array: Array) -> int:
-    """Return the address of an array's first element."""
-    return int(array.__array_interface__["data"][0])
-
-
 def _wrong_names(operation: Operation, given: dict[str, Any]) -> str:
     if unknown := sorted(given.keys() - operation.names):
         return f"unknown arguments {', '.join(unknown)}; expected {', '.join(sorted(operation.names))}."
@@ -116,7 +111,7 @@ def _sizes(operation: Operation, given: dict[str, Any]) -> dict[str, int]:
         if not field.is_array or field.name not in given:
             continue
         array = given[field.name]
-        _check_array(f"{name}: {field.name}", field, array)
+        _check_array(name, field, array)
         for dimension, length in zip(field.shape, array.shape, strict=True):
             symbol = dimension.symbol
             if symbol is not None and sizes.setdefault(symbol, length) != length:
@@ -131,23 +126,27 @@ def _sizes(operation: Operation, given: dict[str, Any]) -> dict[str, int]:
     return sizes
 
 
-def _check_array(where: str, field: Field, array: Any) -> None:
+def _check_array(name: str, field: Field, array: Any) -> None:
     if not isinstance(array, np.ndarray):
-        raise TypeError(f"{where}: expected a numpy array, got {type(array).__name__}.")
+        raise TypeError(f"{name}: {field.name}: expected a numpy array, got {type(array).__name__}.")
     dtype = DTYPES[field.type]
     if array.dtype != dtype:
-        raise TypeError(f"{where}: expected dtype {dtype}, got {array.dtype}; convert it with astype.")
+        raise TypeError(f"{name}: {field.name}: expected dtype {dtype}, got {array.dtype}; convert it with astype.")
     flags = array.flags
-    if not flags.c_contiguous:
-        raise ValueError(f"{where}: expected a C-contiguous array; make one with numpy.ascontiguousarray.")
-    if not flags.aligned:
-        raise ValueError(f"{where}: expected an address that is a multiple of {ALIGNMENT} bytes; copy the array.")
-    if field.role != "in" and not flags.writeable:
-        raise ValueError(f"{where}: expected a writeable array, got a read-only one.")
+    if not (flags.carray if field.role != "in" else flags.carray or (flags.c_contiguous and flags.aligned)):
+        raise ValueError(f"{name}: {field.name}: {_wrong_memory(flags)}")
     shape = array.shape
     fits = len(shape) == len(field.shape)
     if not fits or not all(dimension.allows(length) for dimension, length in zip(field.shape, shape, strict=True)):
-        raise ValueError(f"{where}: expected shape {field}, got {shape_text(shape)}.")
+        raise ValueError(f"{name}: {field.name}: expected shape {field}, got {shape_text(shape)}.")
+
+
+def _wrong_memory(flags: Any) -> str:
+    if not flags.c_contiguous:
+        return "expected a C-contiguous array; make one with numpy.ascontiguousarray."
+    if not flags.aligned:
+        return f"expected an address that is a multiple of {ALIGNMENT} bytes; copy the array."
+    return "expected a writeable array, got a read-only one."
 
 
 def _sized(operation: Operation, field: Field, given: dict[str, Any], sizes: dict[str, int]) -> Array:
@@ -164,6 +163,13 @@ def _sized(operation: Operation, field: Field, given: dict[str, Any], sizes: dic
 
 def _check_overlaps(name: str, spans: list[Span]) -> None:
     """Reject an array that is written and shares memory with another one: kernels read what they have overwritten."""
+    last = 0
+    for start, end in sorted([(start, end) for start, end, _ in spans if start != end]):
+        if start < last:
+            break
+        last = end
+    else:
+        return
     for start, end, field in spans:
         if field.role == "in" or start == end:
             continue

@@ -22,14 +22,21 @@
 #define COMPILER "GCC " __VERSION__
 #endif
 
+enum { MOST = 8, SIZE = 1024 }; /* of `on`: arrays, and bytes of the struct */
+
 typedef struct {
     PyObject_HEAD
     cdpr_operation operation;
+    const cdpr_entry *entry;
     const char *name;
     void *place; /* the struct; owned */
     int64_t size;
     PyObject *given;  /* the arguments by name */
     PyObject *arrays; /* kept alive, for the struct holds their addresses */
+    Py_ssize_t
+        known; /* of the arrays that `on` has replaced: how many, where they are in the struct, and their shapes */
+    char positions[MOST];
+    Py_buffer expected[MOST];
 } Bound;
 
 /* Return the operation at an address, NULL if this processor has no such one. */
@@ -76,6 +83,7 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
     bound->given = given;
     bound->arrays = arrays;
     bound->operation = entry->call;
+    bound->entry = entry;
     bound->name = entry->name;
     bound->size = entry->size;
     bound->place = PyMem_Malloc((size_t)size);
@@ -86,16 +94,6 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
     }
     memcpy(bound->place, words, (size_t)size);
     return (PyObject *)bound;
-}
-
-static void bound_dealloc(PyObject *self) {
-    Bound *bound = (Bound *)self;
-    PyObject *type = (PyObject *)Py_TYPE(self), *given = bound->given, *arrays = bound->arrays;
-    PyMem_Free(bound->place);
-    PyObject_Free(self);
-    if (given) Py_DecRef(given);
-    if (arrays) Py_DecRef(arrays);
-    Py_DecRef(type);
 }
 
 /* Read the arguments of a call, which are the time [s] or nothing; return 0, or -1 with an exception. */
@@ -128,6 +126,101 @@ static PyObject *bound_unlocked(PyObject *self, PyObject *args) {
     return PyLong_FromLong(status);
 }
 
+static int is_array(const cdpr_field *field) {
+    return field->type[5] == '*' || (field->type[5] && field->type[6] == '*');
+}
+
+/* Return the array that a field is bound to; NULL with an exception if it has none. */
+static PyObject *array_of(const Bound *bound, const cdpr_entry *entry, Py_ssize_t position) {
+    Py_ssize_t before = 0;
+    if (position >= entry->count || !is_array(&entry->fields[position])) {
+        PyErr_SetString(PyExc_ValueError, "on: no array at that position");
+        return NULL;
+    }
+    for (Py_ssize_t i = 0; i < position; i++) before += is_array(&entry->fields[i]);
+    return PyTuple_GetItem(bound->arrays, before);
+}
+
+/* Return whether an array has the type and the shape of another one, and is aligned. */
+static int is_like(const Py_buffer *array, const Py_buffer *other) {
+    if (array->ndim != other->ndim || strcmp(array->format, other->format)) return 0;
+    for (int i = 0; i < array->ndim; i++)
+        if (array->shape[i] != other->shape[i]) return 0;
+    return (uintptr_t)array->buf % 8 == 0;
+}
+
+static void forget_expected(Bound *bound) {
+    while (bound->known > 0) PyBuffer_Release(&bound->expected[--bound->known]);
+}
+
+static void bound_dealloc(PyObject *self) {
+    Bound *bound = (Bound *)self;
+    PyObject *type = (PyObject *)Py_TYPE(self), *given = bound->given, *arrays = bound->arrays;
+    forget_expected(bound);
+    PyMem_Free(bound->place);
+    PyObject_Free(self);
+    if (given) Py_DecRef(given);
+    if (arrays) Py_DecRef(arrays);
+    Py_DecRef(type);
+}
+
+/* Look up types and shapes of the arrays at these positions, once; return 0, or -1 with an exception. */
+static int expect(Bound *bound, const char *positions, Py_ssize_t count) {
+    if (bound->known == count && !memcmp(bound->positions, positions, (size_t)count)) return 0;
+    forget_expected(bound);
+    memcpy(bound->positions, positions, (size_t)count);
+    while (bound->known < count) {
+        PyObject *array = array_of(bound, bound->entry, (unsigned char)positions[bound->known]);
+        if (!array ||
+            PyObject_GetBuffer(array, &bound->expected[bound->known], PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) < 0) {
+            forget_expected(bound);
+            return -1;
+        }
+        bound->known++;
+    }
+    return 0;
+}
+
+/* Get the memory of an array that may stand for another one; return 0, or -1 with an exception. */
+static int get_like(PyObject *array, const Py_buffer *expected, int writes, Py_buffer *view) {
+    const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writes ? PyBUF_WRITABLE : 0);
+    if (PyObject_GetBuffer(array, view, flags) < 0) return -1;
+    if (is_like(view, expected)) return 0;
+    PyBuffer_Release(view);
+    PyErr_SetString(PyExc_ValueError, "on: an array differs in type or shape from the one that is bound");
+    return -1;
+}
+
+/* Call it on other arrays: their positions among the fields as bytes, then the arrays. */
+static PyObject *bound_on(PyObject *self, PyObject *args) {
+    Bound *bound = (Bound *)self;
+    const Py_ssize_t count = PyTuple_Size(args) - 1;
+    uint64_t words[SIZE / 8];
+    Py_buffer views[MOST];
+    Py_ssize_t given, got = 0;
+    char *positions;
+    int status = -1;
+    if (count < 0 || PyBytes_AsStringAndSize(PyTuple_GetItem(args, 0), &positions, &given) < 0) {
+        PyErr_SetString(PyExc_TypeError, "on: expected positions as bytes, then arrays");
+        return NULL;
+    }
+    if (given != count || count > MOST || bound->size > SIZE) {
+        PyErr_SetString(PyExc_ValueError, "on: expected as many positions as arrays, at most 8");
+        return NULL;
+    }
+    if (expect(bound, positions, count) < 0) return NULL;
+    memcpy(words, bound->place, (size_t)bound->size);
+    while (got < count) {
+        const unsigned char position = (unsigned char)positions[got];
+        const int writes = bound->entry->fields[position].role[0] != 'i';
+        if (get_like(PyTuple_GetItem(args, got + 1), &bound->expected[got], writes, &views[got]) < 0) break;
+        words[position] = (uintptr_t)views[got++].buf;
+    }
+    if (got == count) status = bound->operation(words, 0.0);
+    for (Py_ssize_t i = 0; i < got; i++) PyBuffer_Release(&views[i]);
+    return got == count ? PyLong_FromLong(status) : NULL;
+}
+
 static PyObject *bound_words(PyObject *self, void *unused) {
     Bound *bound = (Bound *)self;
     (void)unused;
@@ -135,6 +228,7 @@ static PyObject *bound_words(PyObject *self, void *unused) {
 }
 
 static PyMethodDef bound_methods[] = {
+    {"on", bound_on, METH_VARARGS, "Call it on other arrays of the same types and shapes, once."},
     {"unlocked", bound_unlocked, METH_VARARGS, "Call it while other threads of Python run."},
     {NULL, NULL, 0, NULL},
 };
@@ -234,7 +328,19 @@ static int execute(PyObject *module) {
     return PyModule_AddStringConstant(module, "compiler", COMPILER);
 }
 
+static PyObject *address(PyObject *module, PyObject *args) {
+    PyObject *array;
+    Py_buffer view;
+    unsigned long long start;
+    (void)module;
+    if (!PyArg_ParseTuple(args, "O", &array) || PyObject_GetBuffer(array, &view, PyBUF_C_CONTIGUOUS) < 0) return NULL;
+    start = (uintptr_t)view.buf;
+    PyBuffer_Release(&view);
+    return Py_BuildValue("K", start);
+}
+
 static PyMethodDef methods[] = {
+    {"address", address, METH_VARARGS, "Return the address of an array's first element."},
     {"tables", tables, METH_NOARGS, "Return (target, entries) of each instruction set that this processor can run."},
     {NULL, NULL, 0, NULL},
 };

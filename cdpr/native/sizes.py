@@ -24,15 +24,24 @@ class Dimension:
         sums, _, least = (part.strip() for part in text.partition(">="))
         self.least = int(least or 0)
         self.symbol = sums if sums.isidentifier() else None
-        self._terms = [[factor.strip() for factor in term.split("*")] for term in sums.split("+")]
-        self.symbols = frozenset(factor for term in self._terms for factor in term if not factor.isdigit())
+        terms = [[factor.strip() for factor in term.split("*")] for term in sums.split("+")]
+        self.symbols = frozenset(factor for term in terms for factor in term if not factor.isdigit())
+        self._terms = [
+            (prod(int(factor) for factor in term if factor.isdigit()), [each for each in term if not each.isdigit()])
+            for term in terms
+        ]
         self._length = None if self.symbols else self.evaluate({})
 
     def evaluate(self, sizes: Mapping[str, int]) -> int:
         """Return the length for given sizes."""
         if self.symbol is not None:
             return sizes[self.symbol]
-        return sum(prod(int(word) if word.isdigit() else sizes[word] for word in term) for term in self._terms)
+        length = 0
+        for product, symbols in self._terms:
+            for symbol in symbols:
+                product *= sizes[symbol]
+            length += product
+        return length
 
     def allows(self, length: int) -> bool:
         """Return whether an array may have this length for some sizes."""

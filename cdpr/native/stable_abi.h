@@ -27,6 +27,15 @@ typedef struct {
     void *closure;
 } PyGetSetDef;
 typedef struct PyThreadState PyThreadState;
+typedef struct {
+    void *buf;
+    PyObject *obj;
+    Py_ssize_t len, itemsize;
+    int readonly, ndim;
+    char *format;
+    Py_ssize_t *shape, *strides, *suboffsets;
+    void *internal;
+} Py_buffer;
 typedef struct { int slot; void *pfunc; } PyType_Slot;
 typedef struct { const char *name; int basicsize, itemsize; unsigned flags; PyType_Slot *slots; } PyType_Spec;
 typedef struct { int slot; void *value; } PyModuleDef_Slot;
@@ -45,6 +54,7 @@ typedef struct {
 #define Py_TYPE(object) ((object)->ob_type)
 #define PyMODINIT_FUNC __attribute__((visibility("default"))) PyObject *
 
+enum { PyBUF_WRITABLE = 0x1, PyBUF_FORMAT = 0x4, PyBUF_C_CONTIGUOUS = 0x38 };
 enum { METH_VARARGS = 1, METH_NOARGS = 4, T_STRING = 5, T_OBJECT_EX = 16, T_ULONGLONG = 18, READONLY = 1, Py_TPFLAGS_DEFAULT = 0 };
 enum { Py_mod_exec = 2, Py_tp_call = 50, Py_tp_dealloc = 52, Py_tp_doc = 56, Py_tp_methods = 64, Py_tp_new = 65 };
 enum { Py_tp_members = 72, Py_tp_getset = 73 };
@@ -58,6 +68,8 @@ Py_ssize_t PyTuple_Size(PyObject *), PyDict_Size(PyObject *);
 int PyTuple_SetItem(PyObject *, Py_ssize_t, PyObject *), PyArg_ParseTuple(PyObject *, const char *, ...);
 int PyBytes_AsStringAndSize(PyObject *, char **, Py_ssize_t *);
 PyObject *PyBytes_FromStringAndSize(const char *, Py_ssize_t);
+int PyObject_GetBuffer(PyObject *, Py_buffer *, int);
+void PyBuffer_Release(Py_buffer *);
 PyThreadState *PyEval_SaveThread(void);
 void PyEval_RestoreThread(PyThreadState *);
 int PyModule_AddObjectRef(PyObject *, const char *, PyObject *), PyModule_AddStringConstant(PyObject *, const char *, const char *);

@@ -13,6 +13,7 @@ extern const cdpr_group mechanics;
 extern const cdpr_group cables;
 extern const cdpr_group tension;
 extern const cdpr_group solvers;
+extern const cdpr_group distribution;
 extern const cdpr_group controllers;
 extern const cdpr_group backends;
 extern const cdpr_group winches;
@@ -29,6 +30,7 @@ static const cdpr_group* const groups[] = {
     &cables,
     &tension,
     &solvers,
+    &distribution,
     &controllers,
     &backends,
     &winches,

@@ -49,9 +49,8 @@ class Backend(ABC):
     def acts(self, n: int) -> Acts | None:
         """Return what `step` does with this n, one thing after the other; None where it is not made of such.
 
-        What among it is a kernel with its arguments, the loop calls without Python: a `functools.partial` of what
-        `cdpr.model.jit.kernel` made, with numbers, C-contiguous arrays of 8-byte numbers, which stay where they are,
-        and named tuples of these. Where it returns something else than 0, the loop calls `refuse` with that.
+        The loop calls operations with their arguments without Python: what `cdpr.native.bind.bind` returns, or a
+        `cdpr.native.foreign.Foreign`. Where one returns something else than 0, the loop calls `refuse` with that.
         """
         return None
 

@@ -4,14 +4,29 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.own import Own
 
 # What a controller may declare as `PluginInfo.properties["output"]`; "wrench" where it declares nothing.
 Output = Literal["wrench", "command"]
+
+
+class Tunable(NamedTuple):
+    """Option of a controller that its compiled operation reads in an array.
+
+    Attributes:
+        array: The array, or a view of the part of it that holds the option.
+        value: The option, of the array's shape.
+        per_step: Whether the array holds the option times the control step.
+    """
+
+    array: Array
+    value: Array
+    per_step: bool = False
 
 
 class Controller(ABC):
@@ -25,6 +40,7 @@ class Controller(ABC):
     """
 
     output: Output | None = None
+    source: Own | None = None  # of its compiled operation, if that is not in the kernel library
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         self.robot = robot
@@ -44,19 +60,14 @@ class Controller(ABC):
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
         """Return what `control` does with these arrays, whatever the time, as a compiled operation; None without one.
 
-        The loop then calls it without Python. It is what `cdpr.native.bind.bind` returns, or a `functools.partial` of
-        what `cdpr.model.jit.kernel` made, with numbers, C-contiguous arrays of 8-byte numbers, which stay where they
-        are, and named tuples of these.
+        The loop then calls it without Python. It is what `cdpr.native.bind.bind` returns, or a
+        `cdpr.native.foreign.Foreign`.
         """
         return None
 
-    def numbers_in_c(self) -> Mapping[str, Array] | None:
-        """Return its options as the C beside its module takes them, by name and in that order; None without C.
-
-        That file bears the module's name, and its function `NAME_law` does what the kernel of `compiled` does, to the
-        bit: it goes into exported FMUs. cdpr/fmu/export/source/laws.h says what it is given.
-        """
-        return None
+    def tunable(self) -> Mapping[str, Tunable]:
+        """Return the options that stay parameters of an exported FMU, by name; the others are constant there."""
+        return {}
 
     def connect(self, report: Array) -> None:  # noqa: B027 - an optional hook
         """Take a live view of what became of the previous output; called once, before the first `control`.

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from cdpr.jobs.cases import Outcome
-from cdpr.model.lanes import WIDTH
 from cdpr.model.robot import Array
+from cdpr.native.operations import LANES
 from cdpr.rollouts.case import BLOCK, Case, Plan
 from cdpr.rollouts.eights import Eights
 from cdpr.rollouts.recipe import UnfitError
@@ -38,8 +38,8 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> tupl
         for number, values, out in zip(chunk.numbers, chunk.values, rows, strict=True)
     ]
     eights: Eights | None = None
-    for first in range(0, len(cases), WIDTH):
-        eights = _run(plan, cases[first : first + WIDTH], eights)
+    for first in range(0, len(cases), LANES):
+        eights = _run(plan, cases[first : first + LANES], eights)
     return [case.outcome for case in cases], rows
 
 

@@ -80,11 +80,11 @@ class Attempt:
         self._plugins: dict[str, Any] = {}  # what parts said of themselves
         self._begun = self._started = perf_counter()
 
-    def begin(self, real_time: bool = False) -> tuple[Loop, Recorder]:
+    def begin(self) -> tuple[Loop, Recorder]:
         """Build and warm up; return what makes the samples, and what keeps them."""
         self.parts = build(self.scenario)
         self.loop = Loop(self.parts)
-        self.loop.warm_up(self.scenario.initial.state(), real_time)
+        self.loop.warm_up(self.scenario.initial.state())
         folder = None if self.folder is None else self.folder.path
         marked = marks(self.scenario.events, self.header.control_step)
         self.recorder = Recorder(self.header, self.scenario.simulation.steps, folder, marked, self._watching)

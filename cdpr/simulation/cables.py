@@ -20,7 +20,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
     exits = declared.get("exits", ())
     known_exits = exits if isinstance(exits, tuple | list) else ()
     for cable in robot.cables:
-        if cable.exit is not None and cable.exit.kernels and cable.exit.type not in known_exits:
+        if cable.exit is not None and cable.exit.header and cable.exit.type not in known_exits:
             raise PluginError(
                 f"backend '{backend.info.name}', as it is set, lets all cables leave the frame at their anchors, and "
                 f"cable '{cable.name}' has exit {cable.exit.type}: choose another backend, or its default cables, or "

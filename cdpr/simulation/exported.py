@@ -1,22 +1,37 @@
-"""A scenario's controller and solver as they go into an FMU."""
+"""A scenario's controller and tension distribution as they go into an FMU."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
+from cdpr.cables.tables import line_table
 from cdpr.errors import CdprError
 from cdpr.fmu.export import Control
-from cdpr.plugins.in_c import law_in_c, solve_in_c
+from cdpr.fmu.export.program import ANSWER, FINITE, IGNORED, Call, Link, Program, Translation
+from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+from cdpr.native.own import Own
+from cdpr.plugins import Controller, TensionSolver
+from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.columns import chosen_plugins
+from cdpr.tension.acts import Act
+from cdpr.tension.command import CommandStage
+from cdpr.tension.present import Present
+from cdpr.tension.stage import Asked, TensionStage
 
 
 def control_of(scenario: Scenario) -> Control:
-    """Return them, with the desired motion's start.
+    """Return the controller and the tension distribution of a scenario, with the desired motion's start.
 
-    Raises CdprError where one has no C, or the scenario has what exported FMUs do not know: another belief, winches of
-    another FMU, a controller that puts out commands; PluginError where a plugin is missing or broken.
+    Raises:
+        CdprError: Controller or solver has no compiled operation, or the scenario has something that exported FMUs do
+            not support: a nominal model, or winches of another FMU.
+        PluginError: A plugin is missing or broken.
     """
     if scenario.believed is not None:
         raise CdprError(
@@ -30,21 +45,105 @@ def control_of(scenario: Scenario) -> Control:
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)
     controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
     try:
-        law = law_in_c(controller, scenario.controller.type, known)
-        solver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
-        solve = solve_in_c(solver, scenario.solver.type, known)
+        output = controller.output or known.get("controller", scenario.controller.type).info.properties["output"]
+        names, solver = [scenario.controller.type], None
+        if output == "wrench":
+            solver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
+            names.append(scenario.solver.type)
         desired = np.zeros(19)
         scenario.desired.sampler(desired)(0.0)
+        program, own = _program(scenario, controller, solver)
+        tunable = controller.tunable()
         return Control(
-            law=law,
-            solve=solve,
-            respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
-            numbers={name: np.array(values, dtype=float) for name, values in controller.numbers_in_c().items()},
+            names=names,
+            options={name: np.array(each.value, dtype=float) for name, each in tunable.items()},
             robot=scenario.controlled,
-            gravity=gravity,
+            program=program,
+            own=own,
             control_step=step,
-            policy=scenario.solver.infeasible,
             desired=desired,
         )
     finally:
         controller.close()
+
+
+def _program(
+    scenario: Scenario, controller: Controller, solver: TensionSolver | None
+) -> tuple[Program, Mapping[str, Own]]:
+    """Return what a control step does, and the operations that are not of the kernel library."""
+    robot = scenario.controlled
+    state, desired, measured = np.zeros(13), np.zeros(19), np.zeros((2, robot.m))
+    live = Present.of(robot.m)
+    own: dict[str, Own] = {}
+    controller.connect(live.report)
+    controller.sense(measured)
+    stage: TensionStage | CommandStage
+    if solver is None:
+        stage = CommandStage(robot, scenario.solver.infeasible, live)
+        out = stage.command
+    else:
+        stage, out = _stage(scenario, solver, live), live.wrench
+    given = state, desired, out
+    law = _compiled("controller", scenario.controller.type, controller.compiled, controller.control, *given)
+    lines = line_table(robot)
+    calls = [
+        Call(bind("geometry", lines=lines, state=state, matrix=live.W, length=measured[0], rate=measured[1])),
+        Call(law, entry=_own_entry("controller", controller, law, own)),
+        Call(bind("not_finite", values=out), FINITE),
+        *_calls(stage.acts, solver, own),
+    ]
+    named = {"state": state, "desired": desired, "tension": live.tension, "report": live.report, "lines": lines}
+    translation = Translation(named, shared=("lines",))
+    program = translation.translate(calls)
+    for name, tunable in controller.tunable().items():
+        array, place = translation.where(tunable.array)
+        program.links.append(Link(f"controller.{name}", 0, tunable.array.size, array, place, per_step=tunable.per_step))
+    return program, own
+
+
+def _stage(scenario: Scenario, solver: TensionSolver, live: Present) -> TensionStage:
+    name = scenario.solver.type
+
+    def compiled(*given: Array) -> Any:
+        return _compiled("solver", name, solver.compiled, solver.solve, *given)
+
+    respects = bool(registry().get("solver", name).info.properties.get("respects_bounds", True))
+    stage = TensionStage(
+        scenario.controlled, Asked(solver.solve, name, respects, scenario.solver.infeasible, compiled), live
+    )
+    stage.refusal = "not reported by FMUs"  # so that replacing a refused answer is the operation's own work
+    return stage
+
+
+def _compiled(role: str, name: str, says: Callable[..., Any], does: Callable[..., object], *given: Array) -> Any:
+    """Return a plugin's operation, bound to arrays."""
+    bound = says(*given) if speaks_for(says, does) else None
+    if bound is None or not hasattr(bound, "words"):
+        raise CdprError(
+            f"the {role} '{name}' has no compiled operation, so it cannot be exported: choose another "
+            f"(--set {role}.type=NAME)"
+        )
+    return bound
+
+
+def _own_entry(role: str, plugin: Controller | TensionSolver, bound: Any, own: dict[str, Own]) -> str:
+    """Return the name of an operation that is not of the kernel library, and note its source; else ""."""
+    if hasattr(bound, "given"):
+        return ""
+    if plugin.source is None:
+        raise CdprError(
+            f"the {role}'s operation was compiled elsewhere, so it cannot be exported: give the plugin the attribute "
+            "`source`, the C++ of its operation (docs/plugins.md)"
+        )
+    own[f"own_{role}"] = plugin.source
+    return f"own_{role}"
+
+
+def _calls(acts: Sequence[Act], solver: TensionSolver | None, own: dict[str, Own]) -> list[Call]:
+    """Return the acts of a stage as calls."""
+    calls = []
+    for act in acts:
+        vital = IGNORED if act.refused is None else ANSWER
+        entry = _own_entry("solver", solver, act.do, own) if act.name == "solver" and solver is not None else ""
+        calls.append(Call(act.do, vital, act.skip, act.mend, entry))
+    return calls

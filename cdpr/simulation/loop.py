@@ -104,11 +104,11 @@ class Loop:
         """Of the sample that is looked at, s."""
         return self.program.time
 
-    def warm_up(self, start: Array, real_time: bool = False) -> None:
+    def warm_up(self, start: Array) -> None:
         """Call every part once and put all back to `start` (13,).
 
-        What a first call costs (compiling, loading from disk) is then over before a clock runs; in real time also that
-        of the infeasible policy. Raises PluginError where controller or solver write nothing.
+        What a first call costs, such as loading from disk, is then over before a clock runs. Raises PluginError where
+        controller or solver write nothing.
         """
         parts = self.parts
         try:
@@ -116,9 +116,6 @@ class Loop:
             self.sample(0.0)
             if "controller" not in parts.live:
                 self._try_control()
-            if real_time:
-                self.stage.warm_up_policy()
-                self.program.warm_up()
             self.schedule.warm_up()
             if "backend" not in parts.live:
                 parts.backend.command[...] = self.tension

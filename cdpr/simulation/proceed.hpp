@@ -14,20 +14,6 @@ CDPR_INLINE int call_at(int64_t operation, int64_t place, double time) {
     return reinterpret_cast<cdpr_operation>(operation)(reinterpret_cast<void*>(place), time);
 }
 
-// An act that numba compiled, by numba's convention of calls; gone with numba.
-struct NumbaAct {
-    int64_t entry;
-    int64_t place_of_arguments;
-    static constexpr Field fields[] = {value<int64_t>("entry"), value<int64_t>("place_of_arguments")};
-};
-
-inline int numba_act(NumbaAct& act, double time) {
-    int64_t code = 0;
-    void* exception = nullptr;
-    const auto entry = reinterpret_cast<int (*)(int64_t*, void**, int64_t, double)>(act.entry);
-    return entry(&code, &exception, act.place_of_arguments, time) == 0 ? int(code) : -1;
-}
-
 // Returned beside the codes of acts, which are small.
 enum { PYTHON = 1 << 29, REACHED = 1 << 30 };
 

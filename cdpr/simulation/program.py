@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.errors import CdprError, Infeasible
-from cdpr.model import bound as by_numba
 from cdpr.model.robot import Array
 from cdpr.native.bind import Compiled, bind
 from cdpr.simulation.proceed import (
@@ -42,21 +41,11 @@ from cdpr.tension.acts import Act, tell
 COMPLETE, NEXT = Act("", lambda: None), Act("", lambda: None)
 
 
-def bound(call: Callable[..., object], timed: bool) -> Compiled | None:
+def bound(call: Callable[..., object]) -> Compiled | None:
     """Return a call as compiled code makes it; None where Python must."""
     if isinstance(getattr(call, "operation", None), int):
         return cast("Compiled", call)
-    found = by_numba.bound(call, timed)
-    return None if found is None else NumbaAct(found)
-
-
-class NumbaAct:
-    """A numba kernel with its arguments; gone with numba."""
-
-    def __init__(self, found: by_numba.Bound) -> None:
-        self._bound = bind("numba_act", entry=found.operation, place_of_arguments=found.place)
-        self._found, self.words = found, found.words
-        self.operation, self.place = self._bound.operation, self._bound.place
+    return None
 
 
 class Program:
@@ -84,18 +73,18 @@ class Program:
     ) -> None:
         self.acts = (*deciding, COMPLETE, NEXT, *advancing)
         self._complete = len(deciding)
-        known = {id(act.do): bound(act.do, act.timed) for act in self.acts}  # some are done more than once
+        known = {id(act.do): bound(act.do) for act in self.acts}  # some are done more than once
         self._bound = [known[id(act.do)] for act in self.acts]
         self._table = np.zeros((len(self.acts), 1 + SKIP), dtype=np.int64)
-        for line, found in zip(self._table, self._bound, strict=True):
+        for line, act, found in zip(self._table, self.acts, self._bound, strict=True):
             if found is not None:
                 line[: GIVEN + 1] = found.operation, found.place
+                mend = None if act.mend is None else bound(act.mend)  # the act holds it
+                if mend is not None:
+                    line[MENDS:] = mend.operation, mend.place, act.skip
         self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
         pairs = list(zip(self.acts, self._bound, strict=True))
         self._plain = [(act.do, act.timed) if found is None and act.plain else None for act, found in pairs] + [None]
-        # How each act mends, bound when it first has to: many runs never do, and these kernels take long to compile.
-        self._unbound = [act.mend if found is not None else None for act, found in pairs]
-        self._mends: list[Compiled] = []
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
         self._row, self._period, self._rows = row, period, np.zeros((1, len(row)))
         self._turn: Callable[[], int]
@@ -194,19 +183,6 @@ class Program:
         for line, act in zip(self._table, self.acts, strict=True):
             line[WHEN] = DUE if act.due else NEVER if act.when is not None and not act.when() else ALWAYS
 
-    def warm_up(self) -> None:
-        """Bind what seldom happens, so that it does not compile in the loop."""
-        for at in range(len(self.acts)):
-            self._bind(at)
-
-    def _bind(self, at: int) -> None:
-        """Let compiled code mend what an act returned."""
-        mend, self._unbound[at] = self._unbound[at], None
-        found = bound(mend, True) if mend is not None else None
-        if found is not None:
-            self._mends.append(found)
-            self._table[at, MENDS:] = found.operation, found.place, self.acts[at].skip
-
     def look(self, sample: int) -> None:
         """Go on until a sample is looked at, and nothing of it is decided."""
         self._go(sample, 0)
@@ -227,7 +203,6 @@ class Program:
             at = place[ACT]
             try:
                 if code != PYTHON:
-                    self._bind(at)
                     at += 1 + acts[at].meet(code)
                 elif plain[at] is None:
                     at += 1 + acts[at](self.time)

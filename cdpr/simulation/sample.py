@@ -21,7 +21,6 @@ from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
 from cdpr.tension.acts import Act
-from cdpr.tension.checks import true_margin
 from cdpr.tension.present import Cables, Present
 
 Do = Callable[[], object]
@@ -124,7 +123,8 @@ class Sample:
         command, cables = self.live.tension, self.cables
         tension = command if self._parts.ideal_cables else self.view("cable_tension")
         exerted = bind("exert", matrix=self.true_W, tension=tension, wrench=self.view("true_wrench"))
-        measured = partial(true_margin, cables.true_limits, command, cables.held, self.view("true_margin"))
+        room = self.view("true_margin")
+        measured = bind("room_within_limits", limits=cables.true_limits, tension=command, held=cables.held, room=room)
         # A sample that tells why there are no tensions tells what they do, too.
         return [Act("geometry", exerted, telling=True), Act("geometry", measured, telling=True)]
 

@@ -49,7 +49,7 @@ def simulate(
     made = attempt(scenario, backend, solver, controller, overrides, out)
     error: BaseException | None = None
     try:
-        loop, recorder = made.begin(real_time)
+        loop, recorder = made.begin()
         total = made.scenario.simulation.steps + 1
         tell = progress or (lambda done, total: None)
         tell(0, total)

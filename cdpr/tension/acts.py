@@ -9,9 +9,9 @@ from cdpr.errors import Infeasible
 
 
 class Act(NamedTuple):
-    """One thing that is done in each step; by compiled code where it is a kernel with its arguments.
+    """One thing that is done in each step; by compiled code where it is a bound operation.
 
-    That is a `functools.partial` of a kernel, as `cdpr.model.bound` takes it.
+    That is what `cdpr.native.bind.bind` returns, or a `cdpr.native.foreign.Foreign`.
     """
 
     name: str  # of the part whose work it is

@@ -9,6 +9,38 @@ from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 
 
+def general_solution(
+    matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
+) -> tuple[Array, Array] | None:
+    """Compute c and N such that all t with W t = wrench are c + N x.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix W, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N.
+        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+
+    Returns:
+        c (m,), N: the solution of least norm, but for locked cables. N (m, r): orthonormal columns, orthogonal to c;
+        its row of a cable that x does not change is zero. None where no tensions exert the wrench, or an input is bad.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> general_solution([[1.0, 0.0]], [2.0], [0.0, 0.0], [9.0, 9.0])
+        (array([2., 0.]), array([[0.],
+               [1.]]))
+    """
+    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
+    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+    m = arrays["matrix"].shape[-1]
+    center, basis, redundancy = np.empty(m), np.empty((m, m)), np.empty(1)
+    if bind("null_space_form", **arrays, center=center, basis=basis, redundancy=redundancy)():
+        return None
+    return center, np.ascontiguousarray(basis[:, : int(redundancy[0])])
+
+
 def admissible_corners(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike) -> Array:
     """Compute the corners of the admissible x, for one or two redundant cables.
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
-from cdpr.tension import active_set, null_space
-from cdpr.tension.active_set import nearest
-from cdpr.tension.null_space import reduce
+from cdpr.tension.active_set import nearest_point
+from cdpr.tension.admissible import general_solution
+from cdpr.tension.status import Status
 
 
 def positive_null_vector(W: Array) -> Array | None:
@@ -23,11 +23,10 @@ def positive_null_vector(W: Array) -> Array | None:
     """
     W = checked(W, (None, None), "W")
     n, m = W.shape
-    box, basis, x, point, active = np.zeros((3, m)), np.zeros((m, m)), np.zeros(m), np.zeros(m), np.zeros(m)
     low, high = np.ones(m), np.full(m, np.inf)
-    work = np.zeros((max(null_space.work_rows(n), active_set.work_rows(m)), max(n, m)))
-    r = reduce(W, np.zeros(n), low, high, box, basis, work)
-    if r < 0:
+    form = general_solution(W, np.zeros(n), low, high)
+    if form is None:
         return None
-    steps = nearest(basis, r, box, x, point, active, work)
-    return point if steps >= 0 else None
+    center, basis = form
+    _, point, status = nearest_point(basis, center, low, high)
+    return point if status == Status.OK else None

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from functools import partial
-
 import numpy as np
 
 from cdpr.errors import BeyondLimits, Diverged
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
-from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 from cdpr.tension.acts import Act, perform
-from cdpr.tension.checks import LIMIT_TOLERANCE, hold, newton, room
 from cdpr.tension.policy import Policy
 from cdpr.tension.present import Cables, Present
-from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
+from cdpr.tension.status import BAD_INPUT
 
 BEYOND = "the controller's command is beyond the tension limits"
 
@@ -48,9 +43,11 @@ class CommandStage:
         self.command = np.zeros(robot.m)
         self.live = live
         self.cables = cables = cables or Cables.of(robot)
-        result = (cables.limits, live.W, live.tension, live.wrench, live.report)
-        self.acts = [Act("distribution", partial(take, policy == "stop", self.command, *result), self._refuse)]
-        self.imposing = [Act("distribution", partial(impose, cables.held, *result))]
+        shared = {"limits": cables.limits, "matrix": live.W, "tension": live.tension, "wrench": live.wrench}
+        shared |= {"report": live.report}
+        take = bind("take_command", **shared, command=self.command, stop=int(policy == "stop"))
+        self.acts = [Act("distribution", take, self._refuse)]
+        self.imposing = [Act("distribution", bind("impose_command", **shared, held=cables.held))]
 
     arrays = ()  # what comes next depends on none before
     answered = True  # there is no solver to be asked
@@ -69,9 +66,6 @@ class CommandStage:
     def restore(self, snapshot: object) -> None:
         """Do nothing, likewise."""
 
-    def warm_up_policy(self) -> None:
-        """Do nothing: there is nothing to compile."""
-
     def impose(self) -> None:
         """Give the cables the tensions that they are `held` at, and report what all tensions do."""
         perform(self.imposing)
@@ -87,41 +81,3 @@ class CommandStage:
         if status == BAD_INPUT:
             raise Diverged("the controller put out a command that is not finite")
         raise BeyondLimits(f"{BEYOND} (policy stop)")
-
-
-@kernel
-def take(stop: bool, command: Array, limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> int:
-    """Clip `command` (m,) to the limits (2, m) and write tension, wrench and report.
-
-    Return the status where it ends the run, else 0. Nothing is written where the command is not finite.
-    """
-    for i in range(command.shape[0]):
-        if not math.isfinite(command[i]):
-            return BAD_INPUT
-    status, tolerance = OK, LIMIT_TOLERANCE * newton(limits)
-    for i in range(command.shape[0]):
-        low, high = limits[0, i], limits[1, i]
-        if low < high and not low - tolerance <= command[i] <= high + tolerance:
-            status = NOT_FOUND
-        tension[i] = min(max(command[i], low), high)
-    report[0] = status
-    account(limits, W, tension, wrench, report)
-    return status if stop else 0
-
-
-@kernel
-def impose(held: Array, limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> None:
-    """Let `held` tensions (m,) be, and write what all tensions do then, but not the status."""
-    hold(held, tension)
-    account(limits, W, tension, wrench, report, held)
-
-
-@kernel
-def account(limits: Array, W: Array, tension: Array, wrench: Array, report: Array, held: Array | None = None) -> None:
-    """Write the wrench (6,) of the tensions (m,) and report[1:4]; locked and `held` cables count as `room` says."""
-    for j in range(6):
-        wrench[j] = 0.0
-        for i in range(tension.shape[0]):
-            wrench[j] += W[j, i] * tension[i]
-    report[1] = 0.0
-    room(limits, tension, report, held)

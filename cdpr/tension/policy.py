@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.tension.box_least_squares import box_least_squares
-from cdpr.tension.checks import judge
-from cdpr.tension.status import BAD_INPUT, NOT_FOUND
 
 Policy = Literal["best_effort", "hold_tension", "stop"]
 
@@ -32,87 +27,10 @@ CLIPPED = "the solver minds no limits, its tensions were clipped to them"
 
 
 def action(policy: Policy, respects_bounds: bool) -> int:
-    """Return what `fall_back` is to do under a policy, for a solver that minds the limits or does not."""
+    """Return what `replace_tension` is to do under a policy, for a solver that minds the limits or does not."""
     if policy != "best_effort":
         return HOLD
     return NEAREST if respects_bounds else CLIP
-
-
-@apart
-@kernel
-def fall_back(
-    action: int,
-    status: int,
-    W: Array,
-    wrench: Array,
-    weights: Array,
-    limits: Array,
-    answer: Array,
-    tension: Array,
-    report: Array,
-    work: Array,
-) -> bool:
-    """Replace the tensions (m,) of the step before; return False, and change nothing, where an input is not finite.
-
-    NEAREST: by those that come nearest to the wrench within the limits (2, m); HOLD: keep them; CLIP: by the solver's
-    `answer`, if it gave a finite one, else as NEAREST. All are then within the limits, and `report` (4,) says what they
-    do, with the solver's status. `weights` as `judge` says; `work` as `box_least_squares` says.
-    """
-    n, m = W.shape
-    for j in range(n):
-        if not math.isfinite(wrench[j]):
-            return False
-        for i in range(m):
-            if not math.isfinite(W[j, i]):
-                return False
-    clip = action == CLIP
-    for i in range(m):
-        clip = clip and math.isfinite(answer[i])
-    if clip:
-        for i in range(m):
-            tension[i] = answer[i]
-    elif action != HOLD:
-        # Should it give up, the tensions that it had reached are the best known.
-        box_least_squares(W, wrench, weights, limits[0], limits[1], tension, work)
-    for i in range(m):
-        tension[i] = min(max(tension[i], limits[0, i]), limits[1, i])
-    judge(W, wrench, weights, limits, tension, report)
-    report[0] = status
-    return True
-
-
-@kernel
-def replace(
-    known: NDArray[np.int64],
-    answered: bool,
-    action: int,
-    W: Array,
-    wrench: Array,
-    weights: Array,
-    limits: Array,
-    answer: Array,
-    tension: Array,
-    report: Array,
-    work: Array,
-    status: float,
-) -> int:
-    """Do as `fall_back` where a solver gave no answer, or (`answered`) none that passed the checks; return 0.
-
-    Return the status where there is more to say: it is none, an input is not finite, or nothing was told yet of a
-    refused answer. Nothing is replaced then. `known` (2,) is WRITTEN and TOLD; the tensions become the solver's answer
-    of the step before.
-    """
-    code = int(status)
-    for i in range(answer.shape[0]):
-        if not math.isnan(answer[i]):
-            known[WRITTEN] = 1
-    if not 0 < code <= BAD_INPUT or (answered and code == NOT_FOUND and known[TOLD] == 0):
-        return code
-    if not fall_back(action, code, W, wrench, weights, limits, answer, tension, report, work):
-        return code
-    for i in range(answer.shape[0]):
-        answer[i] = tension[i]
-    return 0
 
 
 def replace_tension(

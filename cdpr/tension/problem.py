@@ -12,8 +12,10 @@ from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.mechanics.properties import conditioning, free_wrench_matrix
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
-from cdpr.tension import active_set, null_space, polygon, safest
+from cdpr.tension.active_set import extreme_point
+from cdpr.tension.admissible import admissible_corners, farthest_from_limits, general_solution
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
+from cdpr.tension.status import Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +64,7 @@ class Problem:
         c is that of least norm; cables whose limits are equal are locked, and x does not change them. None where W
         cannot produce the wrench at all.
         """
-        n, m = self.W.shape
-        box, N = np.zeros((3, m)), np.zeros((m, m))
-        low, high = self.limits
-        r = null_space.reduce(self.W, self.wanted, low, high, box, N, np.zeros((null_space.work_rows(n), max(n, m))))
-        return None if r < 0 else (box[0], np.ascontiguousarray(N[:, :r]))
+        return general_solution(self.W, self.wanted, *self.limits)
 
     @cached_property
     def corners(self) -> Array | None:
@@ -75,11 +73,7 @@ class Problem:
             return None
         c, N = self.general
         low, high = self.limits
-        if N.shape[1] == 1:
-            ends = np.zeros(2)
-            return ends[: polygon.clip_interval(N, c, low, high, ends), None]
-        vertices, work = np.zeros((2, polygon.most_vertices(len(N)), 2))
-        return vertices[: polygon.clip_polygon(N, c, low, high, vertices, work)]
+        return admissible_corners(N, c, low, high)
 
     @cached_property
     def safest(self) -> tuple[float, Array] | None:
@@ -91,11 +85,7 @@ class Problem:
         if self.general is None:
             return None
         c, N = self.general
-        (low, high), (m, r) = self.limits, N.shape
-        x = np.zeros(r)
-        margin = safest.safest_point(
-            False, N, r, np.array([c, low, high]), x, np.zeros((safest.work_rows(m), 2 * m + 1))
-        )
+        margin, x = farthest_from_limits(N, c, *self.limits)
         return None if math.isnan(margin) else (margin, x)
 
     @cached_property
@@ -109,14 +99,13 @@ class Problem:
         if self.general is None or not self.feasible:
             return found
         c, N = self.general
-        m, r = N.shape
-        box, x, point, active = np.array([c, low, high]), np.zeros(r), np.zeros(m), np.zeros(m)
-        work = np.zeros((active_set.work_rows(max(r, 1)), m))
-        for i in range(m):
+        for i, row in enumerate(N):
             for side, sign in enumerate((1.0, -1.0)):
-                if r == 0 or not N[i].any():
+                if not row.any():
                     found[i, side] = min(max(c[i], low[i]), high[i])
-                elif active_set.extreme(sign * N[i], N, r, box, x, point, active, work) >= 0:
+                    continue
+                _, point, status = extreme_point(sign * row, N, c, low, high)
+                if status == Status.OK:
                     found[i, side] = point[i]
         return found
 

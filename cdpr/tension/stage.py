@@ -12,10 +12,11 @@ import numpy as np
 from cdpr.errors import Diverged, Infeasible, PluginError, Unanswered
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
-from cdpr.tension import box_least_squares as box
+from cdpr.native.bind import bind
 from cdpr.tension.acts import Act, perform
-from cdpr.tension.checks import LIMIT_TOLERANCE, accept, impose, judge, newton, select
-from cdpr.tension.policy import TOLD, WRITTEN, Policy, action, replace
+from cdpr.tension.checks import LIMIT_TOLERANCE, allowed_residual, newton
+from cdpr.tension.compiled import accept_tension
+from cdpr.tension.policy import TOLD, WRITTEN, Policy, action
 from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import Status
 
@@ -39,24 +40,24 @@ class Asked:
     # The nearest wrench within the limits (or, from a solver that respects none, its answer clipped), the previous
     # tensions, or stop.
     policy: Policy = "best_effort"
-    # Returns what it does with such arrays, where that is a kernel with its arguments.
+    # Returns what it does with such arrays, if that is a compiled operation.
     compiled: Callable[..., Callable[[], int] | None] | None = None
 
 
 def refusal(
     names: Sequence[str], W: Array, wrench: Array, weights: Array, limits: Array, bounds: Array | None, answer: Array
 ) -> str:
-    """Say which check of `accept` an answer (m,) of the cables `names` fails, and by how much.
+    """Say which check of `accept_tension` an answer (m,) of the cables `names` fails, and by how much.
 
-    Arguments as for `accept`; `bounds` are the limits once more, None of a solver that minds none.
+    Arguments as there; `bounds` are the limits once more, None of a solver that minds none.
     """
     told = [f"{name} {value}" for name, value in zip(names, answer.tolist(), strict=True) if not np.isfinite(value)]
     if told:
         return f"not finite: {', '.join(told)}"
-    report = np.zeros(4)
-    allowed = judge(W, wrench, weights, limits, answer, report)
-    if not report[1] <= allowed:
-        told.append(f"the tensions miss the wrench by {report[1]:.3g} N, where {allowed:.2g} N are allowed")
+    residual = accept_tension(W, wrench, weights, limits[0], limits[1], answer)[1][1]
+    allowed = allowed_residual(wrench, weights, limits)
+    if not residual <= allowed:
+        told.append(f"the tensions miss the wrench by {residual:.3g} N, where {allowed:.2g} N are allowed")
     if bounds is not None:
         beyond = np.maximum(bounds[0] - answer, answer - bounds[1])
         i, tolerance = int(np.argmax(beyond)), LIMIT_TOLERANCE * newton(bounds)
@@ -98,35 +99,41 @@ class TensionStage:
         W, wrench, limits = live.W, live.wrench, cables.limits
         rows = robot.rows
         weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows]
-        self._select = None
+        selecting: list[Act] = []
         if robot.n < 6:
             free_W, free_wrench = np.zeros((robot.n, robot.m)), np.zeros(robot.n)
-            self._select = partial(select, np.array(rows), W, wrench, free_W, free_wrench)
+            chosen = {"rows": np.array(rows), "matrix": free_W, "wrench": free_wrench}
+            selecting = [Act("distribution", bind("select_rows", full_matrix=W, full_wrench=wrench, **chosen))]
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
         # The solver cannot change what its answer is checked against.
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
-        result = live.tension, live.report
         bounds = limits if asked.respects_bounds else None
         self._refusal = partial(refusal, [cable.name for cable in robot.cables], W, wrench, weights, limits, bounds)
-        self._accept = partial(accept, W, wrench, weights, limits, answer, *result)
-        self._impose = partial(impose, cables.held, W, wrench, weights, limits, *result)
-        spare = np.zeros((box.work_rows(robot.n, robot.m), max(robot.n, robot.m)))
-        arguments = (W, wrench, weights, limits, answer, *result, spare)
-        self._replacing = [  # without an answer, and with one
-            partial(replace, self._known, answered, action(asked.policy, minds), *arguments)
+        shared = {"matrix": W, "wrench": wrench, "weights": weights, "limits": limits}
+        shared |= {"tension": live.tension, "report": live.report}
+        # Without an answer, and with one: called with the solver's status.
+        self._replacing = [
+            bind(
+                "replace_tension",
+                **shared,
+                answer=answer,
+                known=self._known,
+                answered=int(answered),
+                action=action(asked.policy, minds),
+            )
             for answered, minds in ((False, True), (True, asked.respects_bounds))
         ]
         unanswered, refused = (None, None) if self._stop else self._replacing
         compiled = asked.compiled(*given, answer) if asked.compiled else None
         solve = compiled or partial(self._ask, partial(asked.solve, *given, answer))
-        selecting = [] if self._select is None else [Act("distribution", self._select)]
+        accept = bind("accept", **shared, answer=answer)
         self.acts = [
             *selecting,
             Act("solver", solve, lambda status: self._replace(status, False), 1, unanswered),
-            Act("distribution", self._accept, lambda status: self._replace(status, True), 0, refused),
+            Act("distribution", accept, lambda status: self._replace(status, True), 0, refused),
         ]
-        self.imposing = [*selecting, Act("distribution", self._impose)]
+        self.imposing = [*selecting, Act("distribution", bind("impose_tensions", **shared, held=cables.held))]
 
     @property
     def answered(self) -> bool:
@@ -154,10 +161,6 @@ class TensionStage:
     def impose(self) -> None:
         """Give the cables the tensions that they are `held` at, and report what all tensions do for the wrench."""
         perform(self.imposing)
-
-    def warm_up_policy(self) -> None:
-        """Call what only an infeasible wrench needs, so that it does not compile in the loop."""
-        self._replacing[0](float(Status.NOT_FOUND))
 
     def forget(self) -> None:
         """Forget all answers."""

@@ -15,7 +15,8 @@ from cdpr.distribution.poison import POISON, Memory
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
-from cdpr.tension import Status, active_set
+from cdpr.tension import Status
+from cdpr.tension.active_set import extreme_point
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, needs
 from cdpr.testing.samples import Problem
@@ -264,11 +265,8 @@ def _null_space(W: Array) -> Array:
 
 def _farthest(direction: Array, N: Array, tension: Array, low: Array, high: Array) -> Array:
     """The x (r,) with low <= tension + N x <= high for which direction . x is least."""
-    m, r = N.shape
-    x, box = np.zeros(r), np.array([tension, np.minimum(low, tension), np.maximum(high, tension)])
-    work = np.zeros((active_set.work_rows(r), m))
-    steps = active_set.extreme(direction, N, r, box, x, np.zeros(m), np.zeros(m), work)
-    return x if steps >= 0 else np.zeros(r)
+    x, _, status = extreme_point(direction, N, tension, np.minimum(low, tension), np.maximum(high, tension))
+    return x if status == Status.OK else np.zeros(N.shape[1])
 
 
 CHECKS = [

@@ -6,14 +6,14 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cdpr.distribution.poison import POISON, Memory
-from cdpr.model.lanes import WIDTH
 from cdpr.model.robot import Array, read_only
+from cdpr.native.bind import LANES
 from cdpr.plugins import CompiledSolver
-from cdpr.plugins.solver import Kernel
 from cdpr.tension import Status
 from cdpr.testing import samples
 from cdpr.testing.changes import expect_changes
@@ -22,6 +22,9 @@ from cdpr.testing.columns import expect_written
 from cdpr.testing.process import Held
 from cdpr.testing.samples import Problem
 from cdpr.testing.subjects import SolverSubject, ask
+
+if TYPE_CHECKING:
+    from cdpr.native.library import Bound
 
 ARRAYS = ("W", "wrench", "t_min", "t_max")
 
@@ -163,47 +166,62 @@ def memory_never_decides(subject: SolverSubject) -> None:
 
 
 def eight_are_answered_as_one(subject: SolverSubject) -> str:
-    """Its kernel for eight problems at once, if any, gives those that it answers the bits for which its other says OK.
+    """Its operation for eight problems at once, if any, gives each the status and the bits that it gets alone.
 
-    Whatever stands beside them, in its memory, and in the answers of those that it leaves.
+    Whatever stands beside it, and in its memory.
     """
     made = subject.make(samples.feasible()[0][0].robot)
-    needs(isinstance(made, CompiledSolver) and made.lanes is not None, "it has no kernel for eight problems at once")
+    needs(isinstance(made, CompiledSolver) and _eight(made) is not None, "it has no operation for eight problems")
     answered = asked = 0
     hard = [problems for _, problems in samples.misleading(80, seed=302)]
     for k, group in enumerate((*samples.feasible(), *samples.infeasible(), *hard)):
         solver = subject.make(group[0].robot)
-        if not isinstance(solver, CompiledSolver) or solver.lanes is None:
-            continue  # not for robots of this size
+        assert isinstance(solver, CompiledSolver)
         odd = [bad for problem in group[:2] for bad in (*_spoilt(problem), *_degenerate(problem))]
         crossed = replace(group[0], t_min=group[0].t_max, t_max=group[0].t_min)
         many = [*group[:80], *odd, crossed]
         rng = np.random.default_rng([70, k])
-        for eight in (group[:WIDTH], *rng.permutation(len(many))[: len(many) // WIDTH * WIDTH].reshape(-1, WIDTH)):
-            problems = [each if isinstance(each, Problem) else many[each] for each in eight]
-            asked += WIDTH
-            answered += _expect_the_same(solver, solver.lanes, problems, POISON[asked // WIDTH % len(POISON)])
+        eight = _eight(solver)
+        for chosen in (group[:LANES], *rng.permutation(len(many))[: len(many) // LANES * LANES].reshape(-1, LANES)):
+            problems = [each if isinstance(each, Problem) else many[each] for each in chosen]
+            asked += LANES
+            answered += _expect_the_same(solver, eight, problems, POISON[asked // LANES % len(POISON)])
     expect(answered, "it answers none of them")
     return f"{answered} of {asked} answered"
 
 
-def _expect_the_same(solver: CompiledSolver, lanes: Kernel, problems: Sequence[Problem], rubbish: float) -> int:
-    """Ask eight problems at once and one after the other; return how many of them the former has answered."""
-    given = [np.stack([getattr(problem, name) for problem in problems], axis=-1) for name in ARRAYS]
-    kept = [array.copy() for array in given]
-    tension = np.full(given[-1].shape, np.nan)
-    work = np.full((*solver.work.shape, WIDTH), rubbish)
-    W, wrench, low, high = map(read_only, given)
-    found = lanes(W, wrench, low, high, tension, solver.parameters, work)
-    expect(0 <= found < 2**WIDTH, f"{found} are not the bits of eight")
-    for name, array, copy in zip(ARRAYS, given, kept, strict=True):
-        expect_same_bits(array, copy, f"{name} of eight after they are answered")
+def _eight(solver: CompiledSolver) -> Bound | None:
+    """Return its operation for eight problems, bound to arrays of its own; None if there is none."""
+    n, m = solver.robot.n, solver.robot.m
+    shapes = (n, m), (n,), (m,), (m,), (m,)
+    return solver.side_by_side(*(np.empty((*shape, LANES)) for shape in shapes))
+
+
+def _expect_the_same(solver: CompiledSolver, eight: Bound | None, problems: Sequence[Problem], rubbish: float) -> int:
+    """Ask eight problems at once and one after the other; return how many of them have an answer."""
+    assert eight is not None
+    parameters = {id(array) for name, array in eight.given.items() if name in solver.parameters}
+    written: Any = eight.arrays
+    for array in written:
+        if id(array) not in parameters:
+            array[...] = rubbish
+    fields = "matrix", "wrench", "tension_min", "tension_max"
+    kept = [np.stack([getattr(problem, name) for problem in problems], axis=-1) for name in ARRAYS]
+    for field, array in zip(fields, kept, strict=True):
+        eight.given[field][...] = array
+    tension = eight.given["tension"]
+    tension[...] = np.nan
+    refused = eight()
+    expect(0 <= refused < 2**LANES, f"{refused} are not the bits of eight")
+    for field, array in zip(fields, kept, strict=True):
+        expect_same_bits(eight.given[field], array, f"{field} of eight after they are answered")
     for lane, problem in enumerate(problems):
-        if found >> lane & 1:
-            status, alone = ask(solver, problem)
-            expect(status == Status.OK, f"answered among eight, where alone it is {Status(status)}")
+        status, alone = ask(solver, problem)
+        among = "refused" if refused >> lane & 1 else "answered"
+        expect((status != Status.OK) == bool(refused >> lane & 1), f"{among} among eight, alone it is {Status(status)}")
+        if status == Status.OK:
             expect_same_bits(tension[:, lane].copy(), alone, "answer among eight")
-    return int(found).bit_count()
+    return LANES - int(refused).bit_count()
 
 
 def _spoilt(problem: Problem) -> list[Problem]:

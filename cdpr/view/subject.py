@@ -65,11 +65,10 @@ class Subject:
         if self._lines is None:
             out[:, :, 0] = self.anchors[:, :3]
         else:
-            from cdpr.mechanics.geometry import leaving
+            from cdpr.cables.tables import exits
 
-            points = np.empty(out[:, :, 1].shape)
-            leaving(self._lines, np.ascontiguousarray(out[:, :, 1]), points)
-            out[:, :, 0] = points
+            lines = np.tile(self._lines, (len(out), 1))
+            out[:, :, 0] = exits(lines, out[:, :, 1].reshape(-1, 3))[0].reshape(-1, len(self.cables), 3)
         return out
 
     def exit_lines(self, ends: Array) -> list[Array]:
@@ -88,9 +87,9 @@ class Subject:
 
     @cached_property
     def _lines(self) -> Array | None:
-        """What compiled code takes of the ways of the cables; None where all leave from their anchors."""
+        """Anchors and exits, as of `cdpr.cables.tables.line_table`; None where all cables leave from their anchors."""
         if not self.exits:
             return None
-        from cdpr.cables.lines import rows
+        from cdpr.cables.tables import line_rows
 
-        return rows(self.anchors, self.exits)
+        return line_rows(self.anchors, self.exits)

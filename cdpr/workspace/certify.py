@@ -1,8 +1,8 @@
 """Boxes of a region that are proved to be inside a workspace, or outside; the rest is cut into eight, and so on.
 
-What is proved holds at each position of a box, not at its middle alone. Where forces decide, `proofs` proves it; where
-a value changes by no more than a slope along a metre, it is that in the middle, less what half a diagonal makes of it.
-What is known of the robot and the wrenches is taken as known to within some roundings.
+What is proved holds at each position of a box, not at its middle alone. Where forces decide, the operation `prove`
+(proofs.hpp) proves it; where a value changes by no more than a slope along a metre, it is that in the middle, less what
+half a diagonal makes of it. What is known of the robot and the wrenches is taken as known to within some roundings.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,11 @@ from cdpr.mechanics.kinematics import make_state
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.threads import in_threads
+from cdpr.native.bind import bind
 from cdpr.workspace.kinds import KINDS, WorkspaceKind
-from cdpr.workspace.measure import PoseQuestion, asked_of
+from cdpr.workspace.measure import asked_of
 from cdpr.workspace.question import Question
 from cdpr.workspace.regions import Region
-
-if TYPE_CHECKING:
-    from cdpr.workspace import assess
 
 START = 8  # boxes along the longest side, to begin with
 PIECE = 65536  # boxes that are looked at before it is asked whether enough is decided
@@ -234,7 +232,7 @@ def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: flo
     if not 0.0 <= undecided < 1.0:
         raise CdprError(f"undecided: a share from 0 to below 1 is expected, got {undecided!r}")
     for cable in robot.cables:
-        if cable.exit is not None and cable.exit.kernels:
+        if cable.exit is not None and cable.exit.header:
             raise CdprError(
                 f"method: certify proves nothing of cables that leave from something else than a point, as "
                 f"'{cable.name}' does; take grid or octree"
@@ -256,9 +254,7 @@ def _prover(
             return np.where(value > reach, INSIDE, np.where(value < -reach, OUTSIDE, NEITHER))
 
         return by_slope
-    from cdpr.workspace import assess, proofs
-
-    asked = _for_numba(asked_of(robot, "margin", question.required, question.gravity, question.length))
+    asked = asked_of(robot, "margin", question.required, question.gravity, question.length)
     wrenches = np.ascontiguousarray(asked.weights * _wrenches(robot, question, q)[:, robot.rows])
     lengths = np.abs(robot.anchors).max() + np.abs([region.lower, region.upper]).max()
     errors = ROUNDED * np.array([lengths, np.abs(wrenches).max()])
@@ -268,32 +264,13 @@ def _prover(
         halves = np.repeat(half[None], len(middles), axis=0)
 
         def part(cut: slice) -> None:
-            boxes = proofs.Boxes(poses[cut], halves[cut], wrenches, errors, proved[cut])
-            proofs.prove(asked, boxes, assess.space_for(asked), proofs.room_for(robot.n, robot.m))
+            boxes = {"poses": poses[cut], "halves": halves[cut], "proved": proved[cut]}
+            bind("prove", **asked._asdict(), **boxes, wrenches=wrenches, errors=errors).unlocked()
 
         in_threads(len(middles), part, jobs)
         return proved
 
     return by_forces
-
-
-def _for_numba(asked: PoseQuestion) -> assess.Asked:
-    """Return a question as the numba kernels of `proofs` take it."""
-    from cdpr.workspace import assess
-
-    return assess.Asked(
-        asked.mode,
-        asked.lines.copy(),
-        np.array([asked.tension_min, asked.tension_max]),
-        asked.rows,
-        asked.weights,
-        asked.inertial.copy(),
-        asked.gravity.copy(),
-        asked.form,
-        asked.vectors.copy(),
-        asked.accelerations,
-        np.zeros(3),
-    )
 
 
 def _wrenches(robot: Robot, question: Question, q: Array) -> Array:

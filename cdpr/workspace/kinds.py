@@ -70,7 +70,7 @@ class WorkspaceKind:
 
     def slope_of(self, robot: Robot) -> float | None:
         """Return `slope` where it holds: on a pulley a cable turns faster than its platform moves."""
-        return None if any(cable.exit is not None and cable.exit.kernels for cable in robot.cables) else self.slope
+        return None if any(cable.exit is not None and cable.exit.header for cable in robot.cables) else self.slope
 
     def unit_of(self, question: Question) -> str:
         """Return the unit of its values."""

@@ -104,7 +104,7 @@ def rays(
 
     def part(cut: slice) -> None:
         nonlocal done
-        bind("search_rays", **about, positions=starts[cut], ends=ends[cut], counts=counts[cut])()
+        bind("search_rays", **about, positions=starts[cut], ends=ends[cut], counts=counts[cut]).unlocked()
         done += cut.stop - cut.start
         progress(min(done, len(starts)), len(starts))
 

@@ -1,8 +1,8 @@
 // Stretches of parallel rays along which the clearance is above an edge. SPDX-License-Identifier: Apache-2.0
 //
 // A clearance changes by no more than the platform moves: where it is c, nothing changes within c. A ray is followed in
-// such steps (sphere tracing: Hart, Visual Computer 12, 1996), and where its sign changes the place is bisected. What is
-// missed is shorter than SHORT.
+// such steps (sphere tracing: Hart, Visual Computer 12, 1996), and where its sign changes the place is bisected. What
+// is missed is shorter than SHORT.
 #pragma once
 
 #include <cdpr/clearance.hpp>
@@ -29,11 +29,10 @@ struct RaySearch {
     int64_t over_all;            // whether all attitudes must be free; else one is enough
     int64_t count;
     int64_t attitudes;
-    static constexpr auto fields = extended(Bodies::fields, in("positions", "count", "3"),
-                                            in("orientations", "attitudes", "4"), out("ends", "count", "64"),
-                                            out<int64_t>("counts", "count"), work("cables", "m", "6"), work("pose", "7"),
-                                            value("low"), value("high"), value("edge"), value<int64_t>("axis"),
-                                            value<int64_t>("over_all"), size("count"), size("attitudes"));
+    static constexpr auto fields = extended(
+        Bodies::fields, in("positions", "count", "3"), in("orientations", "attitudes", "4"), out("ends", "count", "64"),
+        out<int64_t>("counts", "count"), work("cables", "m", "6"), work("pose", "7"), value("low"), value("high"),
+        value("edge"), value<int64_t>("axis"), value<int64_t>("over_all"), size("count"), size("attitudes"));
 
     inline double above_edge(double at) const;
     inline double boundary(double from, double to, bool free) const;

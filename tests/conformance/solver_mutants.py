@@ -99,7 +99,7 @@ class StaleWork(MinimumNorm):
     """It looks at a corner of its work space before it has written there."""
 
     def solve(self, W, wrench, t_min, t_max, tension):
-        stale = self.work[-1, -1]
+        stale = self.work[-1].flat[-1]
         return super().solve(W, wrench, t_min, t_max, tension) if stale < 1e20 else Status.NOT_FOUND
 
 

@@ -16,7 +16,7 @@ from cdpr.fmu.export import library as exported
 
 STRANGER = 12345
 ROOT_ONLY = pytest.mark.skipif(os.geteuid() != 0, reason="gives files to another user")
-SOURCE = {"cdpr.c": b"int cdpr(void) { return 1; }\n"}
+SOURCE = {"cdpr.cpp": b"int cdpr() { return 1; }\n"}
 
 
 def given_away(path):

@@ -14,8 +14,8 @@ from cdpr.cables import chain_of
 from cdpr.fmu.export import Plant, fmu_bytes
 from cdpr.scenario import Scenario, load_scenario
 
-if shutil.which(os.environ.get("CC") or "cc") is None and not os.environ.get("CI"):
-    pytest.skip("no C compiler", allow_module_level=True)
+if shutil.which(os.environ.get("CXX") or "c++") is None and not os.environ.get("CI"):
+    pytest.skip("no C++ compiler", allow_module_level=True)
 
 WINCH = [
     "robot.winch.drum_radius=0.05",

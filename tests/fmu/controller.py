@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 import subprocess
 from pathlib import Path
 
 from fmu_cases import description, make_fmu, variable
 
-from cdpr.fmu.export.library import STANDARD, compiler
+from cdpr.fmu.export.library import STANDARD
 
 SOUND, ENDS, STANDS_STILL = 0.0, 1.0, 2.0
 ROWS = (
@@ -24,12 +26,17 @@ ROWS = (
 )
 
 
+def c_compiler() -> list[str]:
+    """Return the command of the C compiler."""
+    return shlex.split(os.environ.get("CC", "").strip() or "cc")
+
+
 def write_controller(path: Path, fmi: int, *flags: str, **capabilities: object) -> Path:
     """Compile and write the FMU; `flags` go to the compiler, `capabilities` into the description."""
     library = path.with_suffix(".so")
     source = Path(__file__).with_name("controller.c")
     subprocess.run(
-        [*compiler(), f"-DFMI={fmi}", *flags, "-std=c99", "-shared", "-fPIC", f"-I{STANDARD}", "-o", library, source],
+        [*c_compiler(), f"-DFMI={fmi}", *flags, "-std=c99", "-shared", "-fPIC", f"-I{STANDARD}", "-o", library, source],
         check=True,
     )
     variables: list[str] = []

@@ -23,6 +23,6 @@ class FaultyPlant(Plant):
 
 def write_faulty_fmu(plant: FaultyPlant, fmi: int, path: Path) -> Path:
     """Write the FMU; the library is compiled once, then comes from the cache. At `fault` 0 it is a sound plant."""
-    files = dict(sorted({**sources(), "fault.c": Path(__file__).with_name("fault.c").read_bytes()}.items()))
+    files = dict(sorted({**sources(), "fault.cpp": Path(__file__).with_name("fault.cpp").read_bytes()}.items()))
     path.write_bytes(assemble(plant, fmi, files, (*FLAGS, "-DCDPR_FAULTS")))
     return path

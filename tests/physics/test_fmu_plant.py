@@ -10,7 +10,7 @@ from fmu.cases import CASES, load, plant_of, scenario, write
 from fmu.driver import Driver, FMICallException
 
 from cdpr.mechanics.kinematics import wrench_matrix
-from cdpr.model import kernels
+from cdpr.native.rotations import multiply, rotation_vector
 from cdpr_backends.reference import make
 
 # m, rad and their rates, over one second without control: what the rounding of other operations grows to. Most cases
@@ -101,8 +101,10 @@ def test_closed_loop_stays_with_reference(tmp_path):
         desired = np.zeros(19)
         desired[:7] = plant.state[:7]
         desired[0] += 0.5 * np.sin(k * h)
-        linear, angular = kernels.proportional_derivative(state, desired, gains)
-        wrench = np.concatenate([linear, angular]) * 90.0 - np.concatenate([90.0 * plant.gravity, np.zeros(3)])
+        turn = rotation_vector(multiply(desired[3:7], state[3:7] * [1.0, -1.0, -1.0, -1.0]))
+        error = np.concatenate([desired[:3] - state[:3], turn])
+        wrench = 90.0 * (gains[:6] * error + gains[6:] * (desired[7:13] - state[7:]))
+        wrench[:3] -= 90.0 * plant.gravity
         return 300.0 + np.linalg.pinv(wrench_matrix(plant.robot, state)) @ wrench
 
     worst = moved = 0.0

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
 
 from cdpr.cables import EXITS, Exit, Point, exits_of, read_exits
-from cdpr.cables.lines import NUMBERS
+from cdpr.cables.tables import exits
 
-KERNELS = [kind for kind in EXITS if kind.kernels]
+WITH_HEADER = [kind for kind in EXITS if kind.header]
 EXAMPLES = {"pulley": {"radius": 0.1, "axis": (0.3, -0.2, 0.9)}}  # options of each exit that has any
 
 
@@ -23,29 +22,28 @@ def example(kind: type[Exit]) -> Exit:
     return kind(type=kind.kind(), **EXAMPLES[kind.kind()])
 
 
-def rows(kind: type[Exit], count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Rows as the kernels take them, with anchors on the platform, and their velocities."""
-    rng, numbers = np.random.default_rng(1), example(kind).numbers()
-    return [
-        (np.concatenate([rng.uniform(-3, 3, 6), np.zeros(NUMBERS - 6), numbers]), P, rng.normal(size=3))
-        for P in rng.uniform(-5, 5, (count, 3))
-    ]
+def rows(kind: type[Exit], count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows as of `line_table`, with anchors on the platform in the world, and their velocities."""
+    rng, own = np.random.default_rng(1), [EXITS.index(kind), *example(kind).numbers()]
+    table = np.column_stack([rng.uniform(-3, 3, (count, 6)), np.tile(own, (count, 1))])
+    return table, rng.uniform(-5, 5, (count, 3)), rng.normal(size=(count, 3))
 
 
-@pytest.mark.parametrize("kind", KERNELS, ids=name_of)
+@pytest.mark.parametrize("kind", WITH_HEADER, ids=name_of)
 def test_the_length_changes_along_the_cable(kind):
     """Which all that follows from the exit point alone rests on; and the point's velocity is its derivative."""
-    kernels, step = import_module(kind.kernels), 1e-5
+    step, (table, tips, velocities) = 1e-5, rows(kind, 50)
 
-    def whole(row, P):
-        return np.linalg.norm(np.subtract(kernels.leave(row, tuple(P)), P)) + kernels.lead(row, tuple(P))[3]
+    def whole(at):
+        point, _, wrapped = exits(table, at)
+        return np.linalg.norm(point - at, axis=1) + wrapped
 
-    for row, P, V in rows(kind, 50):
-        E = np.array(kernels.leave(row, tuple(P)))
-        slope = (whole(row, P + step * V) - whole(row, P - step * V)) / (2.0 * step)
-        assert slope == pytest.approx((P - E) @ V / np.linalg.norm(P - E), abs=1e-8)
-        ahead, behind = (np.array(kernels.leave(row, tuple(P + side * step * V))) for side in (1.0, -1.0))
-        np.testing.assert_allclose(kernels.carry(row, tuple(P), tuple(V)), (ahead - behind) / (2.0 * step), atol=1e-7)
+    point, moving, _ = exits(table, tips, velocities)
+    slope = (whole(tips + step * velocities) - whole(tips - step * velocities)) / (2.0 * step)
+    along = np.sum((tips - point) * velocities, axis=1) / np.linalg.norm(tips - point, axis=1)
+    np.testing.assert_allclose(slope, along, atol=1e-8)
+    ahead, behind = (exits(table, tips + side * step * velocities)[0] for side in (1.0, -1.0))
+    np.testing.assert_allclose(moving, (ahead - behind) / (2.0 * step), atol=1e-7)
 
 
 @pytest.mark.parametrize("kind", EXITS, ids=name_of)

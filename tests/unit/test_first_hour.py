@@ -298,7 +298,7 @@ def test_the_doctor_tells_what_is_missing_and_what_to_install(monkeypatch):
     monkeypatch.setattr(health, "compiler", lambda: (_ for _ in ()).throw(cdpr.PluginError("none")))
     monkeypatch.setattr(health.shutil, "which", lambda name: None)
     tools = {one.name: one for one in health.tools()}
-    assert tools["C compiler"].state == tools["browser"].state == "missing"
+    assert tools["C++ compiler"].state == tools["browser"].state == "missing"
 
 
 def test_the_doctor_tells_what_does_not_load(monkeypatch, here):
@@ -330,5 +330,5 @@ def test_the_doctor_in_a_folder_that_is_gone(monkeypatch, here):
 
 @pytest.mark.parametrize(("command", "state"), [("cc 'x", "missing"), ("no-such-cc", "missing"), ("''", "missing")])
 def test_the_doctor_and_a_compiler_that_is_none(monkeypatch, command, state):
-    monkeypatch.setenv("CC", command)
-    assert {one.name: one for one in health.tools()}["C compiler"].state == state
+    monkeypatch.setenv("CXX", command)
+    assert {one.name: one for one in health.tools()}["C++ compiler"].state == state

@@ -68,8 +68,12 @@ def test_the_standard_has_nothing_to_say(case, fmi, tmp_path):
     assert validate_fmu(str(path)) == []
     about = fmpy.read_model_description(str(path))
     assert about.coSimulation.canSerializeFMUstate
-    compiled = sorted(Path(name).name for name in entries(path) if name.endswith(".c"))
-    assert sorted(about.buildConfigurations[0].sourceFileSets[0].sourceFiles) == compiled
+    compiled = sorted(Path(name).name for name in entries(path) if name.endswith(".cpp"))
+    if fmi == 2:  # whose sources are C
+        assert not [name for name in entries(path) if name.startswith("sources/")]
+    else:
+        assert sorted(about.buildConfigurations[0].sourceFileSets[0].sourceFiles) == compiled
+        assert "sources/cdpr_backends/reference.hpp" in entries(path)
     assert ("sources/buildDescription.xml" in entries(path)) == (fmi == 3)  # that file is of FMI 3
     for variable in about.modelVariables:
         assert variable.description
@@ -119,9 +123,9 @@ def test_it_is_compiled_once(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     log = tmp_path / "calls"
     compiler = tmp_path / "compiler"
-    compiler.write_text(f'#!/bin/sh\necho called >> {log}\nexec cc "$@"\n')
+    compiler.write_text(f'#!/bin/sh\necho called >> {log}\nexec c++ "$@"\n')
     compiler.chmod(0o755)
-    monkeypatch.setenv("CC", str(compiler))
+    monkeypatch.setenv("CXX", str(compiler))
     plant = plant_of(scenario("caroca"))
     first = cached_fmu(plant)
     assert cached_fmu(plant) == first == cached_fmu(plant_of(scenario("caroca")), 3)
@@ -241,19 +245,21 @@ def test_the_cache_does_not_grow_without_end(tmp_path, monkeypatch):
 
 
 def test_no_compiler_is_one_clear_error(tmp_path, cdpr):
-    said = cdpr("export", ROBOT, "-o", "a.fmu", code=3, CC="no-such-compiler").stderr
+    said = cdpr("export", ROBOT, "-o", "a.fmu", code=3, CXX="no-such-compiler").stderr
     assert len(said.splitlines()) == 1
     assert "'no-such-compiler' is not found" in said
     assert "--source-only" in said
-    said = cdpr("export", ROBOT, "-o", "a.fmu", code=3, CC="false", XDG_CACHE_HOME=str(tmp_path / "cache")).stderr
+    said = cdpr("export", ROBOT, "-o", "a.fmu", code=3, CXX="false", XDG_CACHE_HOME=str(tmp_path / "cache")).stderr
     assert "fails" in said
     assert "--source-only" in said
     assert not list(tmp_path.glob("*.fmu"))
-    cdpr("export", ROBOT, "-o", "a.fmu", "--source-only", CC="no-such-compiler")
+    cdpr("export", ROBOT, "-o", "a.fmu", "--source-only", CXX="no-such-compiler")
     names = list(entries(tmp_path / "a.fmu"))
     assert not [name for name in names if name.startswith("binaries")]
-    assert "sources/plant.c" in names
+    assert "sources/motion.cpp" in names
     assert validate_fmu(str(tmp_path / "a.fmu")) == []
+    said = cdpr("export", ROBOT, "-o", "b.fmu", "--source-only", "--fmi", "2", code=3).stderr
+    assert "leave --source-only out, or choose --fmi 3" in said
 
 
 def test_nothing_is_overwritten_unasked(tmp_path, cdpr):
@@ -271,14 +277,13 @@ def test_a_step_is_a_positive_number(step, cdpr):
 
 
 @pytest.mark.slow
-@FMI
-def test_other_platforms_can_compile_it(fmi, tmp_path):
+def test_other_platforms_can_compile_it(tmp_path):
     """What `fmpy compile` does with an FMU that has no binary."""
     from fmpy.build import build_platform_binary
 
     plant = plant_of(scenario("caroca"))
     path = tmp_path / "source.fmu"
-    path.write_bytes(fmu_bytes(plant, fmi, source_only=True))
+    path.write_bytes(fmu_bytes(plant, 3, source_only=True))
     fmpy.extract(str(path), unzipdir=str(tmp_path / "there"))
     (tmp_path / "build").mkdir()
     build_platform_binary(tmp_path / "there", tmp_path / "build")

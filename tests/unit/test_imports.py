@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
-from importlib import import_module
-
 import pytest
 from conftest import ROOT
-from imports import PACKAGES, bound_late, circles, graph, imports, modules, reached
-
+from imports import PACKAGES, circles, graph, imports, modules, reached
 
 # What closes a circle after all, and why.
 TYPES = {

@@ -17,8 +17,8 @@ from cdpr.errors import ExitCode
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Reach, plain_columns
+from cdpr.native.bind import bind
 from cdpr.report.pages.tables import ending
-from cdpr.tension.checks import true_margin
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"
 SLOW = {"robot.cables[1].speed_max": 0.2, "robot.cables[0].speed_max": 0.5, "simulation.duration": 1.0}
@@ -93,7 +93,8 @@ def drawn(limits):
         found[:, layout.columns["tension"]] = tension
         held = np.full(limits.shape[1], np.nan)
         for row, asked in zip(found, tension, strict=True):
-            true_margin(limits, asked, held, row[layout.columns["true_margin"]])
+            room = row[layout.columns["true_margin"]]
+            bind("room_within_limits", limits=limits, tension=asked.copy(), held=held, room=room)()
         return found
 
     return beyond(layout, (), limits, ()), as_rows

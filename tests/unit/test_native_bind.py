@@ -52,8 +52,8 @@ def recorder(monkeypatch):
     monkeypatch.setattr(module, "operations", lambda: {**operations(), "recorder": made})
     real = library.Bound
 
-    def bound(operation, words, arrays):
-        return Recorder(words, arrays) if operation == ADDRESS else real(operation, words, arrays)
+    def bound(operation, words, given, arrays):
+        return Recorder(words, arrays) if operation == ADDRESS else real(operation, words, given, arrays)
 
     monkeypatch.setattr(library, "Bound", bound)
 

@@ -13,7 +13,6 @@ import pytest
 from pydantic import BaseModel
 from spread import sampled
 
-from cdpr.cli import cli
 from cdpr.errors import PluginError
 from cdpr.plugins import INTERFACE_VERSION, PluginInfo, hookimpl
 from cdpr.plugins.registry import Registered, collect, registry

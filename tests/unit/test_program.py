@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib.util
 import json
 import re
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
-import numba
 import numpy as np
 import pytest
 from conftest import ROOT
 
 import cdpr
 from cdpr.errors import CdprError, Infeasible
-from cdpr.model.jit import kernel
+from cdpr.native.foreign import OPERATION, Foreign
 from cdpr.plugins import CompiledSolver, Controller
 from cdpr.simulation import program
 from cdpr.simulation.program import Program
@@ -26,7 +27,6 @@ from cdpr_controllers.computed_torque import ComputedTorque
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
-compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 # By default one of each kind of step: events, loads, a belief, a guide, winches; the others among the slow tests.
 KINDS = ("cable_break", "external_wrench", "believed", "planar", "winch")
@@ -65,13 +65,11 @@ def same(runs):
     assert len(python.interpreted) > len(blocks.interpreted)
 
 
-@compiled
 @pytest.mark.parametrize("path", SCENARIOS)
 def test_blocks_and_python_give_the_same_bits(path, tmp_path, by_python):
     same(both_ways(path, tmp_path, by_python))
 
 
-@compiled
 @pytest.mark.parametrize("policy", ["best_effort", "hold_tension"])
 @pytest.mark.parametrize("solver", ["qp", "analytic_centre", "improved_closed_form"])
 def test_samples_without_tensions_need_python_once(solver, policy, tmp_path, by_python, monkeypatch):
@@ -99,6 +97,16 @@ def test_blocks_and_python_give_the_same_bits_on_engines(path, backend, tmp_path
         pytest.skip(str(error))
 
 
+def foreign(call, timed=False):
+    """Return a Python function as compiled code calls it: by its address."""
+
+    def function(place, time):
+        return int((call(time) if timed else call()) or 0)
+
+    held = OPERATION(function)
+    return Foreign(SimpleNamespace(address=ctypes.cast(held, ctypes.c_void_p).value, held=held))
+
+
 class Counting:
     """A program of two acts that decide and two that advance, one of each in Python, and what they noted."""
 
@@ -116,7 +124,7 @@ class Counting:
 
     def python(self, python, name, function, *arguments, timed=False):
         call = partial(function, self.row, *arguments)
-        return Act(name, (lambda *given: call(*given)) if python else call, timed=timed)
+        return Act(name, call if python else foreign(call, timed), timed=timed)
 
     def note(self, what):
         self.seen.append((what, self.program.count, self.program.time))
@@ -128,17 +136,14 @@ class Counting:
         self.program.refresh()
 
 
-@kernel
 def add(row, place, value):
     row[place] += value
 
 
-@kernel
 def stamp(row, time):
     row[2] = time
 
 
-@kernel
 def answer(codes):
     return int(codes[0])
 
@@ -178,8 +183,8 @@ def test_acts_are_done_in_their_order_and_when_they_are_due(python):
 def test_what_refuses_is_met_and_leaves_out_what_follows(python):
     codes, met, row = np.zeros(1), [], np.zeros(1)
     call = partial(answer, codes)
-    solve = Act("solver", (lambda: call()) if python else call, met.append, skip=1)
-    made = Program([solve, Act("distribution", partial(add, row, 0, 1.0))], [], row, 1.0)
+    solve = Act("solver", call if python else foreign(call), met.append, skip=1)
+    made = Program([solve, Act("distribution", foreign(partial(add, row, 0, 1.0)))], [], row, 1.0)
     made.rows = np.zeros((256, 1))
     made.look(2)
     codes[0] = 3
@@ -200,9 +205,9 @@ def test_a_sample_without_tensions_is_kept_with_what_tells_of_it(python):
     call = partial(answer, np.ones(1))
     made = Program(
         [
-            Act("solver", (lambda: call()) if python else call, refuse),
-            Act("geometry", partial(add, row, 0, 1.0)),
-            Act("geometry", partial(add, row, 1, 1.0), telling=True),
+            Act("solver", call if python else foreign(call), refuse),
+            Act("geometry", foreign(partial(add, row, 0, 1.0))),
+            Act("geometry", foreign(partial(add, row, 1, 1.0)), telling=True),
         ],
         [],
         row,
@@ -218,7 +223,6 @@ def test_a_sample_without_tensions_is_kept_with_what_tells_of_it(python):
     assert made.count == 2
 
 
-@compiled
 def test_who_does_it_otherwise_is_asked():
     class Half(ComputedTorque):
         Options = ComputedTorqueOptions
@@ -245,7 +249,6 @@ def test_who_does_it_otherwise_is_asked():
     assert proud.interpreted == ("solver",)
 
 
-@compiled
 def test_a_controller_of_python_leaves_the_rest_compiled(tmp_path):
     class Still(Controller):
         def control(self, time, state, desired, out):
@@ -258,10 +261,16 @@ def test_a_controller_of_python_leaves_the_rest_compiled(tmp_path):
     assert cdpr.load_run(tmp_path / "run").interpreted == ("controller",)
 
 
-@compiled
-def test_the_controller_of_the_docs_is_compiled(tmp_path):
+def example(words):
+    """Return the Python of the documentation that holds these words."""
     text = (ROOT / "docs" / "plugins.md").read_text()
-    (code,) = re.findall(r"^```python\n(from functools import partial\n.*?)^```", text, re.DOTALL | re.MULTILINE)
+    (code,) = (each for each in re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE) if words in each)
+    return code
+
+
+def test_the_controller_of_the_docs_is_compiled(tmp_path):
+    pytest.importorskip("numba")
+    code = example("class Lift")
     path = tmp_path / "lift.py"
     path.write_text(code)
     spec = importlib.util.spec_from_file_location("lift", path)
@@ -272,22 +281,48 @@ def test_the_controller_of_the_docs_is_compiled(tmp_path):
     assert np.abs(run.position_error).max() < 0.5  # nothing damps it
 
 
-@compiled
-def test_a_strangers_solver_joins_without_compiling_the_block():
-    @kernel
-    def middle(W, wrench, t_min, t_max, tension, parameters, work):
-        for i in range(tension.shape[0]):
-            tension[i] = parameters[0]
+def test_the_solver_of_the_docs_runs_without_python(tmp_path):
+    pytest.importorskip("numba")
+    code = example("class Middle")
+    path = tmp_path / "middle.py"
+    path.write_text(code)
+    spec = importlib.util.spec_from_file_location("middle", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
+    solver, tension = module.Middle(robot, None), np.zeros(8)
+    assert solver.solve(np.zeros((6, 8)), np.zeros(6), np.zeros(8), np.full(8, 10.0), tension) == Status.OK
+    np.testing.assert_array_equal(tension, 5.0)
+
+
+def test_a_strangers_solver_joins():
+    """By the address of a function: its arguments stand in a struct."""
+    numba = pytest.importorskip("numba")
+    types = numba.types
+
+    @numba.cfunc(types.int32(types.CPointer(types.CPointer(types.float64)), types.float64))
+    def middle(place, time):
+        tension, chosen, work = place[4], place[7], place[8]
+        for i in range(8):
+            work[i] = chosen[0]
+            tension[i] = work[i]
         return OK
 
     class Middle(CompiledSolver):
         def __init__(self, robot, options):
-            super().__init__(robot, options, middle, parameters=[500.0])
+            super().__init__(robot, options, middle, parameters={"chosen": np.array([500.0])}, work=[(robot.m,)])
 
-    cdpr.simulate(CAROCA, overrides=SHORT)
     run = cdpr.simulate(CAROCA, solver=Middle, overrides={**SHORT, "solver.infeasible": "hold_tension"})
     assert run.interpreted == ()
     assert (run.solver_status == Status.NOT_FOUND).all()  # it balances nothing
+    robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
+    solver, tension = Middle(robot, None), np.zeros(8)
+    assert solver.solve(np.zeros((6, 8)), np.zeros(6), np.zeros(8), np.ones(8), tension) == Status.OK
+    assert (tension == 500.0).all()
+    assert [array.shape for array in solver.work] == [(8,)]
+    assert solver.solve(np.zeros((6, 7)), np.zeros(6), np.zeros(8), np.ones(8), tension) == Status.BAD_INPUT
+    rows = cdpr.distribute(robot, np.tile(robot.home, (5000, 1)), solver=solver, jobs=2)
+    assert (rows.status == Status.NOT_FOUND).all()
 
 
 def test_a_table_narrower_than_a_row_is_refused():

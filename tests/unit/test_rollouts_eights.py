@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
 from conftest import ROOT
@@ -17,8 +16,6 @@ ALL = tuple(column.name for column in FIRST if column.name != "time")
 MORE = LANES + 2  # cases: a full group, and one that is too small
 GAINS = {"controller.kd": {"uniform": [15.0, 30.0]}}
 LIMIT = 10_000.0
-
-pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="only compiled code has lanes")
 
 
 @pytest.fixture

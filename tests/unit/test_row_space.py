@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from spread import sampled
+from tension_operations import box_least_squares
 
 from cdpr.distribution import adversaries
 from cdpr.model import DOF_NAMES
-from cdpr.model.address import address
-from cdpr.tension import active_set, null_space
-from cdpr.tension.box_least_squares import box_least_squares
-from cdpr.tension.box_least_squares import work_rows as least_squares_rows
-from cdpr.tension.row_space import BY_ROWS, nearest_by_rows, worthwhile
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
+from cdpr.tension.active_set import nearest_point
+from cdpr.tension.admissible import general_solution
+from cdpr.tension.row_space import nearest_tension_by_rows
+from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK
 from cdpr_solvers.exact import fractions, independent, least_norm, whole
-from cdpr_solvers.qp import _rows, minimum_norm
+from cdpr_solvers.qp import minimum_norm_tension
 
 SAME = 1e-9  # of the largest tension: two exact methods on problems that are no slivers
 BALANCED = 1e-12  # of the load: round-off
@@ -30,32 +29,21 @@ def matrix(rng, n, m):
     return np.ascontiguousarray(np.vstack([u, np.cross(arms, u.T).T])[:n])
 
 
-def by_rows(W, wrench, low, high, target=None, fill=0.0):
-    n, m = W.shape
-    t, work = np.full(m, np.nan), np.full((null_space.work_rows(n), max(n, m)), fill)
-    target = np.zeros(m) if target is None else target
-    status = nearest_by_rows(W, wrench, low, high, target, t, np.full((m, m), fill), np.full((3, m), fill), work)
+def by_rows(W, wrench, low, high, target=None):
+    t, status = nearest_tension_by_rows(W, wrench, low, high, np.zeros(len(low)) if target is None else target)
     return status, t
 
 
 def by_null_space(W, wrench, low, high):
-    n, m = W.shape
-    N, box, x, t, active = np.zeros((m, m)), np.zeros((3, m)), np.zeros(m), np.zeros(m), np.zeros(m)
-    work = np.zeros((max(null_space.work_rows(n), active_set.work_rows(m)), m))
-    r = null_space.reduce(W, wrench, low, high, box, N, work)
-    return (-r if r < 0 else -min(active_set.nearest(N, r, box, x, t, active, work), 0)), t
-
-
-def made_for(n, m):
-    """Parameters of the solver, as a robot with so many freedoms and cables gives them."""
-    by_rows = address(nearest_by_rows, BY_ROWS) if worthwhile(n, m) else 0.0
-    return np.array([0.0, np.inf, 0.0, by_rows, *np.zeros(2 * m)])
+    form = general_solution(W, wrench, low, high)
+    if form is None:
+        return (INFEASIBLE if np.isfinite(W).all() else BAD_INPUT), np.full(len(low), np.nan)
+    _, t, status = nearest_point(form[1], form[0], low, high)
+    return status, t
 
 
 def qp(W, wrench, low, high):
-    n, m = W.shape
-    t, work = np.full(m, np.nan), np.zeros((_rows(n, m), max(n, m)))
-    status = minimum_norm(W, wrench, low, high, t, made_for(n, m), work)
+    t, status = minimum_norm_tension(W, wrench, low, high)
     return status, t
 
 
@@ -168,15 +156,13 @@ def test_just_beyond_what_the_cables_can_is_infeasible():
             assert qp(W, wrench, low, high)[0] == expected
 
 
-def test_limits_without_end_and_what_is_in_memory():
+def test_limits_without_end():
     rng = np.random.default_rng(5)
     W, low, high = matrix(rng, 6, 20), np.full(20, 10.0), np.full(20, np.inf)
     wrench = W @ rng.uniform(10.0, 100.0, 20)
     status, t = by_rows(W, wrench, low, high)
     assert status == OK == by_null_space(W, wrench, low, high)[0]
     assert np.abs(t - by_null_space(W, wrench, low, high)[1]).max() <= SAME * t.max()
-    for fill in (np.nan, 1e30, np.inf):
-        assert by_rows(W, wrench, low, high, fill=fill)[1].tobytes() == t.tobytes()
     assert by_rows(W * np.nan, wrench, low, high)[0] == by_null_space(W * np.nan, wrench, low, high)[0]
 
 
@@ -196,5 +182,5 @@ def test_the_nearest_wrench_of_many_cables_has_the_least_tensions():
     for _ in range(5):
         W, low, high = matrix(rng, 6, 40), np.full(40, 5.0), np.full(40, 300.0)
         wrench, t = W @ rng.uniform(low, high), np.zeros(40)
-        box_least_squares(W, wrench, np.ones(6), low, high, t, np.zeros((least_squares_rows(6, 40), 40)))
+        box_least_squares(W, wrench, np.ones(6), low, high, t)
         assert np.abs(t - qp(W, wrench, low, high)[1]).max() <= SAME * 300.0

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tension_cases import Case, cases
+from tension_operations import accept
 
 from cdpr.bench import ask as bench
 from cdpr.bench.measures import accuracy
@@ -17,7 +18,6 @@ from cdpr.distribution.adversaries import adversaries, robots
 from cdpr.distribution.poison import Memory
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
-from cdpr.tension.checks import accept
 
 OPTIMUM = 1e-9  # of the largest limit
 NEAR = 2.0**-20  # columns that differ by this are nearly parallel

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -81,6 +82,7 @@ def one_redundant(seed: int, m: int, load: float):
     A = rng.normal(size=(m - 1, m))
     W = np.ascontiguousarray(A - np.outer(A @ h, h) / (h @ h))
     robot = make_robot(crossed_box(rng, m), limits=(LOW, HIGH))
+    robot = replace(robot, dof=robot.dof[: m - 1])
     return robot, W, W @ rng.uniform(LOW, 300.0, m) + load * rng.normal(size=m - 1)
 
 

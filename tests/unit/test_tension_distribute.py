@@ -9,6 +9,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
+from cdpr.cables import Pulley
 from cdpr.distribution.distributions import CHUNK
 from cdpr.errors import CdprError, PluginError
 from cdpr.mechanics.dynamics import required_wrench
@@ -294,3 +295,21 @@ def test_a_class_of_ones_own_declares_by_itself(robot):
     clipped = distribute(robot, pose, wrench, solver=Careless(robot, None))
     wanted = distribute(robot, pose, wrench, solver="pseudo_inverse")
     np.testing.assert_allclose(clipped.tension, wanted.tension, atol=1e-9)  # N
+
+
+@pytest.mark.parametrize("count", [1, 40])
+def test_pulleys_count(robot, count):
+    """Alone, eight side by side, and by a solver that is Python."""
+    pulley = Pulley(type="pulley", radius=0.2)
+    on_pulleys = replace(robot, cables=tuple(replace(cable, exit=pulley) for cable in robot.cables))
+    at = np.tile(AT, (count, 1))
+    at[:, :2] = np.random.default_rng(4).uniform(-1.0, 1.0, (count, 2))
+
+    class Own(TensionSolver):
+        def solve(self, W, wrench, t_min, t_max, tension):
+            return MinimumNorm(self.robot, QpOptions()).solve(W, wrench, t_min, t_max, tension)
+
+    found, expected = distribute(on_pulleys, at), distribute(on_pulleys, at, solver=Own(on_pulleys, None))
+    assert (found.status == Status.OK).all()
+    np.testing.assert_allclose(found.tension, expected.tension, atol=1e-9)
+    assert np.abs(found.tension - distribute(robot, at).tension).max() > 0.1

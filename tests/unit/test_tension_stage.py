@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 from conftest import crossed_box, make_robot
+from tension_operations import accept, box_least_squares
 
 from cdpr.errors import Diverged, Infeasible, PluginError, Unanswered
 from cdpr.mechanics import kinematics
 from cdpr.tension import Status
-from cdpr.tension import box_least_squares as box
-from cdpr.tension.checks import RESIDUAL_TOLERANCE, accept
+from cdpr.tension.checks import RESIDUAL_TOLERANCE
 from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 from cdpr_solvers.options import QpOptions
@@ -218,8 +218,8 @@ def nearest_tensions(W, wrench, high):
     """Best effort from no tension up to `high`, and the steps that it took."""
     W, wrench, high = (np.array(a, dtype=float) for a in (W, wrench, high))
     n, m = W.shape
-    tension, work = np.zeros(m), np.full((box.work_rows(n, m), max(n, m)), np.nan)
-    return box.box_least_squares(W, wrench, np.ones(n), np.zeros(m), high, tension, work), tension
+    tension = np.zeros(m)
+    return box_least_squares(W, wrench, np.ones(n), np.zeros(m), high, tension), tension
 
 
 def test_of_several_nearest_tensions_it_is_the_least():

@@ -4,4 +4,4 @@ from __future__ import annotations
 
 from cdpr.cables.chain import Winch
 
-DIRECT = Winch(kernels="cdpr.cables.direct.kernels", immediate=True)
+DIRECT = Winch(header="cdpr/cables/direct/direct.hpp", immediate=True)

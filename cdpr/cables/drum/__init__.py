@@ -39,4 +39,4 @@ NUMBERS = (
     ),
 )
 
-DRUM = Winch(kernels="cdpr.cables.drum.kernels", numbers=NUMBERS)
+DRUM = Winch(header="cdpr/cables/drum/drum.hpp", numbers=NUMBERS)

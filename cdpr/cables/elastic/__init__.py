@@ -18,4 +18,4 @@ from cdpr.fields import NonNegative, Positive
 AXIAL_STIFFNESS = Number("cable.axial_stiffness", Positive, "N", "axial stiffness, the product E A")
 DAMPING = Number("cable.damping", NonNegative, "N s/m", "damping along the cable", 0.0)
 
-ELASTIC = Span(kernels="cdpr.cables.elastic.kernels", numbers=(AXIAL_STIFFNESS, DAMPING))
+ELASTIC = Span(header="cdpr/cables/elastic/elastic.hpp", numbers=(AXIAL_STIFFNESS, DAMPING))

@@ -37,7 +37,7 @@ UP: Vector3 = (0.0, 0.0, 1.0)
 class Pulley(Exit):
     """A swivelling pulley."""
 
-    kernels: ClassVar[str] = "cdpr.cables.pulley.kernels"
+    header: ClassVar[str] = "cdpr/cables/pulley/pulley.hpp"
     type: Literal["pulley"] = Field("pulley", description="swivels about the line on which its cable arrives")
     radius: NonNegative = Field(
         description="radius on which the middle of the cable runs: that of the groove and half the cable's diameter",

@@ -14,8 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from cdpr import ownership
-from cdpr.errors import CdprError, OutputError
-from cdpr.fmu.export.control import NOBODY
+from cdpr.errors import OutputError, PluginError
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description, terminals
 from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, fmu_cache, keep_newest, library, sources, target
 from cdpr.fmu.export.variables import Model
@@ -32,17 +31,15 @@ def fmu_bytes(model: Model, fmi: int, source_only: bool = False, platforms: Sequ
     """Return the model as an FMU for co-simulation, FMI 2 or 3, with a binary for each platform (`library.target`).
 
     Raises:
-        CdprError: a plugin's C file bears the name of one that is in all FMUs.
-        PluginError: there is no C compiler, it fails, or there are no binaries for this platform.
+        PluginError: FMI 2 is to have sources alone; there is no C++ compiler, it fails, or there are no binaries for
+            this platform.
         OutputError: the user's cache cannot be written.
     """
-    known, own = sources(), model.sources()
-    twice = sorted((set(known) & set(own)) - set(NOBODY))
-    if twice:
-        raise CdprError(
-            f"there is another {twice[0]} in each FMU: call the module of the plugin that brings it otherwise"
+    if source_only and fmi == 2:
+        raise PluginError(
+            "FMI 2 allows only C as source, and that of cdpr is C++: leave --source-only out, or choose --fmi 3"
         )
-    return assemble(model, fmi, {**known, **own}, () if source_only else FLAGS, platforms)
+    return assemble(model, fmi, {**sources(), **model.sources()}, () if source_only else FLAGS, platforms)
 
 
 def write_fmu(
@@ -110,18 +107,18 @@ def assemble(
 ) -> bytes:
     """Zip everything; with binaries made with the compilers' `flags`, without any if there are none."""
     variables = model.variables()
-    digest = hashlib.sha256(configuration(variables, model.robot.m, "").encode())
+    digest = hashlib.sha256(configuration(model, "").encode())
     for content in files.values():
         digest.update(content)
     token = f"{{{uuid.UUID(digest.hexdigest()[:32])}}}"
-    compiled = [name for name in files if name.endswith(".c")]
+    compiled = [name for name in files if name.endswith(".cpp")]
     entries = {
-        "modelDescription.xml": model_description(model, variables, token, fmi, compiled),
-        "resources/plant.cfg": configuration(variables, model.robot.m, token).encode(),
+        "modelDescription.xml": model_description(model, variables, token, fmi),
+        "resources/plant.cfg": configuration(model, token).encode(),
         **({"sources/buildDescription.xml": build_description(compiled)} if fmi == 3 else {}),
         **({"terminalsAndIcons/terminalsAndIcons.xml": terminals(variables)} if fmi == 3 else {}),
         "documentation/licenses/license.txt": (SOURCE / "LICENSE.txt").read_bytes(),
-        **{f"sources/{name}": content for name, content in files.items()},
+        **({f"sources/{name}": content for name, content in files.items()} if fmi == 3 else {}),
     }
     for name in dict.fromkeys(platforms) if flags else ():
         goal = target(name, fmi)

@@ -1,25 +1,16 @@
-"""A controller and a tension solver in C, for exported FMUs: where their files lie, and what these are given."""
+"""Controller and tension distribution of an exported FMU, and the variables that they have."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import get_args
 
-import numpy as np
-
+from cdpr.fmu.export.operations import TABLE, Entry, headers_of, table
+from cdpr.fmu.export.program import Program
 from cdpr.fmu.export.variables import Variable, entrance, parameter
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.tension.policy import Policy
-
-HEAD = '/* Written by the exporter. SPDX-License-Identifier: Apache-2.0 */\n#include "laws.h"\n'
-TABLE = "chosen.c"
-
-# The order in which source/control.c numbers them.
-POLICIES: tuple[Policy, ...] = ("stop", "hold_tension", "best_effort")
-assert set(POLICIES) == set(get_args(Policy))
+from cdpr.native.own import Own
 
 # The desired motion: name, numbers, unit, text; together the 19 of `cdpr.model`.
 DESIRED = (
@@ -32,44 +23,39 @@ DESIRED = (
 )
 
 
-def _chosen(law: str, solve: str, respects_bounds: bool) -> bytes:
-    known = "".join(f"{kind} {name};\n" for kind, name in (("Law", law), ("Solve", solve)) if name != "NULL")
-    rest = f"Law *const CHOSEN_LAW = {law};\nSolve *const CHOSEN_SOLVE = {solve};\n"
-    return f"{HEAD}\n{known}{rest}const bool CHOSEN_RESPECTS_BOUNDS = {str(respects_bounds).lower()};\n".encode()
-
-
-# The table of FMUs without a controller.
-NOBODY = {TABLE: _chosen("NULL", "NULL", True)}
-
-
 @dataclass(frozen=True, eq=False)
 class Control:
-    """What decides on tensions once in each control step.
+    """Controller and tension distribution of an exported FMU, which decide once in each control step.
 
     Attributes:
-        law, solve: their C files; the functions bear the files' names.
-        numbers: the controller's options by name, in the order of its C.
-        robot: as controller and solver know it; its dof are the directions in which they balance the wrench.
-        gravity: (3,), m/s^2, world.
-        policy: what to do about a wrench for which there is no answer; best_effort ends the run unless the solver minds
-            no limits, since nothing here searches the nearest wrench.
+        names: Of the controller and, unless it puts out commands, of the solver.
+        options: The controller's options that stay parameters: values by name.
+        robot: As controller and solver know it.
+        program: What is done in each control step, with the arrays `state`, `desired`, `tension`, `report` and `lines`.
+        own: Headers of operations that are not of the kernel library, and their entries by name.
         desired: (19,) at the start.
     """
 
-    law: Path
-    solve: Path
-    respects_bounds: bool
-    numbers: Mapping[str, Array]
+    names: Sequence[str]
+    options: Mapping[str, Array]
     robot: Robot
-    gravity: Array
+    program: Program
+    own: Mapping[str, Own]
     control_step: float
-    policy: Policy
     desired: Array
 
     def sources(self) -> dict[str, bytes]:
-        """Return the C files of controller and solver by their names, and the table of them."""
-        table = _chosen(f"{self.law.stem}_law", f"{self.solve.stem}_solve", self.respects_bounds)
-        return {**{path.name: path.read_bytes() for path in (self.law, self.solve)}, TABLE: table}
+        """Return the C++ file that lists the operations, and the headers of the kernel library that it includes."""
+        headers = {f"own/{own.header.name}": own.header.read_bytes() for own in self.own.values()}
+        entries = {name: Entry(f"own/{own.header.name}", own.arguments) for name, own in self.own.items()}
+        listed = table(self.program.names, entries)
+        found = headers_of(content.decode() for content in (listed, *headers.values()))
+        return {TABLE: listed, **headers, **found}
+
+    def copied(self) -> Program:
+        """Return the program, for more arrays and links."""
+        program = self.program
+        return Program([*program.arrays], [*program.links], [*program.lines], [*program.names])
 
     def inputs(self) -> list[Variable]:
         """Return the desired motion."""
@@ -83,25 +69,8 @@ class Control:
     def parameters(self) -> list[Variable]:
         """Return the controller's options and its step."""
         own = [
-            parameter(f"controller.{name}", values.shape, "", values, f"{name} of the controller {self.law.stem}")
-            for name, values in self.numbers.items()
+            parameter(f"controller.{name}", values.shape, "", values, f"{name} of the controller {self.names[0]}")
+            for name, values in self.options.items()
         ]
         step = parameter("control_step", (), "s", [self.control_step], "time between decisions", False, least=0.0)
         return [*own, step]
-
-    def constants(self) -> list[Variable]:
-        """Return what it knows of the robot."""
-        robot = self.robot
-        moved = [float(name in robot.dof) for name in ("x", "y", "z", "rx", "ry", "rz")]
-        policy = (float(POLICIES.index(self.policy)), robot.characteristic_length)
-        rows = {
-            "believed": [*robot.inertial.tolist(), *np.asarray(self.gravity).tolist()],
-            "tension_min": robot.tension_min.tolist(),
-            "tension_max": robot.tension_max.tolist(),
-            "controlled": moved,
-            "policy": policy,
-        }
-        return [
-            Variable(name, "constant", (len(row),), "", tuple(map(float, row)), "what the controller knows")
-            for name, row in rows.items()
-        ]

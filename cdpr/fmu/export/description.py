@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-import struct
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from cdpr.fmu.export.parts import width_of
+from cdpr.fmu.export.program import number, words_of
 from cdpr.fmu.export.variables import Model, Variable
 from cdpr.units import BASE_UNITS, si
 
@@ -35,21 +36,33 @@ TERMINALS = {
 STOP_TIME = 1.0
 
 
-def configuration(variables: Sequence[Variable], cables: int, token: str) -> str:
-    """Return resources/plant.cfg; source/config.c says how it is laid out."""
-    numbers = sum(variable.size for variable in variables)
-    lines = [f"cdpr-plant 1 token {token} cables {cables} variables {len(variables)} numbers {numbers}"]
+def configuration(model: Model, token: str) -> str:
+    """Return resources/plant.cfg; source/config.cpp explains the format."""
+    variables, program = model.variables(), model.program()
+    stored = [(array, words_of(array.content)) for array in program.arrays]
+    work = sum(len(words) for array, words in stored if array.kind == "work")
+    numbers = sum(len(words) for _, words in stored) - work
+    lines = [
+        f"cdpr-plant 2 token {token} cables {model.robot.m} width {width_of(model.robot)} variables {len(variables)} "
+        f"numbers {sum(variable.size for variable in variables)} arrays {len(stored)} {numbers} {work} "
+        f"links {len(program.links)} operations {len(program.lines)}"
+    ]
+    places = {}
     for reference, variable in _referenced(variables):
-        bits = [f"{struct.unpack('>Q', struct.pack('>d', value))[0]:016x}" for value in variable.values]
+        places[variable.name] = reference
         fixed = variable.causality == "parameter" and not variable.tunable
         role = "fixed" if fixed else variable.causality
-        lines.append(" ".join([role, variable.name, str(reference), str(variable.size), *bits]))
-    return "\n".join(lines) + "\n"
+        bits = map(number, variable.values)
+        lines.append(" ".join([role, variable.name, variable.unit or "-", str(reference), str(variable.size), *bits]))
+    for array, words in stored:
+        lines.append(" ".join([array.name, array.kind, str(len(words)), *(words if array.kind != "work" else ())]))
+    for link in program.links:
+        source, flags = places[link.variable] + link.first, (int(link.positive), int(link.per_step))
+        lines.append(" ".join(map(str, [source, link.size, link.array, link.to, *flags])))
+    return "\n".join([*lines, *program.lines]) + "\n"
 
 
-def model_description(
-    model: Model, variables: Sequence[Variable], token: str, fmi: int, sources: Sequence[str]
-) -> bytes:
+def model_description(model: Model, variables: Sequence[Variable], token: str, fmi: int) -> bytes:
     """Return modelDescription.xml. In FMI 2 each number is a variable of its own, in FMI 3 arrays are."""
     public = [
         (reference, variable) for reference, variable in _referenced(variables) if variable.causality != "constant"
@@ -80,9 +93,6 @@ def model_description(
         simulation.set(f"providesDirectionalDerivative{'' if fmi == 2 else 's'}", "true")
     if fmi == 2:
         simulation.set("canNotUseMemoryManagementFunctions", "true")  # those of the host
-        files = SubElement(simulation, "SourceFiles")
-        for name in sources:
-            SubElement(files, "File", name=name)
     _units(root, public)
     categories = SubElement(root, "LogCategories")
     for category, told in CATEGORIES.items():
@@ -96,9 +106,10 @@ def build_description(sources: Sequence[str]) -> bytes:
     """Return sources/buildDescription.xml: what to compile for other platforms."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     build = SubElement(root, "BuildConfiguration", modelIdentifier=IDENTIFIER)
-    files = SubElement(build, "SourceFileSet", language="C99")
+    files = SubElement(build, "SourceFileSet", language="C++17")
     for name in sources:
         SubElement(files, "SourceFile", name=name)
+    SubElement(files, "IncludeDirectory", name=".")
     return _text(root)
 
 

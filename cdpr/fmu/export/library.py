@@ -1,4 +1,4 @@
-"""Compiles the C source of the plant with the system's compiler, once for each state of the source."""
+"""Compilation of an FMU's C++ source with the system's compiler or zig, once for each state of the source."""
 
 from __future__ import annotations
 
@@ -14,44 +14,76 @@ import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 
 from cdpr import ownership
 from cdpr.checksums import checksum
 from cdpr.errors import OutputError, PluginError
-from cdpr.fmu.export.control import NOBODY
 from cdpr.fmu.export.description import IDENTIFIER
-from cdpr.fmu.export.parts import part_sources
+from cdpr.fmu.export.operations import TABLE, headers_of, table
 from cdpr.user_cache import user_cache
 
 SOURCE = Path(__file__).parent / "source"
 STANDARD = SOURCE.with_name("fmi")  # the headers of FMI, which are not ours
 
-# The plant's arithmetic must be that of `reference` operation by operation: products are not fused with sums. Nothing
-# but the functions of FMI can be seen from outside, so that several such libraries live in one process.
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
+# Products are not fused with sums: the bits are those of the backend `reference`. Only the functions of FMI are visible
+# from outside, so that several such libraries live in one process.
+FLAGS = (
+    *("-std=c++17", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-fno-exceptions"),
+    *("-fno-rtti", "-I."),
+)
 
 KEPT = 20  # libraries of other states of the source, or by other compilers
-TIMEOUT = 120.0  # s; it takes about one
+TIMEOUT = 600.0  # s; it takes a few, with zig a minute or two at first
 
 # How FMI 2 calls a platform; FMI 3 says MACHINE-linux.
 FOLDERS = {"x86_64": "linux64", "i686": "linux32"}
 
-# What there can be binaries for: where the exporter runs, and what it has a cross compiler for.
 NATIVE, WINDOWS = "native", "win64"
-PLATFORMS = (NATIVE, WINDOWS)
-CROSS = "x86_64-w64-mingw32-gcc"
+CROSS = "x86_64-w64-mingw32-g++"
 
 # Windows: numbers read and printed as C99 says, no further library to go with it, no time in it: the same bytes.
-CROSS_FLAGS = ("-D__USE_MINGW_ANSI_STDIO=1", "-static-libgcc", "-s", "-Wl,--no-insert-timestamp")
+CROSS_FLAGS = ("-D__USE_MINGW_ANSI_STDIO=1", "-static-libgcc", "-static-libstdc++", "-s", "-Wl,--no-insert-timestamp")
 
-REMEDY = "give --source-only for an FMU with its C source alone, to be compiled where it is used"
+# Linux: nothing of the C++ library is needed, so that the FMU does not load it.
+LINUX_FLAGS = ("-Wl,--as-needed",)
+
+MATHEMATICS = {".so": ("-lm",), ".dll": ("-lm",)}
+
+# zig would first compile the C++ library, which the FMU does not need.
+ZIG_FLAGS = ("-nostdlib++",)
+
+REMEDY = "give --source-only for an FMI 3 FMU with its C++ source alone, to be compiled where it is used"
+
+
+class Cross(NamedTuple):
+    """Another platform than this one, which zig compiles for: its names in FMI 2, if it has one, FMI 3 and zig."""
+
+    fmi2: str
+    fmi3: str
+    zig: str
+    ending: str
+
+
+CROSSES = {
+    WINDOWS: Cross("win64", "x86_64-windows", "x86_64-windows-gnu", ".dll"),
+    "linux-x86_64": Cross("linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", ".so"),
+    "linux-aarch64": Cross("", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
+    "macos-x86_64": Cross("darwin64", "x86_64-darwin", "x86_64-macos", ".dylib"),
+    "macos-aarch64": Cross("", "aarch64-darwin", "aarch64-macos", ".dylib"),
+}
+
+# What there can be binaries for: the platform of the exporter, and those above.
+PLATFORMS = (NATIVE, *CROSSES)
 
 
 def sources() -> dict[str, bytes]:
-    """Return all C files and headers by their names, in this order: the plant's, those of parts of cables, a table."""
-    own = [path for folder in (SOURCE, STANDARD) for path in folder.iterdir() if path.suffix in (".c", ".h")]
-    return dict(sorted({**{path.name: path.read_bytes() for path in own}, **part_sources(), **NOBODY}.items()))
+    """Return the C++ files and headers of an FMU without controller by their names, in this order."""
+    own = [path for folder in (SOURCE, STANDARD) for path in folder.iterdir() if path.suffix in (".cpp", ".h")]
+    files = {path.name: path.read_bytes() for path in own} | {TABLE: table(())}
+    return dict(sorted({**files, **headers_of(content.decode() for content in files.values())}.items()))
 
 
 @dataclass(frozen=True)
@@ -59,9 +91,9 @@ class Target:
     """A platform for which there can be a binary.
 
     Attributes:
-        folder: of its binaries inside an FMU.
-        command: the C compiler, its program as a whole path.
-        flags: what it needs beside those for all.
+        folder: Of its binaries inside an FMU.
+        command: The C++ compiler, its program as a whole path.
+        flags: What it needs beside those for all.
     """
 
     folder: str
@@ -71,45 +103,71 @@ class Target:
 
 
 def target(name: str, fmi: int) -> Target:
-    """Return one of PLATFORMS; PluginError where there is no compiler for it, or FMI has no name for it."""
-    if name == WINDOWS:
-        program = shutil.which(CROSS)
-        if program is None:
-            raise PluginError(
-                f"there is no compiler for {WINDOWS}: '{CROSS}' is not found; install it (such as the package "
-                f"gcc-mingw-w64-x86-64), leave --platform {WINDOWS} out, or {REMEDY}"
-            )
-        return Target("win64" if fmi == 2 else "x86_64-windows", ".dll", (program,), CROSS_FLAGS)
+    """Return one of PLATFORMS; PluginError if there is no compiler for it, or FMI has no name for it."""
+    if name != NATIVE:
+        cross = CROSSES[name]
+        folder = cross.fmi2 if fmi == 2 else cross.fmi3
+        if not folder:
+            raise PluginError(f"FMI 2 has no name for {name}: choose --fmi 3, or leave --platform {name} out")
+        return Target(folder, cross.ending, *_cross_compiler(name, cross))
     machine = platform.machine()
     if sys.platform != "linux" or (fmi == 2 and machine not in FOLDERS):
         raise PluginError(f"FMI {fmi} binaries are not made on {sys.platform} {machine}: {REMEDY}")
-    return Target(FOLDERS[machine] if fmi == 2 else f"{machine}-linux", ".so", tuple(compiler()))
+    return Target(FOLDERS[machine] if fmi == 2 else f"{machine}-linux", ".so", tuple(compiler()), LINUX_FLAGS)
+
+
+def _cross_compiler(name: str, cross: Cross) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the command of a compiler for another platform, and its flags."""
+    program = shutil.which(CROSS) if name == WINDOWS else None
+    if program is not None:
+        return (program,), CROSS_FLAGS
+    if (zig := zig_program()) is None:
+        mingw = f"'{CROSS}' (such as the package g++-mingw-w64-x86-64) or " if name == WINDOWS else ""
+        raise PluginError(
+            f"there is no compiler for {name}: install {mingw}zig (pip install 'cdpr[cross]'), leave --platform {name} "
+            f"out, or {REMEDY}"
+        )
+    return (zig, "c++", "-target", cross.zig, *ZIG_FLAGS), ("-s",)
+
+
+def zig_program() -> str | None:
+    """Return the zig compiler of the package ziglang; None if that is not installed."""
+    try:
+        spec = find_spec("ziglang")
+    except (ImportError, ValueError):
+        return None
+    if spec is None or spec.origin is None:
+        return None
+    path = Path(spec.origin).with_name("zig.exe" if sys.platform == "win32" else "zig")
+    return str(path) if path.is_file() else None
 
 
 def compiler() -> list[str]:
-    """Return the command of the C compiler for this platform, $CC or cc, its program as a whole path."""
-    given = os.environ.get("CC", "").strip() or "cc"
+    """Return the command of the C++ compiler for this platform, $CXX, c++ or zig, its program as a whole path."""
+    given = os.environ.get("CXX", "").strip()
     try:
-        words = shlex.split(given)
+        words = shlex.split(given or "c++")
     except ValueError as error:
         raise PluginError(
-            f"CC is no command: {error}, got {given!r}; set it to one, such as gcc, or {REMEDY}"
+            f"CXX is no command: {error}, got {given!r}; set it to one, such as g++, or {REMEDY}"
         ) from None
     program = shutil.which(words[0])
+    if program is None and not given and (zig := zig_program()) is not None:
+        return [zig, "c++", "-target", f"{platform.machine()}-linux-gnu.2.17", *ZIG_FLAGS]
     if program is None:
         raise PluginError(
-            f"there is no C compiler: '{words[0]}' is not found; install one (such as the package gcc with libc6-dev), "
-            f"set CC, or {REMEDY}"
+            f"there is no C++ compiler: '{words[0]}' is not found; install one (such as the package g++, or zig by "
+            f"pip install ziglang), set CXX, or {REMEDY}"
         )
     return [program, *words[1:]]
 
 
 def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS, goal: Target | None = None) -> bytes:
-    """Return the shared library of the C files among `files`, contents by name; from the user's cache if there.
+    """Return the shared library of the C++ files among `files`, contents by name; from the user's cache if there.
 
     It is for this platform unless said; the cache tells compilers apart by their names, flags and machines.
     """
-    goal = goal or Target("", ".so", tuple(compiler()))
+    goal = goal or Target("", ".so", tuple(compiler()), LINUX_FLAGS)
     command = [*goal.command, *flags, *goal.flags]
     digest = hashlib.sha256(repr((command, platform.machine())).encode())
     for name, content in files.items():
@@ -178,13 +236,16 @@ def keep_newest(folder: Path, ending: str, number: int) -> None:
 def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path, ending: str) -> Path:
     """Compile in `folder` under plain names, so that the bytes do not depend on where anything lies."""
     for name, content in files.items():
-        (folder / name).write_bytes(content)
-    names = [name for name in files if name.endswith(".c")]
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    names = [name for name in files if name.endswith(".cpp")]
     result = f"{IDENTIFIER}{ending}"
     try:
         done = subprocess.run(
-            [*command, "-o", result, *names, "-lm"],
+            [*command, "-o", result, *names, *MATHEMATICS.get(ending, ())],
             cwd=folder,
+            env={**os.environ, **_zig_cache(command)},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
@@ -192,10 +253,18 @@ def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path, e
             timeout=TIMEOUT,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise PluginError(f"the C compiler does not run: {error}; set CC to another, or {REMEDY}") from error
+        raise PluginError(f"the C++ compiler does not run: {error}; set CXX to another, or {REMEDY}") from error
     if done.returncode != 0 or not (folder / result).is_file():
         said = done.stderr.strip()[-2000:] or f"exit code {done.returncode}"
         raise PluginError(
-            f"the C compiler '{shlex.join(command)}' fails; set CC to another, or {REMEDY}. It says:\n{said}"
+            f"the C++ compiler '{shlex.join(command)}' fails; set CXX to another, or {REMEDY}. It says:\n{said}"
         )
     return folder / result
+
+
+def _zig_cache(command: Sequence[str]) -> dict[str, str]:
+    """Return where zig keeps what it compiles once, such as the C library of a platform: in the user's cache."""
+    if zig_program() not in command:
+        return {}
+    folder = str(fmu_cache() / "zig")
+    return {"ZIG_GLOBAL_CACHE_DIR": folder, "ZIG_LOCAL_CACHE_DIR": folder}

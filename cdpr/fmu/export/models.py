@@ -10,10 +10,10 @@ import numpy as np
 
 from cdpr.cables import ACTUATED, chain_of, immediate
 from cdpr.cables.chain import Chain
-from cdpr.cables.exit import Exit
 from cdpr.errors import CdprError
 from cdpr.fmu.export.control import Control
-from cdpr.fmu.export.parts import chain_kinds, exit_kind, numbers_of
+from cdpr.fmu.export.parts import add_chains, add_lines, numbers_of
+from cdpr.fmu.export.program import Program
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
 from cdpr.mechanics.guide import Guide
 from cdpr.mechanics.kinematics import lengths, make_state
@@ -70,7 +70,7 @@ class Plant(Model):
         return f"cable-driven parallel robot '{robot.name}', {robot.m} cables, moves along {', '.join(robot.dof)}"
 
     def variables(self) -> list[Variable]:
-        """All variables; CdprError where winches are to be exported that the robot does not have, or a part lacks C."""
+        """All variables; CdprError if winches are to be exported that the robot does not have."""
         if self.winches and immediate(self.robot):
             raise CdprError(
                 f"robot '{self.robot.name}' has ideal cables, so there is no winch to export: choose cable.model rigid "
@@ -85,12 +85,19 @@ class Plant(Model):
             *self._inputs(),
             *self._outputs(),
             *self._constants(),
-            *(self.control.constants() if self.control else []),
         ]
 
     def sources(self) -> dict[str, bytes]:
         """Those of the controller."""
         return self.control.sources() if self.control else {}
+
+    def program(self) -> Program:
+        """Cables, and what the controller does."""
+        program = self.control.copied() if self.control else Program()
+        add_lines(program, self.robot)
+        if self.winches:
+            add_chains(program, self.robot)
+        return program
 
     def _platform(self) -> list[Variable]:
         robot, state = self.robot, self.state
@@ -170,7 +177,7 @@ class Plant(Model):
         return [*outputs, *(_pulled(self.robot, (), decided=self.control is not None) if winches else [])]
 
     def _constants(self) -> list[Variable]:
-        constants = [_unilateral(self.robot), *_exits(self.robot), *([_chain(self.robot)] if self.winches else [])]
+        constants = [_unilateral(self.robot)]
         if self.robot.n < 6:
             guide = tuple(Guide(self.robot).packed.tolist())
             constants.append(
@@ -213,8 +220,13 @@ class Actuator(Model):
             entrance("cable_rate", m, "m/s", RATE, terminal="cables"),
             *_pulled(self.robot, ("cable_length", "cable_rate")),
             _unilateral(self.robot),
-            _chain(self.robot),
         ]
+
+    def program(self) -> Program:
+        """The winches and spans."""
+        program = Program()
+        add_chains(program, self.robot)
+        return program
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,15 +253,21 @@ class Controller(Model):
     @property
     def description(self) -> str:
         """One line on it."""
-        laws = f"controller {self.control.law.stem} with solver {self.control.solve.stem}"
-        return f"{laws} of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
+        names = " with solver ".join(self.control.names)
+        return f"controller {names} of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
 
     def sources(self) -> dict[str, bytes]:
         """Those of controller and solver."""
         return self.control.sources()
 
+    def program(self) -> Program:
+        """What controller and solver do."""
+        program = self.control.copied()
+        add_lines(program, self.robot)
+        return program
+
     def variables(self) -> list[Variable]:
-        """All variables; CdprError where a part lacks C."""
+        """All variables."""
         robot, control = self.robot, self.control
         state = zip(STATE, np.split(control.desired[:13], [3, 7, 10]), strict=True)
         told = "tension that each cable shall have, 0 before the first step"
@@ -263,9 +281,6 @@ class Controller(Model):
             ),
             *control.inputs(),
             output("command", robot.m, "N", told, terminal="winches", nominal=_usual(robot)),
-            _unilateral(robot),
-            *_exits(robot),
-            *control.constants(),
         ]
 
 
@@ -365,24 +380,6 @@ def _winches(robot: Robot) -> list[Variable]:
         )
         for number in numbers_of([part for own in parts for part in own])
     ]
-
-
-def _chain(robot: Robot) -> Variable:
-    kinds = [kind for cable in robot.cables for kind in chain_kinds(robot, cable)]
-    return Variable("chain", "constant", (robot.m, 2), "", tuple(kinds), "kinds of winch and span")
-
-
-def _exits(robot: Robot) -> list[Variable]:
-    """Kind and numbers of what each cable leaves the frame by, where not all leave at their anchors."""
-    rows = []
-    for cable in robot.cables:
-        kind = exit_kind(cable)
-        rows.append([kind, *(cable.exit.numbers() if kind and isinstance(cable.exit, Exit) else [])])
-    if not any(row[0] for row in rows):
-        return []
-    width = max(map(len, rows))
-    values = [value for row in rows for value in row + [0.0] * (width - len(row))]
-    return [Variable("exit", "constant", (robot.m, width), "", tuple(values), "kind and numbers, 0 for an anchor")]
 
 
 def _unilateral(robot: Robot) -> Variable:

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from cdpr.fmu.export.program import Program
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
@@ -18,7 +19,7 @@ Causality = Literal["independent", "parameter", "input", "output", "constant"]
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable; the C source knows it by its name.
+    """A variable; the C++ source finds it by its name.
 
     Attributes:
         causality: as in FMI; a constant is hidden from the host.
@@ -80,8 +81,12 @@ class Model(ABC):
         return False
 
     def sources(self) -> dict[str, bytes]:
-        """C files by name that it needs beyond those of all, or instead of them."""
+        """C++ files by name that it needs beyond those of all, or instead of them."""
         return {}
+
+    @abstractmethod
+    def program(self) -> Program:
+        """Arrays and operations beside the variables."""
 
     @abstractmethod
     def variables(self) -> list[Variable]:

@@ -130,7 +130,7 @@ def _wound(robot: Robot) -> list[str]:
 
 
 def _rolled(robot: Robot) -> list[str]:
-    return [cable.name for cable in robot.cables if cable.exit is not None and cable.exit.kernels]
+    return [cable.name for cable in robot.cables if cable.exit is not None and cable.exit.header]
 
 
 def drawn(robot: Robot) -> Solid:

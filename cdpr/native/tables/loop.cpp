@@ -8,7 +8,6 @@ namespace cdpr {
 inline namespace CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
-    entry<NumbaAct, numba_act>("numba_act"),
     entry<Proceed, proceed>("proceed"),
     entry<Lane, move_lane>("move_lane"),
     entry<Advance, advance>("advance"),

@@ -7,6 +7,7 @@
 #include <cdpr/group.hpp>
 #include <cdpr/inverse_dynamics.hpp>
 #include <cdpr/mechanics/reach.hpp>
+#include <cdpr/mechanics/stiffness.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
@@ -23,6 +24,7 @@ static constexpr cdpr_entry entries[] = {
     entry<LimitViolations, limit_violations>("limit_violations"),
     entry<ForwardKinematics, forward_kinematics>("forward_kinematics"),
     entry<ExternalWork<double>, static_cast<int (*)(ExternalWork<double>&)>(external_work)>("external_work"),
+    entry<Stiffness, static_cast<int (*)(Stiffness&)>(stiffness)>("stiffness"),
 };
 
 extern const cdpr_group mechanics = group(entries);

@@ -1,11 +1,16 @@
 // Workspaces: rays of free positions, and proofs of boxes. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/group.hpp>
+#include <cdpr/workspace/enclosures.hpp>
+#include <cdpr/workspace/proofs.hpp>
 #include <cdpr/workspace/tracing.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
+    entry<ProveBoxes, prove>("prove"),
+    entry<ModelArithmetic, model_arithmetic>("model_arithmetic"),
+    entry<InverseDistances, inverse_distances>("inverse_distances"),
     entry<RaySearch, search_rays>("search_rays"),
 };
 

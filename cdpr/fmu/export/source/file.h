@@ -1,12 +1,13 @@
-/* Opens files on any platform. SPDX-License-Identifier: Apache-2.0 */
-#ifndef CDPR_FILE_H
-#define CDPR_FILE_H
+// Opening of files on any platform. SPDX-License-Identifier: Apache-2.0
+#pragma once
 
 #include <stdio.h>
 
-#define PATH 4096 /* bytes of a path at most */
+namespace fmu {
 
-/* Open a file for reading by its path in UTF-8; NULL where that fails. */
-FILE *open_file(const char *path);
+constexpr size_t PATH = 4096;  // bytes of a path at most
 
-#endif
+// Open a file for reading by its path in UTF-8; nullptr if that fails.
+FILE* open_file(const char* path);
+
+}  // namespace fmu

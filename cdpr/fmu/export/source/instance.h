@@ -1,86 +1,95 @@
-/* One instance of the plant behind either version of FMI: modes, variables by value reference, snapshots, messages.
-   SPDX-License-Identifier: Apache-2.0 */
-#ifndef CDPR_INSTANCE_H
-#define CDPR_INSTANCE_H
+// One instance of the model behind either version of FMI: modes, variables by value reference, snapshots, messages.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
 
-#include "plant.h"
+#include "model.h"
 
-/* Numbered as fmi2Status and fmi3Status. */
-typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
+namespace fmu {
+
+enum Status { OK, WARNING, DISCARD, ERROR, FATAL };  // numbered as fmi2Status and fmi3Status
 
 enum { WRITTEN = 1, RETUNED = 2 };
 
-/* Categories of messages, by the names of the standard. Others than of debugging are told from the beginning. */
+// Categories of messages, by the names of the standard. Others than of debugging are told from the beginning.
 enum { TELL_WARNING = 1, TELL_ERROR = 2, TELL_EVENTS = 4, TELL_ALL = 7, TELL_STATUS = TELL_WARNING | TELL_ERROR };
 
-typedef enum { INSTANTIATED = 1, INITIALISING = 2, STEPPING = 4, TERMINATED = 8 } Mode;
+enum Mode { INSTANTIATED = 1, INITIALISING = 2, STEPPING = 4, TERMINATED = 8 };
 
-typedef struct Instance Instance;
-typedef void Logger(const Instance *instance, Status status, const char *message);
+struct Instance;
+typedef void Logger(const Instance* instance, Status status, const char* message);
 
-struct Instance {
-    Plant plant;
-    Mode mode;
-    int stale; /* bits: what was set since the outputs were computed, WRITTEN variables or RETUNED parameters */
-    unsigned told; /* categories of messages that the host wants: bits, as CATEGORIES says */
-    bool pushed; /* in the last step a cable was asked to push, which is said once until none is */
-    double stop;
-    double *defaults; /* (plant.count) the numbers as configured, for reset */
-    char *name;
-    Logger *log;
-    const void *callbacks; /* of the host, for `log` */
-    void *environment;
+// The host's part of an instance.
+struct Host {
+    Logger* log;
+    const void* callbacks;  // for `log`
+    void* environment;
+    const char* name;
+    unsigned told;  // categories of messages that the host wants: bits, as CATEGORIES says
 };
 
-/* All that the future of an instance depends on, in one piece. */
-typedef struct {
-    char token[TOKEN]; /* of the FMU that it belongs to */
+struct Instance {
+    Host host;
+    Model model;
+    Mode mode;
+    int stale;    // bits: what was set since the outputs were computed, WRITTEN variables or RETUNED parameters
+    bool pushed;  // in the last step a cable was asked to push, which is said once until none is
+    double stop;
+    double* defaults;  // (model.count) the numbers as configured, for reset
+    char* name;
+};
+
+// All that the future of an instance depends on; the numbers (model.count) follow.
+struct Snapshot {
+    char token[LABEL];  // of the FMU that it belongs to
     int mode, stale, pushed;
     double stop;
-    double number[];   /* (plant.count) */
-} Snapshot;
 
-/* Make an instance from the configuration in the folder `resources`, a path or a file URI. NULL with a message where
-   that fails or the model description is of another export. Its name, log, callbacks, environment are in `host`. */
-Instance *instance_new(const Instance *host, const char *name, const char *token, const char *resources);
-void instance_free(Instance *instance);
+    double* numbers() { return reinterpret_cast<double*>(this + 1); }
+    const double* numbers() const { return reinterpret_cast<const double*>(this + 1); }
+};
 
-/* The category of the standard for messages of a status. */
-const char *category(Status status);
+// Make an instance from the configuration in the folder `resources`, a path or a file URI. nullptr with a message if
+// that fails or the model description is of another export.
+Instance* instance_new(const Host& host, const char* token, const char* resources);
+void instance_free(Instance* instance);
 
-/* Say something to the host and return the status. */
-Status report(const Instance *instance, Status status, const char *format, ...);
+// The category of the standard for messages of a status.
+const char* category(Status status);
 
-/* Choose the messages that the host wants: all where no categories are given; those of statuses where it is off. */
-Status instance_tell(Instance *instance, bool on, size_t n, const char *const categories[]);
+// Say something to the host and return the status.
+Status report(const Instance* instance, Status status, const char* format, ...);
+void report(const Host& host, Status status, const char* message);  // before there is an instance
 
-/* ERROR with a message unless the instance is in one of the modes. */
-Status require(const Instance *instance, int modes, const char *function);
+// Choose the messages that the host wants: all if no categories are given; those of statuses if it is off.
+Status instance_tell(Instance* instance, bool on, size_t n, const char* const categories[]);
 
-Status instance_enter_initialisation(Instance *instance, double start, double stop);
-Status instance_exit_initialisation(Instance *instance);
-Status instance_step(Instance *instance, double from, double duration);
-Status instance_reset(Instance *instance);
+// ERROR with a message unless the instance is in one of the modes.
+Status require(const Instance* instance, int modes, const char* function);
 
-/* Values by value reference: of whole variables one after the other, or one number for each reference. */
-Status instance_get(Instance *instance, const unsigned *reference, size_t n, bool whole, double *value, size_t count);
-Status instance_set(Instance *instance, const unsigned *reference, size_t n, bool whole, const double *value,
+Status instance_enter_initialisation(Instance* instance, double start, double stop);
+Status instance_exit_initialisation(Instance* instance);
+Status instance_step(Instance* instance, double from, double duration);
+Status instance_reset(Instance* instance);
+
+// Values by value reference: of whole variables one after the other, or one number for each reference.
+Status instance_get(Instance* instance, const unsigned* reference, size_t n, bool whole, double* value, size_t count);
+Status instance_set(Instance* instance, const unsigned* reference, size_t n, bool whole, const double* value,
                     size_t count);
 
-/* Derivatives of outputs along `seed`, one number for each known, as for `instance_get` and `instance_set`. */
-Status instance_differentiate(Instance *instance, const unsigned *unknown, size_t n_unknown, const unsigned *known,
-                              size_t n_known, bool whole, const double *seed, size_t n_seed, double *slope,
+// Derivatives of outputs along `seed`, one number for each known, as for `instance_get` and `instance_set`.
+Status instance_differentiate(Instance* instance, const unsigned* unknown, size_t n_unknown, const unsigned* known,
+                              size_t n_known, bool whole, const double* seed, size_t n_seed, double* slope,
                               size_t n_slope);
 
-Status instance_save(const Instance *instance, void **snapshot);
-Status instance_restore(Instance *instance, const void *snapshot);
-Status instance_size(const Instance *instance, const void *snapshot, size_t *size);
-Status instance_serialise(const Instance *instance, const void *snapshot, char *bytes, size_t size);
-Status instance_deserialise(const Instance *instance, const char *bytes, size_t size, void **snapshot);
+Status instance_save(const Instance* instance, void** snapshot);
+Status instance_restore(Instance* instance, const void* snapshot);
+Status instance_size(const Instance* instance, const void* snapshot, size_t* size);
+Status instance_serialise(const Instance* instance, const void* snapshot, char* bytes, size_t size);
+Status instance_deserialise(const Instance* instance, const char* bytes, size_t size, void** snapshot);
 
 #ifdef CDPR_FAULTS
-/* Tests alone: whether the step is done here, with `status`, since the parameter `fault` asks for misbehaviour. */
-bool misbehaves(Instance *instance, double from, double duration, Status *status);
+// Tests alone: whether the step is done here, with `status`, since the parameter `fault` asks for misbehaviour.
+bool misbehaves(Instance* instance, double from, double duration, Status* status);
 #endif
 
-#endif
+}  // namespace fmu

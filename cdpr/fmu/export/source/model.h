@@ -1,44 +1,205 @@
-/* What winch.c and chain.c add to plant.c. SPDX-License-Identifier: Apache-2.0 */
-#ifndef CDPR_MODEL_H
-#define CDPR_MODEL_H
+// Model of an exported FMU: its variables, and the arrays that follow from them. SPDX-License-Identifier: Apache-2.0
+//
+// A platform on cables, with winches or without; winches alone; and a controller, with a platform or alone.
+// Conventions: SI units, world axes, z up; quaternions w, x, y, z; the external wrench acts at the platform's origin.
+#pragma once
 
-#include "body.h"
-#include "parts.h"
+#include <cdpr/table.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
 
-/* Places in the state of a free platform on ideal cables and of any on winches; the last entry is the angular momentum
-   about the centre of mass, world axes, in the first case and the angular velocity in the second. */
-enum { P = 0, Q = 3, V = 7, L = 10, W = 10, WINCHES = 13 };
+#include <cdpr/target.hpp>
 
-/* A platform on cables with winches: winch.c. */
-Motion winch_motion(const double *y);
-void winch_slope(Plant *plant, const double *y, double *dy);
-void winch_publish(Plant *plant); /* tensions, unwound lengths, drum speeds */
+namespace fmu {
 
-/* Of a platform, free or guided: dynamics.c. `free` (6) is 1 along each direction in which it moves, 0 where the guide
-   holds it; the lower half of M is its mass matrix about a frame's origin, world axes, that of the identity there. */
-void free_directions(const Plant *plant, double *free);
-void mass_matrix(const double *center, const double *inertia, double mass, Quaternion q, const double *free,
-                 double M[6][6]);
-void mass_solve(double M[6][6], const double *b, double *x); /* M x = b; M is overwritten, NaN where it is singular */
+// Variables that this code knows by name; names.cpp has the names. Others, such as the numbers of winches and the gains
+// of controllers, only go into arrays by links.
+enum Name {
+    TIME,
+    PHYSICS_STEP,
+    CONTROL_STEP,
+    CABLE_TENSION,
+    CABLE_LENGTH,
+    CABLE_RATE,
+    MASS,
+    CENTER_OF_MASS,
+    INERTIA,
+    GRAVITY,
+    INITIAL_POSITION,
+    INITIAL_QUATERNION,
+    INITIAL_VELOCITY,
+    INITIAL_ANGULAR_VELOCITY,
+    EXTERNAL_FORCE,
+    EXTERNAL_MOMENT,
+    POSITION,
+    QUATERNION,
+    VELOCITY,
+    ANGULAR_VELOCITY,
+    ACCELERATION,
+    ANGULAR_ACCELERATION,
+    UNILATERAL,  // 1 if cables only pull
+    GUIDE,       // 1 along each free axis (3) and about each (3); of guided platforms
+    COMMAND,
+    DRUM_SPEED,
+    UNSTRETCHED_LENGTH,
+    DESIRED_POSITION,
+    DESIRED_QUATERNION,
+    DESIRED_VELOCITY,
+    DESIRED_ANGULAR_VELOCITY,
+    DESIRED_ACCELERATION,
+    DESIRED_ANGULAR_ACCELERATION,
+    FAULT,  // only in tests, with CDPR_FAULTS
+    FAULT_TIME,
+    NAMES
+};
 
-/* Acceleration (6) of the body frame's origin and about it, under the tensions, the external wrench and gravity. */
-void accelerate(const Plant *plant, const Motion *at, const double *free, double M[6][6], double *acceleration);
-void accelerate_body(const Plant *plant, const Motion *at, const double *free, double *acceleration); /* M is made */
+enum Role {
+    INDEPENDENT,
+    PARAMETER,
+    FIXED,
+    INPUT,
+    OUTPUT,
+    CONSTANT
+};  // a fixed parameter: until the end of initialization
 
-/* Winches and spans: chain.c. `y` holds the states of cables that stretch; `at` is where the platform is, NULL for
-   winches alone, to which lengths and rates are given. */
-bool chain_stretches(const Plant *plant, size_t i);
-bool chain_immediate(const Plant *plant, size_t i); /* whether the tension of cable i is its command */
-const Taken *chain_taken(const Plant *plant, size_t i, int part); /* by its winch, 0, or its span, 1 */
-void chain_build(Plant *plant);                                   /* write plant->row from the parameters */
+constexpr size_t LABEL = 64;     // bytes of a name, a unit or a token at most
+constexpr size_t MESSAGE = 256;  // bytes of a message at most
 
-/* Write the tensions free of the drums' inertia; unless NULL, that inertia as masses along the cables (n) and the
-   cables' columns of the wrench matrix (6 n). Whether there is any such mass. */
-bool chain_tell(Plant *plant, const Motion *at, const double *y, double *mass, double *column);
-void chain_slopes(const Plant *plant, const double *y, double *dy);
-bool chain_begin(const Plant *plant, const Motion *at, double *y); /* unless begun: with each tension as commanded */
-void chain_publish(Plant *plant, const double *y);
-void actuator_slope(Plant *plant, const double *y, double *dy);
-void actuator_publish(Plant *plant);
+struct Variable {
+    char name[LABEL], unit[LABEL];
+    Role role;
+    size_t offset, size;  // among the numbers
+};
 
-#endif
+// Array of numbers that operations read and write, and that links fill.
+struct Array {
+    char name[LABEL];
+    double* data;
+    size_t size;
+};
+
+// Numbers of variables that are also in an array.
+struct Link {
+    size_t from, size;  // reference of the first number, and how many
+    size_t array, to;   // where they go
+    bool positive;      // whether each must be greater than 0
+    bool per_step;      // whether they are multiplied by the control step
+};
+
+// Meaning of a status other than 0: none; the operation found no answer; something is not finite.
+enum Vital { IGNORED, ANSWER, FINITE };
+
+// Call of a compiled operation.
+struct Operation {
+    cdpr_operation call;
+    void* place;    // its struct
+    bool in_order;  // whether it is called in each control step; others only repair
+    Vital vital;    // what a status other than 0 means
+    size_t skip;    // so many operations that follow are skipped then
+    int repair;     // operation that is called then, with the status in place of the time; -1 for none
+};
+
+// Arrays of a platform, which the kernels take; names and shapes as in the headers of these.
+struct Platform {
+    double *offset, *moments, *inertial, *packed, *free;  // body_frame.hpp, reference.hpp, plant.hpp, spherical.hpp
+    double* lines;                                        // (m, w), B_i in the body frame
+    double *command, *external;                           // as applied: (m), (6)
+    double *body, *momentum, *motion, *state;             // (13), (3), (8), (13)
+    double *winch, *tension, *highest, *length, *cable_work, *beside, *place;
+};
+
+// Scratch space of a platform.
+struct Scratch {
+    double *rate, *matrix, *runs, *light, *mass, *pulls, *points, *applied, *chains;
+    double *body, *winch, *tension, *highest, *length, *cable_work, *beside, *place;  // to look ahead
+};
+
+// All numbers that the future depends on are in one array: variables in the order of their value references, then the
+// arrays of operations, then those of the platform. A copy of it is a snapshot.
+struct Model {
+    size_t cables, width;                                  // m; numbers in a row of `lines`
+    size_t variables, scalars, arrays, links, operations;  // how many; scalars are the numbers of variables
+    Variable* variable;
+    size_t* owner;  // (scalars) index of the variable that a number belongs to
+    Array* array;
+    Link* link;
+    Operation* operation;
+    size_t count, work_count;
+    double* number;          // (count)
+    double* work;            // (work_count), scratch space
+    double* field[NAMES];    // into `number`; nullptr for variables that the model does not have
+    double *chains, *lines;  // arrays by name: chain.hpp and geometry.hpp
+    double *seen, *desired, *decided,
+        *report;                // of a controller: state (13), desired motion (19), tensions (m), report (4)
+    double *decisions, *began;  // how many there were, and the time of the first, s
+    double* winch;              // (2 m), of winches alone
+    Platform platform;
+    Scratch scratch;
+    int64_t* kinds;   // (m, 3), of winches, spans and exits, as in `chains` and `lines`
+    double* tangent;  // (2 scalars), of directional derivatives
+    double* dual;     // scratch space of these
+    char token[LABEL];
+
+    bool has_platform() const { return field[MASS] != nullptr; }
+    bool has_winches() const { return chains != nullptr; }
+    bool decides() const { return field[CONTROL_STEP] != nullptr; }
+    bool guided() const { return field[GUIDE] != nullptr; }
+    bool on_ball() const;   // turns about all axes, its origin held
+    double lowest() const;  // tension, N: 0, or minus infinity of legs that push
+
+    // Whether the tension of cable i is its input.
+    bool immediate(size_t i) const;
+
+    // The input, or decision, of each cable (m).
+    double* asked() const { return field[has_winches() || !has_platform() ? COMMAND : CABLE_TENSION]; }
+};
+
+const char* name_of(Name name);
+
+// Read the configuration; false with a message if it cannot be used. Free the model in either case.
+bool load(Model& model, FILE* file, char* message);
+void free_model(Model& model);
+
+// Put the message together and return false.
+bool fails(char* message, const char* format, ...);
+
+// Check the parameters and put the platform into its initial state; false with a message if they are unsound.
+bool start(Model& model, char* message);
+
+// Take other parameters than before, the platform being and moving as it was; false with a message as above.
+bool retune(Model& model, char* message);
+
+// Whether pose and twist are finite.
+bool sound(const Model& model);
+
+// Derive arrays from the parameters: body.cpp. `fill_arrays` copies what links say, `build_body` chooses the frame in
+// which the platform is integrated; it returns false unless the inertia is one.
+void fill_arrays(Model& model);
+bool build_body(Model& model);
+
+// Advance by `duration` in steps of physics_step, or slightly shorter ones if that does not divide it.
+void advance(Model& model, double duration);
+
+// Write the outputs that belong to the state and the inputs: outputs.cpp.
+void publish(Model& model);
+
+// Write the derivatives of the outputs along `seed` (scalars), changes of inputs and, before the first step, of
+// parameters, into `slope` (scalars), both by value reference: derivatives.cpp. Only of a platform without winches
+// whose outputs are published.
+void differentiate(const Model& model, const double* seed, double* slope);
+size_t dual_size(const Model& model);
+
+// Winches alone, to which lengths and rates are given: actuator.cpp.
+void advance_actuator(Model& model, double step, double steps);
+void publish_actuator(Model& model);
+
+// The cable that is asked to push though it cannot, counted from 0; the number of cables if there is none.
+size_t pushed(const Model& model);
+
+// Let the controller decide whenever it is due from `time` on, and advance the platform by `duration`; false with a
+// message if there is no answer. control.cpp
+bool control(Model& model, double time, double duration, char* message);
+bool answered(const Model& model);  // whether the last wrench was distributed as wanted
+
+}  // namespace fmu

@@ -90,7 +90,10 @@ template <class T> struct AppliedWrench {
 template <class T> inline int applied_wrench(AppliedWrench<T>& body) {
     if (!has_anchors<T>(body.w)) return code(T(double(BAD_INPUT)));
     const Quaternion<T> q = quaternion(body.body + 3);
-    const Wrench<T> pull = pull_of_cables(body.lines, body.w, body.m, body.tension, vector(body.body), q);
+    const Vector<T> p = vector(body.body);
+    const Wrench<T> pull = are_eight<T>(body.w, body.m)
+                               ? pull_of_cables<true>(body.lines, body.w, body.m, body.tension, p, q)
+                               : pull_of_cables(body.lines, body.w, body.m, body.tension, p, q);
     store(with_external(pull, body.offset, body.external, q), body.applied);
     return 0;
 }

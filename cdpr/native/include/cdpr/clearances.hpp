@@ -1,5 +1,6 @@
-// Least clearances at many poses, eight at a time where all cables leave from points. SPDX-License-Identifier:
-// Apache-2.0
+// Least clearances at many poses. SPDX-License-Identifier: Apache-2.0
+//
+// Where all cables leave from points, eight poses at a time; each gets the bits that it gets alone.
 #pragma once
 
 #include <cdpr/alone.hpp>

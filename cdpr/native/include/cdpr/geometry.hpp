@@ -1,67 +1,23 @@
 // Directions, lengths and rates of the cables, and what they exert. SPDX-License-Identifier: Apache-2.0
 //
-// Conventions: `cdpr.model`. A row of `lines` holds the anchors A_i on the frame, world, and B_i on the platform,
-// platform axes, m; where some cable leaves from something else than a point, also the kind of its exit (parts.hpp) and
-// that exit's numbers, `w` in all; rows of less than six are BAD_INPUT. Pott (2018), chapter 3: l_i = A_i - p - R B_i,
-// u_i = l_i / |l_i|, W_i = [u_i; R B_i x u_i].
+// Conventions: `cdpr.model`; rows of `lines`: line.hpp. Rows of less than six numbers are BAD_INPUT.
 #pragma once
 
 #include <cdpr/field.hpp>
-#include <cdpr/parts.hpp>
-#include <cdpr/rotation.hpp>
+#include <cdpr/side_by_side.hpp>
 #include <cdpr/status.hpp>
-#include <cdpr/wrench.hpp>
 
 namespace cdpr {
 inline namespace CDPR_TARGET {
 
-// The row of one cable, and the platform's pose.
-template <class T> struct Line {
-    static constexpr int FRAME = 0, PLATFORM = 3, EXIT = 6, NUMBERS = 7;
-
-    const T* row;
-    int64_t width;
-    Vector<T> position;
-    Vector<T> lever;  // R B_i
-    Vector<T> tip;    // p + R B_i
-
-    CDPR_INLINE int64_t count() const { return width - NUMBERS; }
-    CDPR_INLINE bool leaves_a_point() const { return width <= EXIT || is(row[EXIT], POINT); }
-    CDPR_INLINE Vector<T> anchor() const { return vector(row + FRAME); }
-
-    CDPR_INLINE Vector<T> exit() const {
-        return leaves_a_point() ? anchor() : exit_point(row[EXIT], anchor(), row + NUMBERS, count(), tip);
-    }
-    CDPR_INLINE ExitResult<T> lead() const {
-        if (leaves_a_point()) return {anchor(), 0.0};
-        return cdpr::lead(row[EXIT], anchor(), row + NUMBERS, count(), tip);
-    }
-    CDPR_INLINE Vector<T> velocity_of_exit(Vector<T> V) const {
-        if (leaves_a_point()) return {0.0, 0.0, 0.0};
-        return exit_velocity(row[EXIT], anchor(), row + NUMBERS, count(), tip, V);
-    }
-    CDPR_INLINE Vector<T> chord(Vector<T> point) const { return point - position - lever; }
-};
-
-// Return whether each row has the anchors at least.
-template <class T> CDPR_INLINE bool has_anchors(int64_t width) { return width >= Line<T>::EXIT; }
-
-template <class T> CDPR_INLINE Line<T> line(const T* lines, int64_t width, int64_t i, Vector<T> p, Quaternion<T> q) {
-    const T* row = lines + i * width;
-    const Vector<T> lever = rotate(q, vector(row + Line<T>::PLATFORM));
-    return {row, width, p, lever, p + lever};
-}
-
 // Return force and moment, N and N m, about p, world axes, of the tensions, N, on a body at p with attitude q.
-template <class T> CDPR_INLINE Wrench<T> pull_of_cables(const T* lines, int64_t width, int64_t m, const T* tension,
-                                                        Vector<T> p, Quaternion<T> q) {
+// `eight`: the answer of `are_eight`.
+template <bool eight = false, class T> CDPR_INLINE Wrench<T> pull_of_cables(const T* lines, int64_t width, int64_t m,
+                                                                            const T* tension, Vector<T> p,
+                                                                            Quaternion<T> q) {
+    if constexpr (eight) return pull_of_eight(lines, tension, p, q);
     Wrench<T> sum = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
-    for (int64_t i = 0; i < m; i++) {
-        const Line<T> cable = line(lines, width, i, p, q);
-        const Vector<T> l = cable.chord(cable.exit());
-        const Vector<T> f = (tension[i] / length(l)) * l;
-        sum = sum + Wrench<T>{f, cross(cable.lever, f)};
-    }
+    for (int64_t i = 0; i < m; i++) sum = sum + pull_of_cable(line(lines, width, i, p, q), tension[i]);
     return sum;
 }
 
@@ -88,21 +44,12 @@ template <class T> inline int geometry(Geometry<T>& cables) {
     const Vector<T> p = vector(cables.state), v = vector(cables.state + 7), omega = vector(cables.state + 10);
     const Quaternion<T> q = quaternion(cables.state + 3);
     const int64_t m = cables.m;
-    for (int64_t i = 0; i < m; i++) {
-        const Line<T> cable = line(cables.lines, cables.w, i, p, q);
-        const ExitResult<T> exit = cable.lead();
-        const Vector<T> l = cable.chord(exit.point);
-        const T norm = length(l);
-        const Vector<T> u = l / norm, moment = cross(cable.lever, u);
-        T* column = cables.matrix + i;
-        column[0] = u.x;
-        column[m] = u.y;
-        column[2 * m] = u.z;
-        column[3 * m] = moment.x;
-        column[4 * m] = moment.y;
-        column[5 * m] = moment.z;
-        cables.length[i] = norm + exit.wrapped_length;
-        cables.rate[i] = -dot(u, v) - dot(moment, omega);
+    for (int64_t i = write_eights(cables.lines, cables.w, m, p, q, v, omega, cables.matrix, cables.length, cables.rate);
+         i < m; i++) {
+        const Column<T> column = column_of(line(cables.lines, cables.w, i, p, q), v, omega);
+        store(column.direction, column.moment, cables.matrix + i, m);
+        cables.length[i] = column.length;
+        cables.rate[i] = column.rate;
     }
     return 0;
 }
@@ -131,13 +78,7 @@ template <class T> inline int matrix_rate(MatrixRate<T>& cables) {
         const Vector<T> stretching = cable.velocity_of_exit(v + turning) - v - turning;
         const Vector<T> du = (stretching - dot(u, stretching) * u) / norm;
         const Vector<T> moment = cross(turning, u) + cross(cable.lever, du);
-        T* column = cables.rate + i;
-        column[0] = du.x;
-        column[m] = du.y;
-        column[2 * m] = du.z;
-        column[3 * m] = moment.x;
-        column[4 * m] = moment.y;
-        column[5 * m] = moment.z;
+        store(du, moment, cables.rate + i, m);
     }
     return 0;
 }

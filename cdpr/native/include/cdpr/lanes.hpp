@@ -36,6 +36,11 @@ struct Mask {
     CDPR_INLINE Mask(bool same) {
         for (int i = 0; i < PARTS; i++) part[i] = PartMask{} - int64_t(same);
     }
+    CDPR_INLINE Mask(const Mask& other) { *this = other; }
+    CDPR_INLINE Mask& operator=(const Mask& other) {  // as of Lanes
+        for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
+        return *this;
+    }
 
     CDPR_INLINE bool get(int lane) const { return part[lane / PART][lane % PART] != 0; }
 };
@@ -59,6 +64,22 @@ struct Lanes {
     CDPR_INLINE double get(int lane) const { return part[lane / PART][lane % PART]; }
     CDPR_INLINE void set(int lane, double number) { part[lane / PART][lane % PART] = number; }
 };
+
+// Read eight numbers of an array that are `stride` apart.
+CDPR_INLINE Lanes gather(const double* first, int64_t stride) {
+    Lanes found;
+    for (int i = 0; i < PARTS; i++) {
+        Part part;
+        for (int k = 0; k < PART; k++) part[k] = first[(PART * i + k) * stride];
+        found.part[i] = part;
+    }
+    return found;
+}
+
+// Write eight consecutive numbers of an array.
+CDPR_INLINE void scatter(const Lanes& lanes, double* array) {
+    for (int i = 0; i < PARTS; i++) *reinterpret_cast<Part*>(array + PART * i) = lanes.part[i];
+}
 
 template <class Function> CDPR_INLINE Lanes each_part(Function function, const Lanes& a, const Lanes& b) {
     Lanes found;
@@ -147,7 +168,7 @@ CDPR_INLINE double first(const Lanes& lanes) { return lanes.get(0); }
 // Apply a function of doubles to each lane.
 template <class Function> CDPR_INLINE Lanes each(Function function, const Lanes& a, const Lanes& b) {
     const auto part = [&](const Part& x, const Part& y) -> Part {
-        Part found;
+        Part found = x;
         for (int i = 0; i < PART; i++) found[i] = function(x[i], y[i]);
         return found;
     };

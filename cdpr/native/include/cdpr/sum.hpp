@@ -1,6 +1,6 @@
 // Sums: the one place that decides their order. SPDX-License-Identifier: Apache-2.0
 //
-// Terms are added one after the other, first to last, on every processor and in every lane, as the numba kernels do.
+// Terms are added one after the other, first to last, on every processor and in every lane.
 // Another order would give other bits.
 #pragma once
 

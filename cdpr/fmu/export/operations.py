@@ -1,0 +1,99 @@
+"""C++ sources of compiled operations for exported FMUs: the headers, and the entries of the operations.
+
+Entries of the kernel library are in its tables, `cdpr/native/tables/*.cpp`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from cdpr.errors import CdprError
+from cdpr.native import get_include
+
+NATIVE = Path(__file__).parents[2] / "native"
+TABLE = "operations.cpp"
+
+ENTRY = re.compile(r'\bentry<((?:(?!\bentry<).)*?)>\(\s*"(\w+)"\)', re.DOTALL)
+INCLUDE = re.compile(r"^\s*#\s*include\s*<([\w/]+\.(?:hpp|h))>", re.MULTILINE)
+
+
+class Entry(NamedTuple):
+    """An operation: `header` has the struct and the function that are the arguments of its `entry<...>`."""
+
+    header: str
+    arguments: str
+
+
+def table(names: Iterable[str], own: dict[str, Entry] | None = None) -> bytes:
+    """Return the C++ file that lists operations of the kernel library by name, and `own` ones."""
+    entries = {name: (own or {}).get(name) or entry_of(name) for name in sorted(set(names))}
+    headers = sorted({entry.header for entry in entries.values()})
+    includes = [f'#include "{header}"' if header.startswith("own/") else f"#include <{header}>" for header in headers]
+    rows = [f'    entry<{entry.arguments}>("{name}"),' for name, entry in entries.items()]
+    listed = ["static constexpr cdpr_entry entries[] = {", *rows, "};", ""] if rows else []
+    lines = [
+        "// Operations of the controller. Written by the exporter. SPDX-License-Identifier: Apache-2.0",
+        "#include <cdpr/entry.hpp>",
+        *includes,
+        "",
+        "namespace cdpr {",
+        "inline namespace CDPR_TARGET {",
+        "",
+        *listed,
+        "extern const cdpr_group operations;",
+        f"const cdpr_group operations = {{{'entries' if rows else 'nullptr'}, {len(rows)}}};",
+        "",
+        "}  // namespace CDPR_TARGET",
+        "}  // namespace cdpr",
+        "",
+    ]
+    return "\n".join(lines).encode()
+
+
+@cache
+def entry_of(name: str) -> Entry:
+    """Return the entry of an operation of the kernel library.
+
+    Raises:
+        CdprError: No table of this installation has it.
+    """
+    for path in sorted((NATIVE / "tables").glob("*.cpp")):
+        text = path.read_text(encoding="utf-8")
+        for arguments, found in ENTRY.findall(text):
+            if found == name:
+                return Entry(_header(INCLUDE.findall(text), arguments), " ".join(arguments.split()))
+    raise CdprError(f"operation '{name}': expected an entry in {NATIVE / 'tables'}, found none; install cdpr again")
+
+
+def _header(headers: Sequence[str], arguments: str) -> str:
+    """Return the header that defines the function of an entry."""
+    words = re.findall(r"\w+", re.sub(r"<[^<>]*>\)?$", "", arguments.split(",", 1)[1].strip()))
+    defined = re.compile(rf"\bint\s+{words[-1]}\s*\(")
+    for header in (*headers, *headers_of(map(header_text, headers))):
+        if defined.search(header_text(header)):
+            return header
+    raise CdprError(f"operation {words[-1]}: found in no header of its table")
+
+
+@cache
+def header_text(name: str) -> str:
+    """Return a header by its name in `#include <...>`; "" for one of the system."""
+    path = Path(get_include()) / name
+    return path.read_text(encoding="utf-8") if path.is_file() else ""
+
+
+def headers_of(texts: Iterable[str]) -> dict[str, bytes]:
+    """Return the headers of the kernel library that C++ files include, directly or not, by their names."""
+    found: dict[str, bytes] = {}
+    todo = [name for text in texts for name in INCLUDE.findall(text)]
+    while todo:
+        name = todo.pop()
+        if name in found or not (text := header_text(name)):
+            continue
+        found[name] = text.encode()
+        todo += INCLUDE.findall(text)
+    return dict(sorted(found.items()))

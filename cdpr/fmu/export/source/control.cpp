@@ -1,0 +1,66 @@
+// Controller and tension distribution: a list of compiled operations. SPDX-License-Identifier: Apache-2.0
+//
+// The controller decides at its start and then once in each control step, whatever steps the host makes; between, its
+// tensions or commands are held.
+#include <string.h>
+
+#include "model.h"
+
+namespace fmu {
+
+static const double DUE = 1e-6;  // share of a control step by which it may be early: the round-off of clocks
+
+bool answered(const Model& model) { return model.report[0] == 0.0; }
+
+static void read(const Model& model, Name first, Name last, double* to) {
+    for (int name = first; name <= last; name++) {
+        const double* from = model.field[name];
+        const size_t size = model.variable[model.owner[from - model.number]].size;
+        memcpy(to, from, size * sizeof *to);
+        to += size;
+    }
+}
+
+static bool refuse(const Operation& operation, char* message) {
+    if (operation.vital == FINITE)
+        return fails(message, "the controller puts out numbers that are not finite: an input is not, or it diverges");
+    return fails(message,
+                 "no tensions within the limits were found for what the controller wants, and this FMU ends "
+                 "there; exported with solver.infeasible hold_tension or best_effort it goes on");
+}
+
+// Run the operations of one control step.
+static bool decide(Model& model, double time, char* message) {
+    read(model, POSITION, ANGULAR_VELOCITY, model.seen);
+    read(model, DESIRED_POSITION, DESIRED_ANGULAR_ACCELERATION, model.desired);
+    for (size_t k = 0; k < model.operations; k++) {
+        const Operation& operation = model.operation[k];
+        if (!operation.in_order) continue;
+        const int status = operation.call(operation.place, time);
+        if (status == 0 || operation.vital == IGNORED) continue;
+        if (operation.repair < 0) return refuse(operation, message);
+        const Operation& repair = model.operation[operation.repair];
+        if (repair.call(repair.place, double(status)) != 0) return refuse(operation, message);
+        k += operation.skip;
+    }
+    memcpy(model.asked(), model.decided, model.cables * sizeof(double));
+    return true;
+}
+
+bool control(Model& model, double time, double duration, char* message) {
+    const double end = time + duration, step = *model.field[CONTROL_STEP], early = DUE * step;
+    double &decisions = *model.decisions, &began = *model.began;
+    if (decisions == 0.0) began = time;
+    while (time < end - early || (time < end && duration <= early)) {
+        if (time >= began + decisions * step - early) {
+            if (!decide(model, time, message)) return false;
+            decisions += 1.0;
+        }
+        const double next = began + decisions * step, until = next < end - early ? next : end;
+        if (model.has_platform()) advance(model, until - time);
+        time = until;
+    }
+    return true;
+}
+
+}  // namespace fmu

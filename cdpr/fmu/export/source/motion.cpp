@@ -1,0 +1,253 @@
+// Motion of a platform: the integrators of the backend `reference`. SPDX-License-Identifier: Apache-2.0
+#include <math.h>
+#include <string.h>
+#include <cdpr/body_frame.hpp>
+#include <cdpr_backends/reference.hpp>
+#include <cdpr_backends/reference_guided.hpp>
+#include <cdpr_backends/reference_spherical.hpp>
+#include <cdpr_backends/reference_winches.hpp>
+
+#include "outputs.h"
+
+namespace fmu {
+
+static const double UNIT = 1e-3;   // a quaternion's length may differ from 1 by this: typed numbers are rounded
+static const double HELD = 1e-9;   // rad, m/s, rad/s along held directions that count as none: round-off
+static const double WHOLE = 1e-9;  // share of a duration by which it may miss a multiple of the step: round-off
+
+bool Model::on_ball() const {
+    const double* guide = field[GUIDE];
+    return guide && guide[3] + guide[4] + guide[5] > 1.0;
+}
+
+double Model::lowest() const { return *field[UNILATERAL] != 0.0 ? 0.0 : -INFINITY; }
+
+bool Model::immediate(size_t i) const {
+    if (!chains) return true;
+    const cdpr::ChainRow<double> row = cdpr::chain_row(chains, int64_t(i));
+    return row.winch_kind() == cdpr::DIRECT && !row.stretches();
+}
+
+// Write commands and external wrench as they are applied: cables cannot be told to push.
+static void apply_inputs(const Model& model) {
+    const double *asked = model.asked(), lowest = model.lowest();
+    for (size_t i = 0; i < model.cables; i++)
+        model.platform.command[i] = model.immediate(i) && asked[i] < lowest ? 0.0 : asked[i];
+    memcpy(model.platform.external, model.field[EXTERNAL_FORCE], 3 * sizeof(double));
+    memcpy(model.platform.external + 3, model.field[EXTERNAL_MOMENT], 3 * sizeof(double));
+}
+
+cdpr::Plant<double> plant_of(const Model& model) {
+    const Platform& p = model.platform;
+    const Scratch& s = model.scratch;
+    const double* chains = model.chains ? model.chains : s.chains;
+    return {chains,
+            p.lines,
+            p.offset,
+            p.inertial,
+            p.free,
+            model.field[GRAVITY],
+            p.command,
+            p.external,
+            p.body,
+            p.winch,
+            p.tension,
+            p.highest,
+            p.length,
+            p.cable_work,
+            p.beside,
+            p.place,
+            s.applied,
+            s.rate,
+            s.matrix,
+            s.runs,
+            s.light,
+            s.mass,
+            s.pulls,
+            model.kinds,
+            int64_t(model.cables),
+            int64_t(model.width)};
+}
+
+static void step_winches(Model& model, double step, int64_t steps) {
+    cdpr::WinchRungeKutta<double> problem = {plant_of(model), model.platform.state, model.scratch.points, step, steps};
+    cdpr::winch_runge_kutta(problem);
+}
+
+static void step_guided(Model& model, double step, int64_t steps) {
+    const Platform& p = model.platform;
+    cdpr::GuidedStep<double> problem = {
+        p.free,  p.lines, p.inertial, model.field[GRAVITY],  p.command,           p.external, p.motion,
+        p.state, step,    steps,      int64_t(model.cables), int64_t(model.width)};
+    cdpr::guided_step(problem);
+}
+
+static void step_on_ball(Model& model, double step, int64_t steps) {
+    const Platform& p = model.platform;
+    cdpr::SphericalStep<double> problem = {
+        p.lines, p.packed, model.field[GRAVITY],  p.command,           p.external, p.momentum, p.state,
+        step,    steps,    int64_t(model.cables), int64_t(model.width)};
+    cdpr::spherical_step(problem);
+}
+
+static void step_free(Model& model, double step, int64_t steps) {
+    const Platform& p = model.platform;
+    cdpr::ReferenceStep<double> problem = {
+        p.lines, p.offset, p.moments, model.field[GRAVITY],  p.command,           p.external, p.body, p.momentum,
+        p.state, step,     steps,     int64_t(model.cables), int64_t(model.width)};
+    cdpr::reference_step(problem);
+}
+
+void advance(Model& model, double duration) {
+    const double h = *model.field[PHYSICS_STEP];
+    double n = floor(duration / h + 0.5);
+    const bool whole = n >= 1.0 && fabs(duration - n * h) <= WHOLE * duration;
+    if (!whole) n = ceil(duration / h);
+    const double step = whole ? h : duration / n;
+    const int64_t steps = int64_t(n);
+    if (!model.has_platform()) {
+        advance_actuator(model, step, n);
+    } else {
+        apply_inputs(model);
+        if (model.has_winches())
+            step_winches(model, step, steps);
+        else if (model.on_ball())
+            step_on_ball(model, step, steps);
+        else if (model.guided())
+            step_guided(model, step, steps);
+        else
+            step_free(model, step, steps);
+    }
+    publish(model);
+}
+
+void publish(Model& model) {
+    if (model.has_platform()) {
+        apply_inputs(model);
+        publish_platform(model);
+    } else if (model.has_winches()) {
+        publish_actuator(model);
+    }
+}
+
+size_t pushed(const Model& model) {
+    size_t i = 0;
+    if (model.lowest() < 0.0 || model.decides()) return model.cables;
+    while (i < model.cables && !(model.immediate(i) && model.asked()[i] < 0.0)) i++;
+    return i;
+}
+
+bool sound(const Model& model) {
+    double sum = 0.0;
+    for (size_t i = 0; model.has_platform() && i < 13; i++) sum += 0.0 * model.platform.state[i];
+    for (size_t i = 0; model.has_winches() && i < 2 * model.cables; i++)
+        if (model.winch[0] == model.winch[0]) sum += 0.0 * model.winch[i];
+    return sum == 0.0;
+}
+
+static bool check(const Model& model, char* message) {
+    for (size_t i = 0; i < model.scalars; i++) {
+        const Variable& variable = model.variable[model.owner[i]];
+        if ((variable.role == PARAMETER || variable.role == FIXED) && !isfinite(model.number[i]))
+            return fails(message, "%s is not finite", variable.name);
+    }
+    const Name positive[] = {MASS, PHYSICS_STEP, CONTROL_STEP};
+    for (const Name name : positive)
+        if (model.field[name] && !(*model.field[name] > 0.0))
+            return fails(message, "%s must be greater than 0 (%s)", name_of(name), name == MASS ? "kg" : "s");
+    for (size_t k = 0; k < model.links; k++) {
+        const Link& link = model.link[k];
+        const Variable& variable = model.variable[model.owner[link.from]];
+        for (size_t i = 0; link.positive && i < link.size; i++)
+            if (!(model.number[link.from + i] > 0.0))
+                return fails(message, "%s must be greater than 0 (%s)", variable.name, variable.unit);
+    }
+    return true;
+}
+
+static bool within_guide(const double* guide, const double* state, char* message) {
+    for (int i = 0; i < 3; i++) {
+        if (guide[3 + i] == 0.0 && (fabs(state[4 + i]) > HELD || fabs(state[10 + i]) > HELD))
+            return fails(message, "initial_quaternion or initial_angular_velocity turns about an axis that is held");
+        if (guide[i] == 0.0 && fabs(state[7 + i]) > HELD)
+            return fails(message, "initial_velocity moves along an axis that is held");
+    }
+    return true;
+}
+
+// Put a platform whose frame is derived into a state (13).
+static void put(Model& model, const double* state) {
+    const Platform& p = model.platform;
+    memcpy(p.state, state, 13 * sizeof *state);
+    cdpr::ReferenceBegin<double> begin = {p.offset, p.moments + 1, p.state, p.body, p.momentum};
+    cdpr::reference_begin(begin);
+    if (model.on_ball() && !model.has_winches()) {
+        cdpr::SphericalBegin<double> ball = {p.packed, p.state, p.momentum};
+        cdpr::spherical_begin(ball);
+    }
+}
+
+static void put_on_guide(Model& model, const double* state) {
+    const double* guide = model.field[GUIDE];
+    const cdpr::Vector<double> axis = cdpr::vector(guide + 3);
+    const double turn = dot(axis, cdpr::vector(state + 4));
+    cdpr::GuidedMotion<double> motion;
+    motion.position = cdpr::vector(state);
+    motion.velocity = cdpr::along_axes(guide, cdpr::vector(state + 7));
+    motion.angle = dot(axis, axis) > 0.0 ? 2.0 * atan2(turn, state[3]) : 0.0;
+    motion.spin = dot(axis, cdpr::vector(state + 10));
+    store(motion, model.platform.motion);
+    cdpr::write_state(guide, motion, model.platform.state);
+}
+
+static bool start_platform(Model& model, char* message) {
+    const Platform& p = model.platform;
+    double state[13];
+    memcpy(state, model.field[INITIAL_POSITION], 3 * sizeof *state);
+    memcpy(state + 7, model.field[INITIAL_VELOCITY], 3 * sizeof *state);
+    memcpy(state + 10, model.field[INITIAL_ANGULAR_VELOCITY], 3 * sizeof *state);
+    const cdpr::Quaternion<double> q = cdpr::quaternion(model.field[INITIAL_QUATERNION]);
+    if (!(fabs(sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z) - 1.0) <= UNIT))
+        return fails(message, "initial_quaternion (w, x, y, z) must have length 1 within 0.001");
+    store(cdpr::normalised(q), state + 3);
+    if (model.guided() && !within_guide(model.field[GUIDE], state, message)) return false;
+    if (model.on_ball() && !model.has_winches()) memset(state + 7, 0, 3 * sizeof *state);
+    put(model, state);
+    if (model.guided() && !model.on_ball() && !model.has_winches()) put_on_guide(model, state);
+    double* zeros[] = {p.tension, p.highest, p.length};
+    for (double* array : zeros) memset(array, 0, model.cables * sizeof *array);
+    p.cable_work[0] = 0.0;
+    memset(p.beside, 0, 6 * sizeof(double));
+    memset(p.place, 0, 7 * sizeof(double));
+    return true;
+}
+
+static bool build(Model& model, char* message) {
+    if (!check(model, message)) return false;
+    fill_arrays(model);
+    if (model.has_platform() && !build_body(model))
+        return fails(message, "inertia must be symmetric and positive definite (kg m2)");
+    return true;
+}
+
+bool retune(Model& model, char* message) {
+    double before[13];
+    memcpy(before, model.platform.state, sizeof before);
+    if (!build(model, message)) return false;
+    // On a hinge the frame is that of the platform, whatever the parameters.
+    if (model.has_platform() && (!model.guided() || model.on_ball() || model.has_winches())) put(model, before);
+    publish(model);
+    return true;
+}
+
+bool start(Model& model, char* message) {
+    *model.decisions = 0.0;
+    for (size_t i = 0; i < 2 * model.cables; i++) model.winch[i] = NAN;
+    if (!build(model, message)) return false;
+    if (model.has_platform() && !start_platform(model, message)) return false;
+    publish(model);
+    if (!sound(model)) return fails(message, "the initial state is not finite");
+    return true;
+}
+
+}  // namespace fmu

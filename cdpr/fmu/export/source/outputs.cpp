@@ -1,0 +1,72 @@
+// Outputs of a platform. SPDX-License-Identifier: Apache-2.0
+#include "outputs.h"
+
+#include <string.h>
+#include <cdpr/winches.hpp>
+
+namespace fmu {
+
+static void copy(double* to, const double* from, size_t count) { memcpy(to, from, count * sizeof *to); }
+
+// Write the outputs of cables on winches, with the tensions that the present commands make. Before the first step these
+// are the tensions with which the winches would start.
+static void publish_winches(Model& model) {
+    const size_t m = model.cables;
+    const Platform& p = model.platform;
+    const Scratch& s = model.scratch;
+    copy(s.body, p.body, 13);
+    copy(s.winch, p.winch, 2 * m);
+    copy(s.beside, p.beside, 6);
+    copy(s.place, p.place, 7);
+    cdpr::Plant<double> ahead = plant_of(model);
+    ahead.body = s.body;
+    ahead.winch = s.winch;
+    ahead.tension = s.tension;
+    ahead.highest = s.highest;
+    ahead.length = s.length;
+    ahead.cable_work = s.cable_work;
+    ahead.beside = s.beside;
+    ahead.place = s.place;
+    plant_geometry(ahead);
+    cdpr::PlatformDynamics<double> dynamics;
+    write_tensions(ahead, dynamics);
+    copy(model.field[CABLE_TENSION], s.tension, m);
+    for (size_t i = 0; i < m; i++) {
+        const cdpr::ChainRow<double> row = ahead.chain(int64_t(i));
+        const double turn = row.per_turn(), carried = turn != 0.0 ? -ahead.rate[i] / turn : 0.0;
+        model.field[DRUM_SPEED][i] = row.stretches() ? s.winch[m + i] : carried;
+        if (model.field[UNSTRETCHED_LENGTH])
+            model.field[UNSTRETCHED_LENGTH][i] = row.stretches() ? s.winch[i] : s.length[i];
+    }
+}
+
+void publish_platform(Model& model) {
+    const size_t m = model.cables;
+    const Platform& p = model.platform;
+    const double* state = p.state;
+    copy(model.field[POSITION], state, 3);
+    copy(model.field[QUATERNION], state + 3, 4);
+    copy(model.field[VELOCITY], state + 7, 3);
+    copy(model.field[ANGULAR_VELOCITY], state + 10, 3);
+    if (model.has_winches()) publish_winches(model);
+    const double still[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
+    double inertial[13], acceleration[6];
+    inertial[0] = *model.field[MASS];
+    copy(inertial + 1, model.field[CENTER_OF_MASS], 3);
+    copy(inertial + 4, model.field[INERTIA], 9);
+    copy(model.scratch.body, state, 13);
+    copy(model.scratch.tension, model.has_winches() ? model.field[CABLE_TENSION] : p.command, m);
+    cdpr::Plant<double> plant = plant_of(model);
+    plant.lines = model.lines;
+    plant.offset = still;
+    plant.inertial = inertial;
+    plant.body = model.scratch.body;
+    plant.tension = model.scratch.tension;
+    plant.length = model.field[CABLE_LENGTH];
+    plant.rate = model.field[CABLE_RATE];
+    observe(plant, acceleration);
+    copy(model.field[ACCELERATION], acceleration, 3);
+    copy(model.field[ANGULAR_ACCELERATION], acceleration + 3, 3);
+}
+
+}  // namespace fmu

@@ -1,0 +1,26 @@
+// Outputs of a platform at a state, for numbers and for their derivatives. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/platform_acceleration.hpp>
+
+#include "model.h"
+
+namespace fmu {
+
+// The platform and its cables, for the kernels.
+cdpr::Plant<double> plant_of(const Model& model);
+
+void publish_platform(Model& model);
+
+// Write lengths and rates of the cables and the acceleration (6) of the platform's origin, under tensions that are
+// known.
+template <class T> void observe(cdpr::Plant<T>& plant, T* acceleration) {
+    plant_geometry(plant);
+    apply(plant);
+    cdpr::PlatformDynamics<T> dynamics;
+    dynamics.compute(plant);
+    dynamics.balanced = false;  // the derivative along the centre of mass is that of the whole mass matrix
+    accelerate(plant, dynamics, acceleration);
+}
+
+}  // namespace fmu

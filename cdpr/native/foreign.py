@@ -1,0 +1,87 @@
+"""Operations that were compiled elsewhere, such as by numba, a C compiler or Cython, with their arguments."""
+
+from __future__ import annotations
+
+import ctypes
+import operator
+from typing import Any
+
+import numpy as np
+
+from cdpr.native.bind import Array
+from cdpr.native.library import address
+
+OPERATION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+DTYPES = np.dtype(np.float64), np.dtype(np.int64)
+
+
+class Foreign:
+    """Compiled function `int f(void *place, double time)` with its arguments; called as what `bind` returns.
+
+    `place` is the address of a struct of 8-byte members in the order of the arguments: a `double *` or `int64_t *` for
+    an array, a `double` or an `int64_t` for a number. The function must be valid as long as this object is.
+
+    Args:
+        function: Its address, or an object that has it as `address`, such as a `numba.cfunc`, and is kept alive.
+        arguments: C-contiguous arrays of float64 or int64, which stay where they are, and numbers.
+
+    Raises:
+        TypeError: The function has no address, or an argument is none of these.
+        ValueError: An array is not C-contiguous, or not aligned to 8 bytes.
+
+    Attributes:
+        operation: Address of the function.
+        place: Address of the struct.
+        words: Content of the struct.
+        arrays: The arrays among the arguments.
+
+    Example:
+        A numba function takes arrays only. The type of its first argument is that of an array of pointers:
+
+        >>> signature = int32(CPointer(CPointer(float64)), float64)
+        >>> @numba.cfunc(signature)
+        ... def halve(place, time):
+        ...     place[1][0] = 0.5 * place[0][0]
+        ...     return 0
+        >>> call = Foreign(halve, np.array([3.0]), result := np.zeros(1))
+        >>> call(), result
+        (0, array([1.5]))
+    """
+
+    def __init__(self, function: Any, *arguments: Any) -> None:
+        self.operation = _address(function)
+        self._function = function  # keeps its code in memory
+        self.arrays: tuple[Array, ...] = tuple(each for each in arguments if isinstance(each, np.ndarray))
+        self.words = np.array([_word(i, each) for i, each in enumerate(arguments)], dtype=np.int64)
+        self.place = address(self.words)
+        self._call = OPERATION(self.operation)
+
+    def __call__(self, time: float = 0.0, /) -> int:
+        """Run it at a time, s; return its status code."""
+        return int(self._call(self.place, time))
+
+
+def _address(function: Any) -> int:
+    try:
+        return operator.index(getattr(function, "address", function))
+    except TypeError:
+        kind = type(function).__name__
+        raise TypeError(
+            f"function: expected an address, or an object with an attribute `address`, got {kind}."
+        ) from None
+
+
+def _word(i: int, argument: Any) -> int:
+    """Return a member of the struct."""
+    if isinstance(argument, np.ndarray):
+        if argument.dtype not in DTYPES:
+            raise TypeError(f"argument {i}: expected an array of float64 or int64, got {argument.dtype}.")
+        if not argument.flags.c_contiguous or not argument.flags.aligned:
+            raise ValueError(f"argument {i}: expected a C-contiguous, aligned array; make one with numpy.require.")
+        return address(argument)
+    if isinstance(argument, float | np.floating):
+        return int(np.float64(argument).view(np.int64))
+    try:
+        return operator.index(argument)
+    except TypeError:
+        raise TypeError(f"argument {i}: expected an array or a number, got {type(argument).__name__}.") from None

@@ -1,0 +1,55 @@
+// Arithmetic of enclosures, for many of them. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/field.hpp>
+#include <cdpr/workspace/enclosure.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// Sums, products, multiples and largest sizes of k pairs of models c, x, y, z, r (enclosure.hpp).
+struct ModelArithmetic {
+    const double* first;   // (k, 5)
+    const double* second;  // (k, 5)
+    const double* factor;  // (k)
+    double* sum;           // (k, 5), first + second
+    double* product;       // (k, 5), first second
+    double* multiple;      // (k, 5), factor first
+    double* largest;       // (k), of the first
+    int64_t k;
+    static constexpr Field fields[] = {
+        in("first", "k", "5"),    in("second", "k", "5"),    in("factor", "k"),   out("sum", "k", "5"),
+        out("product", "k", "5"), out("multiple", "k", "5"), out("largest", "k"), size("k")};
+};
+
+inline int model_arithmetic(ModelArithmetic& pairs) {
+    for (int64_t i = 0; i < pairs.k; i++) {
+        const Model a = model(pairs.first + 5 * i), b = model(pairs.second + 5 * i);
+        store(a + b, pairs.sum + 5 * i);
+        store(a * b, pairs.product + 5 * i);
+        store(pairs.factor[i] * a, pairs.multiple + 5 * i);
+        pairs.largest[i] = a.largest();
+    }
+    return 0;
+}
+
+// Models of 1 / |v - d| in boxes with half sides h.
+struct InverseDistances {
+    const double* vector;  // (k, 3), v, m
+    const double* half;    // (k, 3), h, m
+    const double* error;   // (k), m, of each entry of v
+    double* model;         // (k, 5), r infinite where the distance may be 0
+    int64_t k;
+    static constexpr Field fields[] = {in("vector", "k", "3"), in("half", "k", "3"), in("error", "k"),
+                                       out("model", "k", "5"), size("k")};
+};
+
+inline int inverse_distances(InverseDistances& boxes) {
+    for (int64_t i = 0; i < boxes.k; i++)
+        store(inverse_distance(vector(boxes.vector + 3 * i), vector(boxes.half + 3 * i), boxes.error[i]),
+              boxes.model + 5 * i);
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

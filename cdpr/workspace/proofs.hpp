@@ -1,0 +1,69 @@
+// Proofs that the cables hold wrenches at each position of a box, or at none. SPDX-License-Identifier: Apache-2.0
+//
+// With W(d), the wrench matrix where the platform is d away from the middle of the box, enclosed (enclosure.hpp):
+//
+// - Inside (proof_inside.hpp): the tensions t(d) = t0 + T d, T = -Y dW t0, err in W(d) t(d) = w by a rest of second
+//   order. With W(d) Y = 1 + E(d), |E| < 1, there is a y with W(d) (t(d) + Y y) = w, no larger than that rest /
+//   (1 - |E|). So a wrench is held wherever t0, |T d| and |Y y| together stay within the limits.
+// - Outside (proof_outside.hpp): c(d) . w > sum max(c(d) . W_i(d) t_i) of the limits of each t_i (Farkas). c0 is normal
+//   to a facet, of which c(d) = c0 + G d keeps the cables at rest to first order: with a c that is constant each of
+//   them would add its largest tension times what W_i turns.
+//
+// The idea is that of Gouttefarde, Daney and Merlet (IEEE T-RO 27(1), 2011), who solve interval linear systems instead.
+#pragma once
+
+#include <cdpr/workspace/proof_inside.hpp>
+#include <cdpr/workspace/proof_outside.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+enum Proof { PROVED_OUTSIDE = -1, UNDECIDED = 0, PROVED_INSIDE = 1 };
+
+struct ProveBoxes {
+    PoseQuestion<double> asked;  // mode MARGIN, cables from points
+    const double* poses;         // (count, 7), of the middles
+    const double* halves;        // (count, 3), half sides, m
+    const double* wrenches;  // (wrenches, n), all of which must be held; moments divided by the characteristic length
+    const double* errors;    // (2), of lengths, m, and of the wrenches: what rounding has made of what is given
+    int64_t* proved;         // (count), a Proof
+    double* pose_space;      // work space of assess_pose
+    double* box_space;       // work space
+    int64_t* cables;         // (n + m), work space
+    int64_t* chosen;         // (m), work space
+    int64_t count;
+    int64_t wrench_count;
+    static constexpr auto fields =
+        extended(PoseQuestion<double>::fields, in("poses", "count", "7"), in("halves", "count", "3"),
+                 in("wrenches", "wrench_count", "n"), in("errors", "2"), out<int64_t>("proved", "count"),
+                 work("pose_space", PoseSpace<double>::SIZE), work("box_space", BoxSpace::SIZE),
+                 work<int64_t>("cables", "n + m"), work<int64_t>("chosen", "m"), size("count"), size("wrench_count"));
+};
+
+// Return what is proved of one box.
+inline Proof prove_box(const ProveBoxes& boxes, const Box& box, const double* pose, const double* half) {
+    if (assess_pose(box.asked, pose, box.at_middle, boxes.cables) != REGULAR) return UNDECIDED;
+    if (!box.enclose(pose, half, boxes.errors[0])) return UNDECIDED;
+    if (box.at_middle.value[0] < 0.0)
+        return proved_outside(box, boxes.wrenches, boxes.wrench_count, boxes.errors[1]) ? PROVED_OUTSIDE : UNDECIDED;
+    return proved_inside(box, boxes.wrenches, boxes.wrench_count, boxes.errors[1]) ? PROVED_INSIDE : UNDECIDED;
+}
+
+inline int prove(ProveBoxes& boxes) {
+    const PoseQuestion<double>& asked = boxes.asked;
+    if (!sound(asked) || asked.mode != MARGIN) return BAD_INPUT;
+    int64_t free = 0;
+    for (int64_t i = 0; i < asked.m; i++) free += asked.tension_min[i] < asked.tension_max[i];
+    const Box box = {asked,
+                     pose_space(boxes.pose_space, asked.n, asked.m, asked.k),
+                     box_space(boxes.box_space, asked.n, asked.m),
+                     boxes.cables,
+                     boxes.chosen,
+                     free};
+    for (int64_t b = 0; b < boxes.count; b++)
+        boxes.proved[b] = prove_box(boxes, box, boxes.poses + 7 * b, boxes.halves + 3 * b);
+    return OK;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

@@ -1,0 +1,104 @@
+"""Operations that were compiled elsewhere, and calls of bound operations on other arrays."""
+
+from __future__ import annotations
+
+import ctypes
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cdpr.native.bind import bind
+from cdpr.native.foreign import OPERATION, Foreign
+
+
+def test_a_numba_function_takes_arrays():
+    numba = pytest.importorskip("numba")
+    types = numba.types
+
+    @numba.cfunc(types.int32(types.CPointer(types.CPointer(types.float64)), types.float64))
+    def scale(place, time):
+        for i in range(3):
+            place[1][i] = time * place[0][i]
+        return 7
+
+    given, out = np.array([1.0, 2.0, 3.0]), np.zeros(3)
+    call = Foreign(scale, given, out)
+    del scale  # its code stays
+    assert call(2.0) == 7
+    np.testing.assert_array_equal(out, [2.0, 4.0, 6.0])
+    assert call() == 7
+    np.testing.assert_array_equal(out, 0.0)
+    assert call.arrays == (given, out)
+    assert call.place == call.words.ctypes.data
+
+
+def test_the_struct_holds_addresses_and_numbers():
+    seen = []
+
+    class Place(ctypes.Structure):
+        _fields_ = [("array", ctypes.c_void_p), ("number", ctypes.c_double), ("count", ctypes.c_int64)]
+
+    def look(place, time):
+        found = Place.from_address(place)
+        seen.append((found.array, found.number, found.count, time))
+        return 0
+
+    call, array = OPERATION(look), np.zeros(2)
+    address = ctypes.cast(call, ctypes.c_void_p).value
+    for function in (address, SimpleNamespace(address=address)):
+        assert Foreign(function, array, 0.5, 3)(0.25) == 0
+    assert seen == [(array.ctypes.data, 0.5, 3, 0.25)] * 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "told"),
+    [
+        ((np.zeros(3, np.float32),), TypeError, "argument 0: expected an array of float64 or int64, got float32"),
+        ((1, np.zeros((4, 4))[:, 0]), ValueError, "argument 1: expected a C-contiguous"),
+        (("text",), TypeError, "argument 0: expected an array or a number, got str"),
+    ],
+)
+def test_what_cannot_stand_in_the_struct_is_rejected(arguments, error, told):
+    with pytest.raises(error, match=told):
+        Foreign(1, *arguments)
+
+
+def test_what_has_no_address_is_rejected():
+    with pytest.raises(TypeError, match="function: expected an address"):
+        Foreign(print)
+
+
+@pytest.fixture
+def products():
+    left, right = np.eye(3), np.ones((3, 3))
+    return bind("cross_products", left=left, right=right, product=np.empty((3, 3)))
+
+
+def test_an_operation_runs_on_other_arrays(products):
+    rng = np.random.default_rng(0)
+    for _ in range(2):
+        left, right, product = rng.normal(size=(3, 3)), rng.normal(size=(3, 3)), np.empty((3, 3))
+        left.flags.writeable = False
+        assert products.on(bytes([0, 1, 2]), left, right, product) == 0
+        np.testing.assert_allclose(product, np.cross(left, right))
+    assert products() == 0  # its own are as they were
+    np.testing.assert_array_equal(products.arrays[2], np.cross(np.eye(3), np.ones((3, 3))))
+    assert products.on(bytes([2]), product) == 0
+    np.testing.assert_array_equal(product, products.arrays[2])
+
+
+def test_arrays_that_differ_are_rejected(products):
+    good, read_only = np.zeros((3, 3)), np.zeros((3, 3))
+    read_only.flags.writeable = False
+    wrong = [np.zeros((2, 3)), np.zeros(9), np.zeros((3, 3), np.float32), np.zeros((3, 3), np.int64)]
+    for bad in (*wrong, np.zeros((3, 3)).T.copy("F"), np.zeros((6, 3))[::2], "text"):
+        with pytest.raises((ValueError, BufferError, TypeError)):
+            products.on(bytes([0, 1, 2]), good, bad, good.copy())
+    with pytest.raises((ValueError, BufferError)):
+        products.on(bytes([0, 1, 2]), good, good, read_only)
+    for positions, arrays in ((b"", [good]), (bytes([3]), [good]), (bytes([9]), [good]), ("text", [good])):
+        with pytest.raises((ValueError, TypeError)):
+            products.on(positions, *arrays)
+    with pytest.raises(TypeError):
+        products.on()
