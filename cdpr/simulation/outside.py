@@ -3,28 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins.controller import Output
+from cdpr.simulation.parts import Parts
 from cdpr.simulation.program import Program
 from cdpr.tension.acts import Act
 from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import TensionStage
 
-if TYPE_CHECKING:
-    from cdpr.simulation.loop import Loop
+Stage = TensionStage | CommandStage
+
+
+class ClosedLoop(Protocol):
+    """The loop in whose steps they decide, with what its program is made of."""
+
+    parts: Parts
+    program: Program
+    stage: Stage
+    advancing: list[Act]
+    row: Array
+    tension: Array
+
+    @property
+    def count(self) -> int:
+        """Number of complete samples."""
+
+    def stage_of(self, output: Output) -> Stage:
+        """Make a stage for such an output."""
+
+    def written(self, stage: Stage) -> Array:
+        """Return where the stage reads its input."""
+
+    def through(self, stage: Stage) -> list[Act]:
+        """Return the acts that complete a sample by the stage."""
 
 
 class Outside:
     """Programs beside that of a loop, made when they are first needed."""
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: ClosedLoop) -> None:
         self._loop = loop
-        self._stages: dict[Output, TensionStage | CommandStage] = {}
+        self._stages: dict[Output, Stage] = {}
         self._made: dict[tuple[Output, bool], tuple[Array, Program]] = {}
 
     @property
@@ -55,12 +79,12 @@ class Outside:
         stage = self._stages[output]
         out = loop.written(stage)
         given = np.zeros_like(out)
-        deciding = [Act("outside", bind("copy", source=given, target=out)), *loop.through(stage)]
+        deciding = [Act("command", bind("copy", source=given, target=out)), *loop.through(stage)]
         if stage is not loop.stage:
             before = [] if first else self._following(stage)
             deciding = [*before, *deciding, *self._following(loop.stage)]
         return given, Program(deciding, loop.advancing, loop.row, loop.parts.control_step, loop.program)
 
-    def _following(self, stage: TensionStage | CommandStage) -> list[Act]:
+    def _following(self, stage: Stage) -> list[Act]:
         """Let a stage take the present tensions, which another one chose, for its answer of the step before."""
-        return [Act("outside", bind("copy", source=self._loop.tension, target=answer)) for answer in stage.arrays]
+        return [Act("command", bind("copy", source=self._loop.tension, target=answer)) for answer in stage.arrays]

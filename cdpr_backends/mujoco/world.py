@@ -55,13 +55,14 @@ class World:
         guide, data = self.frame.guide, self.data
         if guide is None:
             mujoco.mj_resetData(self.model, data)
-            data.qpos[:], data.qvel[:] = body[:7], [*body[7:10], *along_body(body)]
+            # Legs have joints of their own after these.
+            data.qpos[:7], data.qvel[:6] = body[:7], [*body[7:10], *along_body(body)]
         else:
             self._home[:] = body[:3] * (1.0 - guide.packed[:3])
             self.model.body_pos[PLATFORM] = self._home
             mujoco.mj_resetData(self.model, data)
             if guide.spherical:
-                data.qpos[:], data.qvel[:] = body[3:7], along_body(body)
+                data.qpos[:4], data.qvel[:3] = body[3:7], along_body(body)
             else:
                 data.qpos[:], data.qvel[:] = guide.coordinates(body, self._home)
 
@@ -69,9 +70,9 @@ class World:
         """Return the operation that reads the body state into `body` (13,)."""
         guide, data = self.frame.guide, self.data
         if guide is None:
-            return bind("mujoco_free_state", coordinates=data.qpos, rates=data.qvel, body=body)
+            return bind("mujoco_free_state", coordinates=data.qpos[:7], rates=data.qvel[:6], body=body)
         if guide.spherical:
-            return bind("mujoco_ball_state", home=self._home, coordinates=data.qpos, rates=data.qvel, body=body)
+            return bind("mujoco_ball_state", home=self._home, coordinates=data.qpos[:4], rates=data.qvel[:3], body=body)
         joints = {"coordinate": data.qpos, "rate": data.qvel}
         return bind("guide_state", guide=guide.packed, rows=guide.rows, home=self._home, **joints, body=body)
 

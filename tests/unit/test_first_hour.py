@@ -240,7 +240,7 @@ def test_the_doctor_looks_at_all(examined):
     assert names["versions", "cdpr"].text.startswith(cdpr.__version__)
     assert names["libraries", "numpy"].text == np.__version__
     assert all(one.remedy for one in examined if one.state == "missing" and one.group != "tools")
-    assert {name for group, name in names if group == "folders"} == {"kernel cache", "temporary", "home", "here"}
+    assert {name for group, name in names if group == "folders"} == {"temporary", "home", "here"}
     library = names["kernels", "library"].text
     assert native.__file__ in library
     assert f"built by {native.compiler}" in library

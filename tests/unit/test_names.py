@@ -86,6 +86,12 @@ OTHERS = [
     Other("point", "cdpr.formats.read.caspr_splines", "an element of CASPR"),
     Other("point", "cdpr.workspace", "a function"),
     Other("point", "cdpr.workspace.required", "the name of its argument"),
+    Other("limits", "cdpr.distribution.batch", "the name of an operation's argument"),
+    Other("limits", "cdpr.mechanics.reach", "the name of an operation's argument"),
+    Other("limits", "cdpr.tension", "the name of an operation's argument"),
+    Other("point", "cdpr.tension.active_set", "the name of an operation's argument"),
+    Other("target", "cdpr.tension.row_space", "the name of an operation's argument"),
+    Other("limits", "cdpr_controllers.cable_length", "the name of an operation's argument"),
     Other("ideal", "cdpr.model.robot", "the constant for a robot that names no cable model, below the table"),
     Other("ideal", "cdpr.compare.engines", "the constant for a backend that declares no cables of its own"),
 ]
