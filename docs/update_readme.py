@@ -57,7 +57,6 @@ def figure_table() -> str:
         f"| `cdpr --help` | {startup['help']:.2f} s CPU |",
         f"| `cdpr run`, 2 s on `reference`, without report | {startup['run']:.2f} s CPU |",
         f"| the same with report | {startup['run_report']:.2f} s CPU |",
-        f"| compiling the kernels, once for an installation | {startup['compile'] - startup['cached']:.1f} s CPU |",
     ]
     return "\n".join(lines)
 
