@@ -19,7 +19,7 @@ from cdpr.defaults import SOLVER
 from cdpr.distribution.batch import Batch, Rows
 from cdpr.distribution.single import distribute_single
 from cdpr.distribution.status_array import StatusArray
-from cdpr.errors import CdprError
+from cdpr.errors import CdprError, PluginError
 from cdpr.mechanics import dynamics
 from cdpr.model import Robot
 from cdpr.model.arrays import checked, real
@@ -105,6 +105,7 @@ def distribute(
         if one is not None:
             tension, (code, *figures) = one
             rest: tuple[Any, ...] = tuple(map(np.float64, figures))
+            _check_statuses(np.array([code]), solver)
             return Distribution(tension, Status(int(code)), *rest)
     chosen, respects_bounds = _solver(robot, solver, options)
     pose = _rows(poses, 7, "poses")
@@ -137,8 +138,17 @@ def distribute(
         with _USED:
             _row_by_row(task)
     status, residual, margin, at_limit = task.report.T
+    _check_statuses(status, solver)
     columns: tuple[Any, ...] = (task.tension, StatusArray(status), residual, margin, at_limit)
     return Distribution(*(column[0] if single else column for column in columns))
+
+
+def _check_statuses(codes: Array, solver: object) -> None:
+    """Raise PluginError where a compiled solver returned a code that is no status."""
+    unknown = codes[~np.isin(codes, list(Status))]
+    if len(unknown):
+        name = solver if isinstance(solver, str) else type(solver).__name__
+        raise PluginError(f"solver '{name}' returned {unknown[0]:g}, which is no cdpr.tension.Status")
 
 
 def check_robot(robot: object) -> None:

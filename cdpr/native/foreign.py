@@ -11,7 +11,9 @@ import numpy as np
 from cdpr.native.bind import Array
 from cdpr.native.library import address
 
-OPERATION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+# Keeps the lock of Python: the arrays of one object serve one call at a time.
+OPERATION = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+LOWEST_ADDRESS = 4096  # systems map no code below
 DTYPES = np.dtype(np.float64), np.dtype(np.int64)
 
 
@@ -63,12 +65,15 @@ class Foreign:
 
 def _address(function: Any) -> int:
     try:
-        return operator.index(getattr(function, "address", function))
+        found = operator.index(getattr(function, "address", function))
     except TypeError:
         kind = type(function).__name__
         raise TypeError(
             f"function: expected an address, or an object with an attribute `address`, got {kind}."
         ) from None
+    if found < LOWEST_ADDRESS:
+        raise ValueError(f"function: expected the address of a function, got {found}.")
+    return found
 
 
 def _word(i: int, argument: Any) -> int:

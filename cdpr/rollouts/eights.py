@@ -31,6 +31,8 @@ WORTHWHILE = 3  # cases: fewer are as fast alone
 # Cases that come not even so far together, in samples, go on alone as far, then ever further up to the longest.
 SOON, LONGEST = 16, 1024
 
+EXIT_KIND = slice(6, 7)  # column of the tables of cables, `cdpr/native/include/cdpr/line.hpp`
+
 Words = NDArray[np.int64]
 
 
@@ -97,7 +99,8 @@ class Eights:
         """Return addresses of the arrays of a case, then the structs of its acts, as the recipe says."""
         bound = _bounds(case)
         moved = np.array([array.ctypes.data for array in _memory(case)])
-        return np.concatenate([moved, *(_words(bound[at]) for at in self._wide if at < len(bound))])
+        wide = (bound[at] for at in self._wide if at < len(bound))
+        return np.concatenate([moved, *(_words(found) for found in wide if found is not None)])
 
     def _fits(self, case: Case, words: Words) -> bool:
         """Return whether a case is made like the one that this was made of."""
@@ -108,6 +111,9 @@ class Eights:
         if any(_name(pairs[at][0]) != _name(pairs[at][1]) for at in self._wide):
             return False
         shared = [[_native(each).given[name] for each in pairs[at]] for at, name in recipe.shared]
+        # Kernels take the kind of an exit from the first lane.
+        lined = [at for at in self._wide if "lines" in _native(self._bound[at]).given]
+        shared += [[_native(each).given["lines"][:, EXIT_KIND] for each in pairs[at]] for at in lined]
         return (
             np.array_equal(words[recipe.fixed], mine[recipe.fixed])
             and all(words[word] - offset == _address(words, recipe.roots[root]) for word, root, offset in recipe.again)

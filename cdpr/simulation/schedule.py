@@ -128,7 +128,7 @@ class Schedule:
         return self._due[0] if self._due else NEVER
 
     def warm_up(self) -> None:
-        """Call what only events need, so that it does not compile in the loop."""
+        """Call what only events need once."""
         if self._due:
             self._stage.impose()
             self._write_loads(0)

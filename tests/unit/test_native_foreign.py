@@ -8,8 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import cdpr
 from cdpr.native.bind import bind
 from cdpr.native.foreign import OPERATION, Foreign
+from cdpr.plugins import CompiledSolver
 
 
 def test_a_numba_function_takes_arrays():
@@ -61,7 +63,7 @@ def test_the_struct_holds_addresses_and_numbers():
 )
 def test_what_cannot_stand_in_the_struct_is_rejected(arguments, error, told):
     with pytest.raises(error, match=told):
-        Foreign(1, *arguments)
+        Foreign(1 << 20, *arguments)
 
 
 def test_what_has_no_address_is_rejected():
@@ -102,3 +104,22 @@ def test_arrays_that_differ_are_rejected(products):
             products.on(positions, *arrays)
     with pytest.raises(TypeError):
         products.on()
+
+
+@pytest.mark.parametrize("address", [0, 1, 2, -1])
+def test_an_address_below_all_code_is_an_error(address):
+    with pytest.raises(ValueError, match="expected the address of a function"):
+        Foreign(address)
+
+
+def test_a_code_that_is_no_status_is_an_error_in_distributions():
+    function = OPERATION(lambda place, time: 42)
+
+    class Wrong(CompiledSolver):
+        def __init__(self, robot, options):
+            super().__init__(robot, options, ctypes.cast(function, ctypes.c_void_p).value)
+
+    robot = cdpr.load_robot("caroca")
+    poses = np.repeat(robot.home[None], 3, axis=0)
+    with pytest.raises(cdpr.PluginError, match="returned 42, which is no"):
+        cdpr.distribute(robot, poses, solver=Wrong(robot, None))

@@ -170,3 +170,28 @@ def test_parts_without_lanes_are_done_for_each_case(name, both):
     one, other, far = both(name, ALONE[name], **{"simulation.duration": 0.2})
     assert far == [(0, 200)]
     assert_same(one, other)
+
+
+BROKEN = [{"type": "cable_break", "cable": "cable_1", "time": 0.05}]
+
+
+@pytest.mark.parametrize("events", [[[], BROKEN] * 2, [BROKEN, []] * 2])
+def test_cases_with_other_events_go_alone(events, both):
+    one, other, _ = both("caroca", {"events": events}, 4, **{"simulation.duration": 0.1})
+    assert one.counts == {"finished": 4}
+    assert_same(one, other)
+
+
+def test_exits_of_different_kinds_do_not_share_lanes(both):
+    robot = cdpr.load_robot(SCENARIOS / "robots" / "cogiro_pulleys.yaml")
+    pulley = {"type": "pulley", "radius": 0.1, "axis": [0.0, 0.0, 1.0]}
+
+    def cables(*over_pulleys):
+        rows = [{"frame": row[:3], "platform": row[3:]} for row in robot.anchors.tolist()]
+        return [{**row, "exit": pulley} if i in over_pulleys else row for i, row in enumerate(rows)]
+
+    vary = {"robot.cables": [cables(1), cables(0, 1), cables(0, 1), cables(1)]}
+    without = {"robot.cable": {}, "simulation.duration": 0.1}
+    one, other, _ = both("cogiro_pulleys", vary, 4, **without)
+    assert one.counts == {"finished": 4}
+    assert_same(one, other)
