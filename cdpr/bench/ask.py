@@ -20,7 +20,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.tension import Status
 
-FIRST_CALLS = 10  # not timed: they compile, import and fill caches
+FIRST_CALLS = 10  # not timed: they import and fill caches
 PINV_EVERY = 10  # calls between two of numpy's pinv, so that both see the same machine
 
 

@@ -131,8 +131,9 @@ class Winch(Part):
     """Turns a command into a tension or a motion.
 
     Its kernel is a struct of templates over the number type T (`cdpr/cables/drum/drum.hpp`). `held(numbers, command,
-    swing)`: tension, N, and mass, kg, of a cable whose length would change by `swing`, m/s^2, if the platform did not
-    accelerate. `turn(numbers, command, tension)`: change of the speed of a winch that pulls with `tension`.
+    rate, length_acceleration)`: tension, N, and mass, kg, of a cable whose length changes by `rate`, m/s, and would by
+    `length_acceleration`, m/s^2, if the platform did not accelerate. `drum_acceleration(numbers, command, tension,
+    speed)`: change of the speed of a winch that pulls with `tension`.
 
     Attributes:
         immediate: whether its tension is the command, whatever else happens.

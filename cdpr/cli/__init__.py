@@ -168,7 +168,7 @@ def _leave_all_as_it_is() -> None:
     That would also write what is left in files that a plugin has not closed: it is written here.
     """
     kinds = {io.TextIOWrapper, io.BufferedWriter, io.BufferedRandom}
-    for each in [each for each in gc.get_objects() if type(each) in kinds]:  # a million where kernels were compiled
+    for each in [each for each in gc.get_objects() if type(each) in kinds]:
         with contextlib.suppress(OSError, ValueError):
             each.flush()
     gc.freeze()

@@ -49,7 +49,7 @@ class Progress:
         now = monotonic()
         if self._known is None:
             self._known = done
-        elif self._first is None and done > self._known:  # from here on all is imported and compiled
+        elif self._first is None and done > self._known:  # from here on all is imported
             self._first = (now, done)
         if now < self._due:
             return

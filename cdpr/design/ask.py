@@ -55,7 +55,7 @@ class Evaluations:
         self._most = design.section.optimizer.evaluations
         self._lock, self._pool = Lock(), ThreadPoolExecutor(jobs, "cdpr-design")
         self._known = len(folder.rows)
-        self.rows = [self._one(0, None)]  # alone: what must be compiled is compiled once
+        self.rows = [self._one(0, None)]
 
     def close(self) -> None:
         """Wait for what is under way; begin nothing more."""

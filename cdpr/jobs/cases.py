@@ -10,7 +10,7 @@ from cdpr.errors import ExitCode
 from cdpr.plugins.classes import PluginFile
 from cdpr.plugins.registry import plugin_files
 
-BEGUN = "begun"  # said once a case: imported, compiled and built, the run begins
+BEGUN = "begun"  # said once a case: imported and built, the run begins
 
 
 @dataclass(frozen=True)

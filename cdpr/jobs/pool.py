@@ -22,7 +22,7 @@ from cdpr.processes import ended
 
 __all__ = ["TICK", "Case", "Executor", "Outcome", "Worker", "ready", "run_cases", "wait"]
 
-STARTING = 120.0  # s that a case may take, beyond its own limit, to import, compile and build before it begins
+STARTING = 120.0  # s that a case may take, beyond its own limit, to import and build before it begins
 TICK = 0.5  # s between two looks whether a worker lives and is in time
 PIPE = 65536  # bytes that a pipe holds
 TAIL = 16384  # bytes kept of what a worker printed

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from cdpr.mechanics import forward_kinematics as forward_kinematics
     from cdpr.mechanics import kinematics as kinematics
     from cdpr.mechanics import properties as properties
-else:  # most of the modules compile
+else:  # loaded when first used
     from cdpr.lazy import lazily
 
     __getattr__ = lazily(__name__)

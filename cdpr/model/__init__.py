@@ -29,7 +29,7 @@ from cdpr.model.shapes import Box, Cylinder, Frame, Mesh, Sphere
 
 if TYPE_CHECKING:
     from cdpr.model import rotations as rotations
-else:  # most of the modules compile
+else:  # loaded when first used
     from cdpr.lazy import lazily
 
     __getattr__ = lazily(__name__)

@@ -56,9 +56,6 @@ class CommandStage:
     def forget(self) -> None:
         """Do nothing: there are no answers to forget."""
 
-    def follow(self) -> None:
-        """Do nothing: what comes next depends on no answer."""
-
     def snapshot(self) -> object:
         """Return what future answers depend on beside limits and held cables: nothing."""
         return None

@@ -166,10 +166,6 @@ class TensionStage:
         """Forget all answers."""
         self._answer[:] = np.nan
 
-    def follow(self) -> None:
-        """Take the present tensions, which somebody else chose, for its answer of the step before."""
-        self._answer[:] = self.live.tension
-
     @property
     def arrays(self) -> tuple[Array, ...]:
         """The answer before."""

@@ -80,7 +80,7 @@ def around(robot: File, plugins: Registry) -> File:
         pass  # the form tells
     else:
         if made.home is None:
-            from cdpr.mechanics.properties import home_pose  # takes long, for it compiles
+            from cdpr.mechanics.properties import home_pose  # loads much
 
             data["initial"] = {"position": [float(part) for part in home_pose(made)[0][:3]]}
     options = plugins.get("controller", defaults.CONTROLLER).info.options()
