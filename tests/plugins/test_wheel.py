@@ -88,15 +88,16 @@ def test_the_examples_of_the_wheel_are_those_of_the_tree(python, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_wheel_holds_all_c(python):
+def test_the_wheel_holds_all_sources_of_fmus(python):
     """Without which no FMU can be exported."""
-    of_tree = c_files(ROOT)
+    of_tree = sources(ROOT)
     assert len(of_tree) > 20
-    assert {path for path in c_files(python[1]) if "examples" not in path.parts} == of_tree
+    assert sources(python[1]) == of_tree
 
 
-def c_files(root):
-    return {path.relative_to(root) for path in (root / "cdpr").rglob("*") if path.suffix in (".c", ".h")}
+def sources(root):
+    suffixes = (".c", ".cpp", ".h", ".hpp")
+    return {path.relative_to(root) for path in (root / "cdpr" / "fmu").rglob("*") if path.suffix in suffixes}
 
 
 @pytest.mark.slow

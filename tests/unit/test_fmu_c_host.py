@@ -108,7 +108,11 @@ def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):
     [
         (
             "caroca",
-            [(" mass 2 1 ", " mass 9999 1 "), (" mass 2 1 ", " mass 2 99999 "), ("parameter mass", "nothing mass")],
+            [
+                (" mass kg 2 1 ", " mass kg 9999 1 "),
+                (" mass kg 2 1 ", " mass kg 2 99999 "),
+                ("parameter mass", "nothing mass"),
+            ],
         ),
         (
             "mixed",
@@ -118,7 +122,7 @@ def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):
                 ("chains memory 152 3ff", "chains memory 152 7ff"),
             ],
         ),
-        ("mixed", [("\n0 1 0 0 ", "\n0 99999 0 0 "), ("lines memory", "lines memory 9")]),
+        ("mixed", [("\n18 3 0 0 ", "\n18 99999 0 0 "), ("lines memory", "lines memory 9")]),
     ],
 )
 @pytest.mark.usual("mixed-more1")
