@@ -25,10 +25,10 @@ using Field = cdpr_field;
 
 struct Lanes;  // lanes.hpp
 
-template <class T> constexpr const char* array_type = nullptr;
-template <> constexpr const char* array_type<double> = "double*";
-template <> constexpr const char* array_type<int64_t> = "int64*";
-template <> constexpr const char* array_type<Lanes> = "lanes*";
+template <class T> inline constexpr const char* array_type = nullptr;
+template <> inline constexpr const char* array_type<double> = "double*";
+template <> inline constexpr const char* array_type<int64_t> = "int64*";
+template <> inline constexpr const char* array_type<Lanes> = "lanes*";
 
 // Array that is read: the member is `const T*`. Dimensions are sizes, integers or sums of products of them, or a size
 // with its least value, such as "w >= 6".
