@@ -22,7 +22,7 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import Registered, registry
 
 KEPT = 16  # robots and solvers whose operations stay bound
-SIMPLE = str, int, float, bool  # options that are told apart by how they print
+SIMPLE = str, int, float, bool  # types of options whose text is unique
 
 _idle: dict[tuple[int, str, str], Single] = {}  # a thread takes one out as long as it uses it
 _lock = Lock()

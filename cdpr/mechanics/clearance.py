@@ -36,7 +36,7 @@ from cdpr.native.bind import bind
 # An anchor so near to the surface of its platform, m, is on it: less than cables are thick, more than files are round.
 ON_SURFACE = 1e-5
 
-# What counts of a pair of cables, as in clearance.hpp.
+# Distances that count for a pair of cables, as in clearance.hpp.
 APART, SHARED, SAME = range(3)
 
 # Radius of a cable that is broken: whatever it is near to is infinitely far from it.
@@ -44,7 +44,7 @@ GONE = -math.inf
 
 
 class Bodies(NamedTuple):
-    """What may touch, as operations of the kernel library take it (clearance.hpp)."""
+    """Bodies and pairs that may touch, as operations of the kernel library take them (clearance.hpp)."""
 
     lines: Array  # (m, w), as of `cdpr.cables.tables.line_table`
     radius: Array  # (m,), m; GONE of a cable that is broken

@@ -183,7 +183,7 @@ class Reach:
         return found == 1
 
     def _about(self) -> dict[str, Array]:
-        """What operations are told of the limits (reach.hpp)."""
+        """The limits as operations take them (reach.hpp)."""
         return {
             "time": self._time,
             "kinds": self._kinds,

@@ -190,7 +190,7 @@ class CompiledSolver(TensionSolver):
 
     @cached_property
     def _on(self) -> tuple[Callable[..., int], bytes] | None:
-        """What calls it on given arrays, and the positions of their addresses in its struct."""
+        """A call on given arrays, and the positions of their addresses in its struct."""
         call, arrays = self._alone
         if isinstance(call, Foreign):
             return None

@@ -28,7 +28,7 @@ REGULAR, LACKS_RANK, NOT_FINITE = range(3)
 
 
 class PoseQuestion(NamedTuple):
-    """What is asked about all poses, as arguments of the operations `assess` and `prove` (assess.hpp).
+    """The question about all poses, as arguments of the operations `assess` and `prove` (assess.hpp).
 
     Attributes:
         lines: (m, w), as of `cdpr.cables.tables.line_table`.

@@ -100,7 +100,7 @@ class BulletBackend(RigidBodyBackend):
 
 
 class Plant:
-    """What Bullet moves: the numbers that go in and come out lie in arrays, so that our part is compiled.
+    """The body that Bullet moves. Its inputs and outputs lie in arrays, so that our part is compiled.
 
     Attributes:
         home: (3,) where a guided platform's joints are, world.

@@ -75,7 +75,7 @@ CROSSES = {
     "macos-aarch64": Cross("", "aarch64-darwin", "aarch64-macos", ".dylib"),
 }
 
-# What there can be binaries for: the platform of the exporter, and those above.
+# Platforms for binaries: that of the exporter, and those above.
 PLATFORMS = (NATIVE, *CROSSES)
 
 

@@ -261,7 +261,7 @@ class Controller(Model):
         return self.control.sources()
 
     def program(self) -> Program:
-        """What controller and solver do."""
+        """The decisions of controller and solver."""
         program = self.control.copied()
         add_lines(program, self.robot)
         return program

@@ -82,7 +82,7 @@ class Call:
 
 @dataclass(eq=False)
 class Program:
-    """What an FMU has beside its variables.
+    """Contents of an FMU beside its variables.
 
     Attributes:
         arrays, links: As said there.
