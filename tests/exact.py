@@ -7,14 +7,14 @@ from math import isqrt
 
 import numpy as np
 
-DIGITS = 10**40  # square roots are known to one part of it
+GUARD_BITS = 110  # a square root has at least so many bits, 33 digits
 
 
 def root(square: Fraction) -> tuple[Fraction, Fraction]:
-    """Return numbers below and above a square root, both above 0 where it is."""
-    scaled = square.numerator * DIGITS * DIGITS // square.denominator
-    low = isqrt(scaled)
-    return Fraction(low, DIGITS), Fraction(low + 1, DIGITS)
+    """Return numbers below and above a square root, both above 0 where it is, with more than 32 digits in common."""
+    shift = GUARD_BITS + max(0, square.denominator.bit_length() - square.numerator.bit_length()) // 2
+    low = isqrt((square.numerator << 2 * shift) // square.denominator)
+    return Fraction(low, 1 << shift), Fraction(low + 1, 1 << shift)
 
 
 def turned(q, vector):

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import exact
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cdpr.workspace import enclosure
@@ -44,6 +44,7 @@ def test_sums_products_and_multiples(a, b, place, other):
     PLACES,
     st.sampled_from([0.0, 1e-13, 1e-3]),
 )
+@example(v=(0.0, 0.0, 8.4e-84), h=(0.0, 0.0, 0.0), place=(-1.0, -1.0, -1.0, -1.0), error=0.0)
 def test_inverse_distances(v, h, place, error):
     (model,) = enclosure.inverse_distance([v], [h], [error])
     off = [Fraction(error) * sign for sign in (1, -1, 1)]
