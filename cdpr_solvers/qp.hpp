@@ -242,7 +242,7 @@ CDPR_INLINE Mask unhindered(const MinimumNorm<Lanes>& p) {
 inline void minimum_norm_alone(MinimumNorm<Lanes>& eight, int lane) {
     const int64_t n = eight.n, m = eight.m;
     Space space = {doubles(eight.factors), lane};
-    double status;
+    double status = OK;
     double* factors = space.reserve((n + 5) * (n + m));
     MinimumNorm<double> one = {space.copied(eight.matrix, n * m),
                                space.copied(eight.wrench, n),

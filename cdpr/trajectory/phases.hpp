@@ -50,7 +50,7 @@ inline void Phases::add(double time, double s, double v, double a, double jerk) 
 inline void Phases::add_ramp(double s, double begin, double end, double acceleration, double jerk) {
     const double change = absolute(end - begin), sign = end > begin ? 1.0 : -1.0;
     if (change == 0.0) return;
-    double steady = 0.0, rise;
+    double steady = 0.0, rise = 0.0;
     if (change * jerk >= acceleration * acceleration) {
         rise = acceleration / jerk;
         steady = larger(change / acceleration - rise, 0.0);

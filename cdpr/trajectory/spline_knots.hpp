@@ -68,7 +68,7 @@ inline void fill(const double* way, const double* size, int64_t first, int64_t l
     place = begin;
     for (int64_t i = 1; i < count; i++) {
         const double wanted = total * double(i) / double(count);
-        double across;
+        double across = 0.0;
         for (;;) {
             across = 0.5 * (size[k] + size[k + 1]);
             const double left = (way[k + 1] - place) / across;

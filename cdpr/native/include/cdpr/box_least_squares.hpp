@@ -127,7 +127,7 @@ CDPR_INLINE double write_residual(const BoxLeastSquares& p, const FreeCables& f)
 // The cable that enters, -1: none, and whether the solution is then the only one.
 struct Entering {
     int64_t cable;
-    bool unique;
+    bool unique = false;
 };
 
 // Choose the cable at a limit whose pull lessens the residual most.
@@ -269,7 +269,7 @@ inline int64_t lessen(const BoxLeastSquares& p) {
 inline int64_t find(const BoxLeastSquares& p) {
     for (int64_t i = 0; i < p.m; i++)
         if (p.tension_min[i] == -INFINITE) return -UNSUPPORTED;
-    bool unique;
+    bool unique = false;
     const int64_t steps = nearest_wrench(p, unique);
     return steps < 0 || unique ? steps : steps + lessen(p);
 }

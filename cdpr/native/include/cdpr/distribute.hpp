@@ -30,7 +30,7 @@ template <class Solver> inline int distribute(Solver& solver) {
 template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight, int lane) {
     const int64_t n = eight.n, m = eight.m;
     Space space = {doubles(eight.factors), lane};
-    double status;
+    double status = OK;
     double* factors = space.reserve((n + 5) * (n + m));
     TensionProblem<double> one = {space.copied(eight.matrix, n * m),
                                   space.copied(eight.wrench, n),

@@ -34,7 +34,7 @@ struct NullSpaceForm {
 // Write the form; return OK, INFEASIBLE where no tensions at all exert the wrench, NOT_FOUND where they are larger than
 // numbers can be, or BAD_INPUT.
 inline int null_space_form(NullSpaceForm& p) {
-    double status;
+    double status = OK;
     const TensionProblem<double> problem = {p.matrix, p.wrench, p.tension_min, p.tension_max, p.center, &status,
                                             p.basis,  p.box,    p.factors,     p.n,           p.m};
     const int64_t r = reduce(problem);
