@@ -10,10 +10,10 @@ import numpy as np
 from cdpr.cables.tables import line_table
 from cdpr.errors import CdprError
 from cdpr.fmu.export import Control
-from cdpr.fmu.export.program import ANSWER, FINITE, IGNORED, Call, Link, Program, Translation
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.native.own import Own
+from cdpr.native.program import ANSWER, FINITE, IGNORED, Call, Link, Program, Translation
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from cdpr.fmu.export.operations import TABLE, Entry, headers_of, table
-from cdpr.fmu.export.program import Program
 from cdpr.fmu.export.variables import Variable, entrance, parameter
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.entries import TABLE, headers_of, own_entries, table
 from cdpr.native.own import Own
+from cdpr.native.program import Program
 
 # The desired motion: name, numbers, unit, text; together the 19 of `cdpr.model`.
 DESIRED = (
@@ -46,8 +46,7 @@ class Control:
 
     def sources(self) -> dict[str, bytes]:
         """Return the C++ file that lists the operations, and the headers of the kernel library that it includes."""
-        headers = {f"own/{own.header.name}": own.header.read_bytes() for own in self.own.values()}
-        entries = {name: Entry(f"own/{own.header.name}", own.arguments) for name, own in self.own.items()}
+        headers, entries = own_entries(self.own)
         listed = table(self.program.names, entries)
         found = headers_of(content.decode() for content in (listed, *headers.values()))
         return {TABLE: listed, **headers, **found}
@@ -55,7 +54,7 @@ class Control:
     def copied(self) -> Program:
         """Return the program, for more arrays and links."""
         program = self.program
-        return Program([*program.arrays], [*program.links], [*program.lines], [*program.names])
+        return Program([*program.arrays], [*program.links], [*program.operations])
 
     def inputs(self) -> list[Variable]:
         """Return the desired motion."""

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
+import struct
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+import numpy as np
+
 from cdpr.fmu.export.parts import width_of
-from cdpr.fmu.export.program import number, words_of
 from cdpr.fmu.export.variables import Model, Variable
+from cdpr.native.program import Array, Operation
 from cdpr.units import BASE_UNITS, si
 
 # Names the library, thus the same for all robots: the binary is generic.
@@ -39,27 +42,48 @@ STOP_TIME = 1.0
 def configuration(model: Model, token: str) -> str:
     """Return resources/plant.cfg; source/config.cpp explains the format."""
     variables, program = model.variables(), model.program()
-    stored = [(array, words_of(array.content)) for array in program.arrays]
+    stored = [(array, _words_of(array.content)) for array in program.arrays]
     work = sum(len(words) for array, words in stored if array.kind == "work")
     numbers = sum(len(words) for _, words in stored) - work
     lines = [
         f"cdpr-plant 2 token {token} cables {model.robot.m} width {width_of(model.robot)} variables {len(variables)} "
         f"numbers {sum(variable.size for variable in variables)} arrays {len(stored)} {numbers} {work} "
-        f"links {len(program.links)} operations {len(program.lines)}"
+        f"links {len(program.links)} operations {len(program.operations)}"
     ]
     places = {}
     for reference, variable in _referenced(variables):
         places[variable.name] = reference
         fixed = variable.causality == "parameter" and not variable.tunable
         role = "fixed" if fixed else variable.causality
-        bits = map(number, variable.values)
+        bits = map(_number, variable.values)
         lines.append(" ".join([role, variable.name, variable.unit or "-", str(reference), str(variable.size), *bits]))
     for array, words in stored:
         lines.append(" ".join([array.name, array.kind, str(len(words)), *(words if array.kind != "work" else ())]))
     for link in program.links:
         source, flags = places[link.variable] + link.first, (int(link.positive), int(link.per_step))
         lines.append(" ".join(map(str, [source, link.size, link.array, link.to, *flags])))
-    return "\n".join([*lines, *program.lines]) + "\n"
+    return "\n".join([*lines, *map(_operation_line, program.operations)]) + "\n"
+
+
+def _operation_line(operation: Operation) -> str:
+    texts = [
+        f"value {member.value:016x}" if member.array is None else f"array {member.array} {member.value}"
+        for member in operation.members
+    ]
+    head = [operation.name, int(operation.in_order), operation.vital, operation.skip, operation.repair, len(texts)]
+    return " ".join([*map(str, head), *texts])
+
+
+def _words_of(content: Array) -> list[str]:
+    """Return the numbers of an array as config.cpp reads them."""
+    if content.dtype == np.int64:
+        return [f"{value:016x}" for value in np.ravel(content).view(np.uint64).tolist()]
+    return [_number(value) for value in np.ravel(content).tolist()]
+
+
+def _number(value: float) -> str:
+    """Return the bits of a number as hexadecimal digits."""
+    return f"{struct.unpack('>Q', struct.pack('>d', value))[0]:016x}"
 
 
 def model_description(model: Model, variables: Sequence[Variable], token: str, fmi: int) -> bytes:

@@ -22,7 +22,7 @@ from cdpr import ownership
 from cdpr.checksums import checksum
 from cdpr.errors import OutputError, PluginError
 from cdpr.fmu.export.description import IDENTIFIER
-from cdpr.fmu.export.operations import TABLE, headers_of, table
+from cdpr.native.entries import TABLE, headers_of, table
 from cdpr.user_cache import user_cache
 
 SOURCE = Path(__file__).parent / "source"

@@ -13,13 +13,13 @@ from cdpr.cables.chain import Chain
 from cdpr.errors import CdprError
 from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.parts import add_chains, add_lines, numbers_of
-from cdpr.fmu.export.program import Program
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
 from cdpr.mechanics.guide import Guide
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.program import Program
 
 COMMAND = "tension that the motor of each winch would hold at rest"
 DRUM_SPEED = "speed of each drum, positive where it winds in"

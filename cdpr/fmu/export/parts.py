@@ -8,8 +8,8 @@ from cdpr.cables import chain_of
 from cdpr.cables.chain import Number, Part
 from cdpr.cables.tables import chain_table, line_table
 from cdpr.errors import CdprError
-from cdpr.fmu.export.program import Link, Program
 from cdpr.model import Robot
+from cdpr.native.program import Link, Program
 
 # Places in a row of `chains`, `cdpr/native/include/cdpr/chain.hpp`.
 WINCH, SPAN, CHAIN_WIDTH = 3, 11, 19

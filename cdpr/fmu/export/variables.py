@@ -10,9 +10,9 @@ from typing import Literal
 
 import numpy as np
 
-from cdpr.fmu.export.program import Program
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.program import Program
 
 Causality = Literal["independent", "parameter", "input", "output", "constant"]
 

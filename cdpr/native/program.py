@@ -1,30 +1,31 @@
-"""Arrays and compiled operations of an exported FMU, and the variables that go into the arrays."""
+"""Exported program: arrays, and the compiled operations that work on them, for FMUs and real-time controllers."""
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cdpr.model.robot import Array
 from cdpr.native.operations import operations
+
+Array = NDArray[Any]
 
 Kind = Literal["constant", "memory", "work"]
 
-# Meanings of a status other than 0, numbered as in source/model.h.
+# Meanings of a status other than 0, numbered as in cdpr/calls.hpp.
 IGNORED, ANSWER, FINITE = range(3)
 
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """An array of the FMU.
+    """An array of the program.
 
     Attributes:
         name: By which its code finds it; "-" for none.
-        kind: `memory` is part of the FMU's state, `work` scratch space.
+        kind: `memory` is part of the state, `work` scratch space.
         content: At the start, float64 or int64.
     """
 
@@ -35,7 +36,7 @@ class Stored:
 
 @dataclass(frozen=True)
 class Link:
-    """Numbers of a variable that are also in an array.
+    """Numbers of an FMU's variable that are also in an array.
 
     Attributes:
         variable: Its name.
@@ -64,8 +65,8 @@ class Call:
         bound: The bound operation.
         vital: What a status other than 0 means, one of the constants.
         skip: How many of the calls that follow are skipped then.
-        repair: Bound operation that is called then with the status; if it returns 0 the FMU goes on.
-        entry: Name of the operation in the FMU; that in the kernel library unless given.
+        repair: Bound operation that is called then with the status; if it returns 0 the program continues.
+        entry: Name of the operation in the program; that in the kernel library unless given.
     """
 
     bound: Any
@@ -80,20 +81,59 @@ class Call:
         return self.entry or operation_name(self.bound)
 
 
-@dataclass(eq=False)
-class Program:
-    """Contents of an FMU beside its variables.
+class Member(NamedTuple):
+    """A member of an operation's struct: the address of an array's element, or a number.
 
     Attributes:
-        arrays, links: As said there.
-        lines: Of the operations, as source/config.cpp reads them.
-        names: The operations that these call.
+        array: Index of the array; None for a number.
+        value: Index of the element, or the 64 bits of the number.
+        is_size: Whether it is an integer that follows from shapes; False if unknown.
+    """
+
+    array: int | None
+    value: int
+    is_size: bool = False
+
+
+@dataclass(frozen=True)
+class Operation:
+    """A call of the program.
+
+    Attributes:
+        name: Of the operation.
+        in_order: Whether it is called in each control step; others only repair.
+        vital: Meaning of a status other than 0.
+        skip: Number of operations skipped then.
+        repair: Index of the operation that is called then; -1 for none.
+        members: Of its struct.
+    """
+
+    name: str
+    in_order: bool
+    vital: int
+    skip: int
+    repair: int
+    members: tuple[Member, ...]
+
+
+@dataclass(eq=False)
+class Program:
+    """Arrays, and the operations that work on them.
+
+    Attributes:
+        arrays: The arrays.
+        links: Variables of an FMU that are also in arrays.
+        operations: The calls, first those of a control step in order, then those that only repair.
     """
 
     arrays: list[Stored] = field(default_factory=list)
     links: list[Link] = field(default_factory=list)
-    lines: list[str] = field(default_factory=list)
-    names: list[str] = field(default_factory=list)
+    operations: list[Operation] = field(default_factory=list)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the operations that are called."""
+        return [operation.name for operation in self.operations]
 
     def add(self, name: str, content: Array, kind: Kind = "constant") -> int:
         """Add an array and return its index."""
@@ -123,10 +163,10 @@ def root(array: Array) -> Array:
 
 
 class Translation:
-    """Translates calls into those of an FMU.
+    """Translation of bound operations into a program.
 
     Args:
-        named: Arrays that the FMU's code reads or writes, by name.
+        named: Arrays that the code around the program reads or writes, by name.
         shared: Of these, arrays that stand for every array of the same content that is only read.
     """
 
@@ -181,15 +221,13 @@ class Translation:
 
     def _call(self, call: Call, in_order: bool, repair: int) -> None:
         words = np.frombuffer(call.bound.words, dtype=np.int64)
-        texts = []
-        for word, (_, array) in zip(words.tolist(), members(call), strict=True):
+        found = []
+        for word, (role, array) in zip(words.tolist(), members(call), strict=True):
             if array is None:
-                texts.append(f"value {word & (2**64 - 1):016x}")
+                found.append(Member(None, word & (2**64 - 1), role == "size"))
             else:
-                texts.append("array {} {}".format(*self.where(array)))
-        head = f"{call.name} {int(in_order)} {call.vital} {call.skip} {repair} {len(texts)}"
-        self.program.lines.append(" ".join([head, *texts]))
-        self.program.names.append(call.name)
+                found.append(Member(*self.where(array)))
+        self.program.operations.append(Operation(call.name, in_order, call.vital, call.skip, repair, tuple(found)))
 
 
 def members(call: Call) -> Iterable[tuple[str, Array | None]]:
@@ -198,7 +236,7 @@ def members(call: Call) -> Iterable[tuple[str, Array | None]]:
     arrays = iter(bound.arrays)
     if not call.entry:
         for known in operations()[call.name].fields:
-            yield (known.role, next(arrays)) if known.is_array else ("value", None)
+            yield known.role, next(arrays) if known.is_array else None
         return
     # Of an operation that was compiled elsewhere no roles are known: any array may be its memory.
     ahead = next(arrays, None)
@@ -208,15 +246,3 @@ def members(call: Call) -> Iterable[tuple[str, Array | None]]:
             ahead = next(arrays, None)
         else:
             yield "value", None
-
-
-def words_of(content: Array) -> list[str]:
-    """Return the numbers of an array as config.cpp reads them."""
-    if content.dtype == np.int64:
-        return [f"{value:016x}" for value in np.ravel(content).view(np.uint64).tolist()]
-    return [number(value) for value in np.ravel(content).tolist()]
-
-
-def number(value: float) -> str:
-    """Return the bits of a number as hexadecimal digits."""
-    return f"{struct.unpack('>Q', struct.pack('>d', value))[0]:016x}"

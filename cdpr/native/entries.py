@@ -1,4 +1,4 @@
-"""C++ sources of compiled operations for exported FMUs: the headers, and the entries of the operations.
+"""C++ sources of exported programs: the headers, and the entries of the operations.
 
 Entries of the kernel library are in its tables, `cdpr/native/tables/*.cpp`.
 """
@@ -6,15 +6,16 @@ Entries of the kernel library are in its tables, `cdpr/native/tables/*.cpp`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from cdpr.errors import CdprError
 from cdpr.native import get_include
+from cdpr.native.own import Own
 
-NATIVE = Path(__file__).parents[2] / "native"
+NATIVE = Path(__file__).parent
 TABLE = "operations.cpp"
 
 ENTRY = re.compile(r'\bentry<((?:(?!\bentry<).)*?)>\(\s*"(\w+)"\)', re.DOTALL)
@@ -28,12 +29,24 @@ class Entry(NamedTuple):
     arguments: str
 
 
-def table(names: Iterable[str], own: dict[str, Entry] | None = None) -> bytes:
-    """Return the C++ file that lists operations of the kernel library by name, and `own` ones."""
+def listing(names: Iterable[str], own: Mapping[str, Entry] | None = None) -> tuple[list[str], dict[str, str]]:
+    """Return the lines that include the headers of operations, and the C++ expression of each one's entry by name."""
     entries = {name: (own or {}).get(name) or entry_of(name) for name in sorted(set(names))}
     headers = sorted({entry.header for entry in entries.values()})
     includes = [f'#include "{header}"' if header.startswith("own/") else f"#include <{header}>" for header in headers]
-    rows = [f'    entry<{entry.arguments}>("{name}"),' for name, entry in entries.items()]
+    return includes, {name: f'entry<{entry.arguments}>("{name}")' for name, entry in entries.items()}
+
+
+def own_entries(own: Mapping[str, Own]) -> tuple[dict[str, bytes], dict[str, Entry]]:
+    """Return the headers of operations that are not in the kernel library, and the operations' entries."""
+    headers = {f"own/{each.header.name}": each.header.read_bytes() for each in own.values()}
+    return headers, {name: Entry(f"own/{each.header.name}", each.arguments) for name, each in own.items()}
+
+
+def table(names: Iterable[str], own: Mapping[str, Entry] | None = None) -> bytes:
+    """Return the C++ file that lists operations of the kernel library by name, and `own` ones."""
+    includes, entries = listing(names, own)
+    rows = [f"    {expression}," for expression in entries.values()]
     listed = ["static constexpr cdpr_entry entries[] = {", *rows, "};", ""] if rows else []
     lines = [
         "// Operations of the controller. Written by the exporter. SPDX-License-Identifier: Apache-2.0",
