@@ -131,7 +131,7 @@ static bool read_member(const Model& model, FILE* file, char* member) {
     return true;
 }
 
-static bool read_operation(const Model& model, FILE* file, Operation& operation, char* message) {
+static bool read_operation(const Model& model, FILE* file, cdpr::Call& operation, char* message) {
     char name[LABEL] = "";
     int in_order, vital;
     size_t count;
@@ -140,9 +140,9 @@ static bool read_operation(const Model& model, FILE* file, Operation& operation,
     const cdpr_entry* entry = find_entry(name);
     if (!entry || int64_t(count) != entry->count) return broken(message, "unknown operation", name);
     if (operation.repair >= int(model.operations)) return broken(message, "wrong repair of", name);
-    operation.call = entry->call;
+    operation.operation = entry->call;
     operation.in_order = in_order != 0;
-    operation.vital = Vital(vital);
+    operation.vital = cdpr::Vital(vital);
     char* place = allocate<char>(8 * count);
     operation.place = place;
     if (!place) return broken(message, "no memory for", name);
@@ -216,7 +216,7 @@ static bool allocate_all(Model& model, size_t array_numbers, size_t array_work) 
     model.owner = allocate<size_t>(model.scalars);
     model.array = allocate<Array>(model.arrays);
     model.link = allocate<Link>(model.links);
-    model.operation = allocate<Operation>(model.operations);
+    model.operation = allocate<cdpr::Call>(model.operations);
     model.number = allocate<double>(model.count);
     model.work = allocate<double>(model.work_count);
     model.kinds = allocate<int64_t>(3 * model.cables);

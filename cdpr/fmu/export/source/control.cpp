@@ -21,8 +21,8 @@ static void read(const Model& model, Name first, Name last, double* to) {
     }
 }
 
-static bool refuse(const Operation& operation, char* message) {
-    if (operation.vital == FINITE)
+static bool refuse(const cdpr::Call& call, char* message) {
+    if (call.vital == cdpr::FINITE)
         return fails(message, "the controller puts out numbers that are not finite: an input is not, or it diverges");
     return fails(message,
                  "no tensions within the limits were found for what the controller wants, and this FMU ends "
@@ -33,16 +33,8 @@ static bool refuse(const Operation& operation, char* message) {
 static bool decide(Model& model, double time, char* message) {
     read(model, POSITION, ANGULAR_VELOCITY, model.seen);
     read(model, DESIRED_POSITION, DESIRED_ANGULAR_ACCELERATION, model.desired);
-    for (size_t k = 0; k < model.operations; k++) {
-        const Operation& operation = model.operation[k];
-        if (!operation.in_order) continue;
-        const int status = operation.call(operation.place, time);
-        if (status == 0 || operation.vital == IGNORED) continue;
-        if (operation.repair < 0) return refuse(operation, message);
-        const Operation& repair = model.operation[operation.repair];
-        if (repair.call(repair.place, double(status)) != 0) return refuse(operation, message);
-        k += operation.skip;
-    }
+    const cdpr::Call* failed = cdpr::make_calls(model.operation, model.operations, time);
+    if (failed) return refuse(*failed, message);
     memcpy(model.asked(), model.decided, model.cables * sizeof(double));
     return true;
 }

@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include <cdpr/target.hpp>
+#include <cdpr/calls.hpp>
 
 namespace fmu {
 
@@ -87,19 +87,6 @@ struct Link {
     bool per_step;      // whether they are multiplied by the control step
 };
 
-// Meaning of a status other than 0: none; the operation found no answer; something is not finite.
-enum Vital { IGNORED, ANSWER, FINITE };
-
-// Call of a compiled operation.
-struct Operation {
-    cdpr_operation call;
-    void* place;    // its struct
-    bool in_order;  // whether it is called in each control step; others only repair
-    Vital vital;    // what a status other than 0 means
-    size_t skip;    // so many operations that follow are skipped then
-    int repair;     // operation that is called then, with the status in place of the time; -1 for none
-};
-
 // Arrays of a platform, which the kernels take; names and shapes as in the headers of these.
 struct Platform {
     double *offset, *moments, *inertial, *packed, *free;  // body_frame.hpp, reference.hpp, plant.hpp, spherical.hpp
@@ -124,7 +111,7 @@ struct Model {
     size_t* owner;  // (scalars) index of the variable that a number belongs to
     Array* array;
     Link* link;
-    Operation* operation;
+    cdpr::Call* operation;
     size_t count, work_count;
     double* number;          // (count)
     double* work;            // (work_count), scratch space

@@ -1,0 +1,41 @@
+// Calls of an exported program, which Python writes (cdpr/native/program.py). SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <stddef.h>
+
+#include <cdpr/table.h>
+#include <cdpr/target.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+// Meaning of a status other than 0: none; the operation found no answer; something is not finite.
+enum Vital { IGNORED, ANSWER, FINITE };
+
+// Call of a compiled operation.
+struct Call {
+    cdpr_operation operation;
+    void* place;    // its struct
+    bool in_order;  // whether it is called in each control step; others only repair
+    Vital vital;
+    size_t skip;  // so many calls that follow are skipped then
+    int repair;   // index of the call that is made then, with the status in place of the time; -1 for none
+};
+
+// Make the calls of one control step at a time [s]; return the one that failed and was not repaired, nullptr for none.
+CDPR_INLINE const Call* make_calls(const Call* calls, size_t count, double time) {
+    for (size_t k = 0; k < count; k++) {
+        const Call& call = calls[k];
+        if (!call.in_order) continue;
+        const int status = call.operation(call.place, time);
+        if (status == 0 || call.vital == IGNORED) continue;
+        if (call.repair < 0) return &call;
+        const Call& repair = calls[call.repair];
+        if (repair.operation(repair.place, double(status)) != 0) return &call;
+        k += call.skip;
+    }
+    return nullptr;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr
