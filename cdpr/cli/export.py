@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from cdpr.cli.names import OutPath, change_keys
 from cdpr.formats.write import TARGETS
 
+if TYPE_CHECKING:
+    from cdpr.scenario import Scenario
+
 TABLES = ("csv", "npz", "mat", "parquet")
 PACKAGE = "ros2"  # a folder of packages, not a file
+NATIVE = "native"  # a folder with a C++ header and its numbers
 
 
 @click.command("export")
@@ -19,10 +24,10 @@ PACKAGE = "ros2"  # a folder of packages, not a file
 @change_keys("Change a key of the robot or scenario; repeatable.")
 @click.option(
     "--to",
-    type=click.Choice([*TABLES, *TARGETS, PACKAGE]),
+    type=click.Choice([*TABLES, *TARGETS, PACKAGE, NATIVE]),
     required=True,
     help="Of a run csv, npz, mat or parquet (the last two need the extra `data`); of a robot mjcf, sdf or urdf; of a "
-    "scenario ros2, a folder of packages.",
+    "scenario ros2, a folder of packages, or native, a C++ header and its numbers for real-time programs.",
 )
 @click.option("--style", help="Of SDF: platform, pushed by a wrench, or legs, cables that push and pull. [platform]")
 @click.option("--sdf-version", "version", help="1.9, or 1.6 for readers that know no more. [1.9]")
@@ -41,7 +46,7 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Write a robot or scenario for MuJoCo, Gazebo, RViz or ROS 2, or a run as CSV, NumPy, MATLAB or Parquet.
+    """Write a robot or scenario for MuJoCo, Gazebo, RViz, ROS 2 or real time, or a run as CSV, NumPy, MATLAB or Parquet.
 
     A run is its folder or log; a scenario is exported as it begins, a robot at its home.
     """
@@ -56,6 +61,8 @@ def command(
         if force:
             raise click.UsageError("--force is for files; ros2 writes a folder, which is new or empty")
         file, told = _packages(what, changes, out)
+    elif to == NATIVE:
+        file, told = _native(what, changes, out, force)
     elif to in TABLES:
         if changes:
             raise click.UsageError("--set is for robots and scenarios; a run stays what it was")
@@ -74,7 +81,7 @@ def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[s
     from cdpr.log.reader import load_run, locate
 
     if run.endswith((".yaml", ".yml")):
-        others = ", ".join([*TARGETS, PACKAGE])
+        others = ", ".join([*TARGETS, PACKAGE, NATIVE])
         raise CdprError(f"{run}: {to} is for runs, and this is a file of a robot or scenario: {others}")
     log, _ = locate(run)
     out = out or log.with_name(f"run.{to}")
@@ -84,19 +91,30 @@ def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[s
 
 
 def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Path, dict[str, int]]:
+    from cdpr.formats.write.ros2 import write_ros2
+
+    loaded = _scenario(file, changes, f"{PACKAGE} is for scenarios, for a node runs one, and this is a robot")
+    out = out or Path(f"{loaded.name}_ros2")
+    return out, {"files": len(write_ros2(loaded, out))}
+
+
+def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
+    from cdpr.formats.write.native import write_native
+
+    loaded = _scenario(file, changes, f"{NATIVE} requires a scenario, which has a controller; this is a robot")
+    out = out or Path(f"{loaded.name}_native")
+    return out, {"files": len(write_native(loaded, out, force))}
+
+
+def _scenario(file: str, changes: tuple[str, ...], refusal: str) -> Scenario:
     from cdpr.cli.load import load_told
     from cdpr.errors import CdprError
-    from cdpr.formats.write.ros2 import write_ros2
     from cdpr.scenario import Scenario
 
     loaded = load_told(file, changes)
     if not isinstance(loaded, Scenario):
-        raise CdprError(
-            f"{file}: {PACKAGE} is for scenarios, for a node runs one, and this is a robot: "
-            "'cdpr new scenario --robot FILE' writes one"
-        )
-    out = out or Path(f"{loaded.name}_ros2")
-    return out, {"files": len(write_ros2(loaded, out))}
+        raise CdprError(f"{file}: {refusal}: 'cdpr new scenario --robot FILE' writes one")
+    return loaded
 
 
 def _robot(

@@ -87,12 +87,12 @@ class Member(NamedTuple):
     Attributes:
         array: Index of the array; None for a number.
         value: Index of the element, or the 64 bits of the number.
-        is_size: Whether it is an integer that follows from shapes; False if unknown.
+        is_number: Whether it is a float64; False if unknown.
     """
 
     array: int | None
     value: int
-    is_size: bool = False
+    is_number: bool = False
 
 
 @dataclass(frozen=True)
@@ -224,19 +224,20 @@ class Translation:
         found = []
         for word, (role, array) in zip(words.tolist(), members(call), strict=True):
             if array is None:
-                found.append(Member(None, word & (2**64 - 1), role == "size"))
+                found.append(Member(None, word & (2**64 - 1), role == "number"))
             else:
                 found.append(Member(*self.where(array)))
         self.program.operations.append(Operation(call.name, in_order, call.vital, call.skip, repair, tuple(found)))
 
 
 def members(call: Call) -> Iterable[tuple[str, Array | None]]:
-    """Return role and array of each member of an operation's struct; None for numbers."""
+    """Return role and array of each member of an operation's struct; of values "number" or "integer", and None."""
     bound = call.bound
     arrays = iter(bound.arrays)
     if not call.entry:
         for known in operations()[call.name].fields:
-            yield known.role, next(arrays) if known.is_array else None
+            kind = "number" if known.type == "double" else "integer"
+            yield (known.role, next(arrays)) if known.is_array else (kind, None)
         return
     # Of an operation that was compiled elsewhere no roles are known: any array may be its memory.
     ahead = next(arrays, None)
@@ -245,4 +246,4 @@ def members(call: Call) -> Iterable[tuple[str, Array | None]]:
             yield "both", ahead
             ahead = next(arrays, None)
         else:
-            yield "value", None
+            yield "integer", None

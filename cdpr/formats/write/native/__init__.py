@@ -1,0 +1,43 @@
+"""Controller and tension distribution of a scenario for real-time programs: a header and a file of numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cdpr.errors import OutputError
+from cdpr.formats.write.native.header import header_text
+from cdpr.formats.write.native.layout import Layout
+from cdpr.log.files import make_folder, replace
+from cdpr.scenario import Scenario
+from cdpr.simulation.exported import control_of
+
+HEADER, NUMBERS = "robot.h", "robot.bin"
+
+
+def native_files(scenario: Scenario) -> dict[str, bytes]:
+    """Return the contents of the files by name; the same scenario gives the same bytes.
+
+    Raises:
+        CdprError: The scenario has something that cannot be exported, such as a solver without compiled operation.
+    """
+    control = control_of(scenario)
+    layout = Layout.of(control.program)
+    header, signature = header_text(control, layout)
+    return {HEADER: header.encode(), NUMBERS: layout.file(signature)}
+
+
+def write_native(scenario: Scenario, folder: Path, force: bool = False) -> list[Path]:
+    """Write the files into `folder`, made if need be; return their paths.
+
+    Raises:
+        CdprError: As `native_files`.
+        OutputError: A file exists and not `force`, or it cannot be written.
+    """
+    content = native_files(scenario)
+    for name in content:
+        if (folder / name).exists() and not force:
+            raise OutputError(f"'{folder / name}' exists; choose another --out or give --force")
+    make_folder(folder)
+    for name, data in content.items():
+        replace(folder / name, data)
+    return [folder / name for name in content]
