@@ -46,7 +46,7 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Write a robot or scenario for MuJoCo, Gazebo, RViz, ROS 2 or real time, or a run as CSV, NumPy, MATLAB or Parquet.
+    """Write a robot or scenario for MuJoCo, Gazebo, RViz, ROS 2 or real time; a run as CSV, NumPy, MATLAB or Parquet.
 
     A run is its folder or log; a scenario is exported as it begins, a robot at its home.
     """
