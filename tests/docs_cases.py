@@ -73,6 +73,10 @@ NOT_RUN = {
     "python docs/thesis.py out/thesis out/belief": "takes minutes and rewrites docs/; test_docs.py holds its parts",
     "openssl": "another program",
     "g++": "needs a file of the reader; test_native_headers.py compiles one that includes all headers",
+    "cmake -S examples/realtime": "compiles; test_export_native.py builds the same programs",
+    "build/realtime": "compiled by the line above; test_export_native.py runs it",
+    "valgrind": "another program",
+    "grep": "another program",
     "dask": "another program, which listens; tests of studies start schedulers of their own",
     "export DASK": "a setting of the shell",
 }
