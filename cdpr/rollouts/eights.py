@@ -52,8 +52,7 @@ class Eights:
         self._wide = [at for at, way in enumerate(ways) if way == go.IN_LANES]
         self._recipe = recipe = Recipe(memory)
         given = [recipe.read(at, _native(bound[at])) for at in self._wide]
-        self._moved, sizes = len(memory), [root.size for root in recipe.roots]
-        self._starts = np.cumsum([0, *sizes])
+        self._starts = np.cumsum([0, *(root.size for root in recipe.roots)])
         self._block = np.zeros((int(self._starts[-1]), LANES))
         self._table = np.zeros((len(ways), 5), dtype=np.int64)
         self._table[:, go.WAY] = ways
@@ -132,7 +131,7 @@ class Eights:
         arrays = np.array([[(_address(words[j], root), root.size, start) for root, start in places] for j in lanes])
         for lane, own in enumerate(arrays):
             _move(own, self._block, lane, True)
-        moved = np.ascontiguousarray(arrays[:, : self._moved])
+        moved = np.take(arrays, self._recipe.moved, axis=1)
         rows = np.empty((LANES, *cases[0].out.shape))
         place, time = np.zeros(6, dtype=np.int64), np.array([first.time])
         place[go.DUE_AT] = min(_dues(cases), default=-1)

@@ -42,6 +42,7 @@ class Recipe:
         again: words that tell of a root once more: word, root, bytes by which it is further.
         fixed: words that are the same in all cases that go side by side.
         shared: arrays whose content is the same in all cases: the act, and the name of the argument.
+        moved: roots that steps change, in lanes or of a case alone, which therefore go from the one to the other.
     """
 
     def __init__(self, memory: Sequence[Array]) -> None:
@@ -57,6 +58,7 @@ class Recipe:
             self._word += 1
         if [root.size for root in self.roots] != [array.size for array in memory]:
             raise UnfitError  # some are parts of others
+        self.moved = list(range(len(memory)))
 
     def read(self, at: int, call: Bound) -> dict[str, Any]:
         """Return the arguments of the act at this place for the operation in lanes, with views in place of arrays."""
@@ -71,7 +73,9 @@ class Recipe:
                     found[field.name] = value
             elif value is not None and field.role != "work":
                 if types[field.name] == "lanes*":
-                    found[field.name] = self.view(value)
+                    found[field.name] = view = self.view(value)
+                    if field.role != "in" and view.root not in self.moved:
+                        self.moved.append(view.root)
                 else:
                     self.shared.append((at, field.name))
                     found[field.name] = value

@@ -82,10 +82,11 @@ def test_controllers(controller, both):
     assert_same(one, other)
 
 
-@pytest.mark.parametrize("solver", ["dykstra", "centroid"])
-@pytest.mark.usual("dykstra")
-def test_solvers_without_lanes_are_asked_for_each(solver, both):
-    one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, "solver.type": solver})
+@pytest.mark.parametrize(("name", "solver"), [("caroca", "dykstra"), ("caroca", "centroid"), ("planar", "lp")])
+@pytest.mark.usual("caroca-dykstra", "planar-lp")
+def test_solvers_without_lanes_are_asked_for_each(name, solver, both):
+    """On a robot with a guide the solver gets some rows of W, which an act in lanes has selected."""
+    one, other, far = both(name, GAINS, **{"simulation.duration": 0.3, "solver.type": solver})
     assert far[-1][1] == 300
     assert_same(one, other)
 
