@@ -9,8 +9,7 @@
 #include <cdpr/body_frame.hpp>
 #include <cdpr/scheme.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 namespace free_body {
 
@@ -124,5 +123,4 @@ template <class T> inline int reference_step(ReferenceStep<T>& plant) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

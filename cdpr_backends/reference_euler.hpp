@@ -8,8 +8,7 @@
 #include <cdpr/guide.hpp>
 #include <cdpr/spherical.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Write attitude q exp(h w) and angular velocity after a step at w, rad/s, body axes, from the attitude q.
 template <class T> CDPR_INLINE void turn(Quaternion<T> q, Vector<T> w, T* body, T h) {
@@ -96,5 +95,4 @@ template <class T> inline int euler_guided_step(EulerGuidedStep<T>& plant) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 #include <cdpr/guide.hpp>
 #include <cdpr/scheme.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> CDPR_INLINE GuidedMotion<T> along(GuidedMotion<T> a, T c, GuidedMotion<T> b) {
     return {along(a.position, c, b.position), a.angle + c * b.angle, along(a.velocity, c, b.velocity),
@@ -61,5 +60,4 @@ template <class T> inline int guided_step(GuidedStep<T>& plant) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

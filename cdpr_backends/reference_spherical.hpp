@@ -9,8 +9,7 @@
 #include <cdpr/scheme.hpp>
 #include <cdpr/spherical.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 namespace on_a_ball {
 
@@ -88,5 +87,4 @@ template <class T> inline int spherical_step(SphericalStep<T>& plant) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

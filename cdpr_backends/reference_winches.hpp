@@ -7,8 +7,7 @@
 #include <cdpr/scheme.hpp>
 #include <cdpr/winches.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct WinchRungeKutta {
     Plant<T> plant;
@@ -104,5 +103,4 @@ template <class T> inline int winch_runge_kutta(WinchRungeKutta<T>& problem) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/forward_kinematics.hpp>
 #include <cdpr_controllers/holding.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct CableLengthControl {
     Holding holding;
@@ -91,5 +90,4 @@ inline int cable_length(CableLengthControl& p) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 #include <cdpr/inverse_dynamics.hpp>
 #include <cdpr/proportional_derivative.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // What the controllers computed_torque and static share.
 template <class T> struct TaskSpaceControl {
@@ -30,5 +29,4 @@ template <class T> inline int computed_torque(TaskSpaceControl<T>& control) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -9,8 +9,7 @@
 #include <cdpr/geometry.hpp>
 #include <cdpr/inverse_dynamics.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Holding {
     const double* lines;     // (m, w), as of Geometry
@@ -101,5 +100,4 @@ inline void hold(const Holding& p, const double* pose) {
     for (int64_t i = 0; i < p.m; i++) p.feed[i] = p.pretension + p.change[i];
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

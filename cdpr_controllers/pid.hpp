@@ -6,8 +6,7 @@
 #include <cdpr/proportional_derivative.hpp>
 #include <cdpr/status.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct PidControl {
     const T* gains;     // (12): kp (6), 1/s^2, and kd (6), 1/s, of x, y, z, rx, ry, rz
@@ -48,5 +47,4 @@ template <class T> inline int pid(PidControl<T>& control) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 
 #include <cdpr_controllers/computed_torque.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> inline int static_control(TaskSpaceControl<T>& control) {
     const T* state = control.state;
@@ -16,5 +15,4 @@ template <class T> inline int static_control(TaskSpaceControl<T>& control) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -10,8 +10,7 @@
 #include <cdpr/verdict.hpp>
 #include <cdpr_solvers/barrier.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A set of admissible tensions thinner than this share of the largest tension is as good as flat: the cables across it
 // have the tensions of the largest ball's centre, which differ by no more from any others. Some hundred times the
@@ -145,5 +144,4 @@ inline int analytic_centre(AnalyticCentre& solver) {
     return int(*solver.problem.status);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

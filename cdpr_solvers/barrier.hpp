@@ -6,8 +6,7 @@
 #include <cdpr/factors.hpp>
 #include <cdpr/null_space.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Newton's decrement, a length relative to the distance from the limits, below which its full step is the last one:
 // the method being quadratic, the error after it is about the square, which is round-off.
@@ -138,5 +137,4 @@ struct Barrier {
     }
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 
 #include <cdpr/box_least_squares.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Whether tensions of least norm balance the wrench within the limits; they are written then. BAD_INPUT as `reduce`.
 CDPR_INLINE int balance(const BoxLeastSquares& p) {
@@ -30,5 +29,4 @@ inline int best_effort(BoxLeastSquares& p) {
     return status;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -9,8 +9,7 @@
 #include <cdpr/solution.hpp>
 #include <cdpr/verdict.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Centroid {
     TensionProblem<double> problem;
@@ -48,5 +47,4 @@ struct Centroid {
 
 inline int centroid(Centroid& solver) { return distribute(solver); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

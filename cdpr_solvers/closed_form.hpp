@@ -7,8 +7,7 @@
 #include <cdpr/distribute.hpp>
 #include <cdpr_solvers/projection.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct ClosedForm {
     template <class T> static CDPR_INLINE T choose(const TensionProblem<T>& problem, int64_t r) {
@@ -20,5 +19,4 @@ struct ClosedForm {
 
 template <class T> inline int closed_form(TensionProblem<T>& problem) { return distribute<ClosedForm>(problem); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

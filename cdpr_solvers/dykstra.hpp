@@ -8,8 +8,7 @@
 #include <cdpr/distribute.hpp>
 #include <cdpr_solvers/projection.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Dykstra {
     TensionProblem<double> problem;
@@ -62,5 +61,4 @@ inline double Dykstra::choose(int64_t r) const {
 
 inline int dykstra(Dykstra& solver) { return distribute(solver); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

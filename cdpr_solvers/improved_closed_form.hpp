@@ -8,8 +8,7 @@
 #include <cdpr/factors.hpp>
 #include <cdpr_solvers/projection.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // What is left of a row of N below this length depends on the rows of the fixed cables.
 constexpr double FIXED_TOLERANCE = 1e-11;
@@ -77,5 +76,4 @@ struct ImprovedClosedForm {
 
 inline int improved_closed_form(ImprovedClosedForm& solver) { return distribute(solver); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 #include <cdpr_solvers/improved_closed_form.hpp>
 #include <cdpr_solvers/puncture.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct ImprovedPuncture {
     static inline double choose(const TensionProblem<double>& problem, int64_t r) {
@@ -20,5 +19,4 @@ struct ImprovedPuncture {
 
 inline int improved_puncture(TensionProblem<double>& problem) { return distribute<ImprovedPuncture>(problem); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -9,8 +9,7 @@
 #include <cdpr/solution.hpp>
 #include <cdpr/verdict.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct MinimumLargest {
     TensionProblem<double> problem;
@@ -35,5 +34,4 @@ struct MinimumLargest {
 
 inline int minimum_largest(MinimumLargest& solver) { return distribute(solver); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 #include <cdpr/distribute.hpp>
 #include <cdpr/verdict.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct KernelMethod {
     // Whether h, the first column of N, has one sign. Locked cables do not count.
@@ -41,5 +40,4 @@ struct KernelMethod {
 
 inline int kernel_method(TensionProblem<double>& problem) { return distribute<KernelMethod>(problem); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

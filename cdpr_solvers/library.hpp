@@ -7,8 +7,7 @@
 #include <cdpr/null_space.hpp>
 #include <cdpr/solution.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // An answer of a library may break the limits by this share of the largest one: by more than the tolerances that
 // libraries are given, by less than anyone could measure.
@@ -196,5 +195,4 @@ inline int library_answer(LibraryAnswer& p) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

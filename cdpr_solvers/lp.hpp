@@ -7,8 +7,7 @@
 #include <cdpr/extreme_point.hpp>
 #include <cdpr/verdict.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct MinimumSum {
     TensionProblem<double> problem;
@@ -40,5 +39,4 @@ struct MinimumSum {
 
 inline int minimum_sum(MinimumSum& solver) { return distribute(solver); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

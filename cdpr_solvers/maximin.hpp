@@ -9,8 +9,7 @@
 #include <cdpr/solution.hpp>
 #include <cdpr/verdict.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Maximin {
     TensionProblem<double> problem;
@@ -31,5 +30,4 @@ struct Maximin {
 
 inline int maximin(Maximin& solver) { return distribute(solver); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -10,8 +10,7 @@
 #include <cdpr_solvers/projection.hpp>
 #include <cdpr_solvers/weighted_least_squares.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Newton's step, in half ranges or of the largest offset if that is more, with which it ends: the method being
 // quadratic, the error after it is round-off. On the way to p a rough answer will do.
@@ -145,5 +144,4 @@ struct PNorm {
 
 inline int p_norm(PNorm& solver) { return distribute(solver); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

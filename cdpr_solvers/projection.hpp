@@ -5,8 +5,7 @@
 #include <cdpr/sum.hpp>
 #include <cdpr/verdict.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // How far round-off may move a solution, as a share of it, where W is as ill-conditioned as `reduce` lets pass.
 constexpr double PROJECTION_ROUND_OFF = 1e-6;
@@ -65,5 +64,4 @@ template <class T> CDPR_INLINE T admitted(const TensionProblem<T>& problem, int6
     return select(exact, T(double(OK)), T(double(NOT_FOUND)));
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

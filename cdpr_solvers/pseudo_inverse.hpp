@@ -5,8 +5,7 @@
 
 #include <cdpr/distribute.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct PseudoInverse {
     template <class T> static CDPR_INLINE T choose(const TensionProblem<T>& problem, int64_t) {
@@ -17,5 +16,4 @@ struct PseudoInverse {
 
 template <class T> inline int pseudo_inverse(TensionProblem<T>& problem) { return distribute<PseudoInverse>(problem); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 #include <cdpr/distribute.hpp>
 #include <cdpr_solvers/projection.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Write the first point within the limits on the way from the least norm to `end` (m), N; return as `admitted`.
 inline double least_step(const TensionProblem<double>& problem, int64_t r, const double* end) {
@@ -37,5 +36,4 @@ struct Puncture {
 
 inline int puncture(TensionProblem<double>& problem) { return distribute<Puncture>(problem); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

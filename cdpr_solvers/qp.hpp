@@ -10,8 +10,7 @@
 #include <cdpr/null_space.hpp>
 #include <cdpr/row_space.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // What the tensions shall be near to.
 enum About { ZERO, MIDDLE, PREVIOUS, GIVEN };
@@ -278,5 +277,4 @@ inline int minimum_norm(MinimumNorm<Lanes>& p) {
 }
 #endif
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

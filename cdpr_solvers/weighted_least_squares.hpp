@@ -3,8 +3,7 @@
 
 #include <cdpr/null_space.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A direction in which all weighted rows are below this share of the largest is left alone: what its weights would make
 // of it drowns in the round-off of the others.
@@ -91,5 +90,4 @@ struct WeightedLeastSquares {
     }
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -66,12 +66,10 @@ HEADER = """\
 #include <cdpr/number.hpp>
 #include <cdpr/winch_tension.hpp>
 
-namespace cdpr {{
-inline namespace CDPR_TARGET {{
+namespace cdpr::CDPR_TARGET {{
 
 {code}
-}}  // namespace CDPR_TARGET
-}}  // namespace cdpr
+}}  // namespace cdpr::CDPR_TARGET
 """
 
 HEADERS = {

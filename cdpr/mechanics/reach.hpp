@@ -6,8 +6,7 @@
 #include <cdpr/number.hpp>
 #include <cdpr/status.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Limits of k kinds for m cables, c tables of them: the fields that both operations begin with.
 struct CableLimits {
@@ -142,5 +141,4 @@ inline int limit_violations(LimitViolations& counter) {
     return found;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 #include <cdpr/inverse_dynamics.hpp>
 #include <cdpr/sum.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Share of the largest tension up to which a cable is slack: it is at its lower limit of 0, and resists nothing.
 constexpr double SLACK = 1e-9;
@@ -97,5 +96,4 @@ inline int stiffness(Stiffness& held) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -53,15 +53,13 @@ def table(names: Iterable[str], own: Mapping[str, Entry] | None = None) -> bytes
         "#include <cdpr/entry.hpp>",
         *includes,
         "",
-        "namespace cdpr {",
-        "inline namespace CDPR_TARGET {",
+        "namespace cdpr::CDPR_TARGET {",
         "",
         *listed,
         "extern const cdpr_group operations;",
         f"const cdpr_group operations = {{{'entries' if rows else 'nullptr'}, {len(rows)}}};",
         "",
-        "}  // namespace CDPR_TARGET",
-        "}  // namespace cdpr",
+        "}  // namespace cdpr::CDPR_TARGET",
         "",
     ]
     return "\n".join(lines).encode()

@@ -4,8 +4,7 @@
 #include <cdpr/table.h>
 #include <cdpr/instruction_set.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // clang-format off
 extern const cdpr_group mathematics;
@@ -46,5 +45,4 @@ static const cdpr_group* const groups[] = {
 extern const cdpr_table table;
 const cdpr_table table = {CDPR_TARGET_NAME, groups, sizeof(groups) / sizeof(groups[0])};
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

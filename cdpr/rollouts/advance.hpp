@@ -6,8 +6,7 @@
 
 #include <cdpr/simulation/proceed.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr int CASES = 8;
 
@@ -229,5 +228,4 @@ inline int advance(Advance& cases) {
     return code;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 #include <cdpr/rotation.hpp>
 #include <cdpr/status.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // In the order of FIGURES of figures.py: largest, sum of squares and last of the errors of position, m, and of
 // orientation, rad; least and largest tension, N; numbers of samples.
@@ -103,5 +102,4 @@ inline int count_samples(CountSamples& samples) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct ExternalLoads {
     // (k, 10): first sample; sample at which it has ended; angle per sample and first angle of the sine by which the
@@ -33,5 +32,4 @@ inline int external_loads(ExternalLoads& events) {
     return swinging;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 #include <cdpr/geometry.hpp>
 #include <cdpr/proportional_derivative.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // States that cannot be true; numbered as cdpr.simulation.faults.
 enum Fault { NO_FAULT, NOT_FINITE, NO_UNIT, TOO_FAST, JUMPED, NO_LENGTH, NO_LENGTH_NOMINAL };
@@ -213,5 +212,4 @@ template <class T> inline int exert(Exertion<T>& cables) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

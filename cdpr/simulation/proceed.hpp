@@ -6,8 +6,7 @@
 
 #include <cdpr/field.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Call an operation by its address and that of its struct.
 CDPR_INLINE int call_at(int64_t operation, int64_t place, double time) {
@@ -107,5 +106,4 @@ inline int proceed(Proceed& loop) {
     return code;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

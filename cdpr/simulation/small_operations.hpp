@@ -5,8 +5,7 @@
 #include <cdpr/status.hpp>
 #include <cdpr/sum.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // An engine's clock is a sum of steps: after 1e8 of them it may be off by this share. A reset is off by much more.
 constexpr double CLOCK_TOLERANCE = 1e-6;
@@ -71,5 +70,4 @@ template <class T> inline int power_off(PowerOff<T>& sample) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 
 #include <cdpr/field.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct BlockTridiagonal {
     const double* diagonal;  // (k + 1, 2, 2)
@@ -63,5 +62,4 @@ inline int block_tridiagonal(BlockTridiagonal& system) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Below this angle, rad, the coefficients are summed as series, of which the first term left out is below 1e-14; as in
 // cdpr.trajectory.rotation_rates.
@@ -46,5 +45,4 @@ inline BodyRates body_rates(Vector<double> phi, Vector<double> rate, Vector<doub
     return {rate - a * c1 + b * c2, second - a * d1 + b * d2 - da * growth * c1 + db * growth * c2 + b * e};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Binary tree: node i has the index of the lesser value of nodes 2 i and 2 i + 1; node count + i is value i.
 struct LeastTree {
@@ -41,5 +40,4 @@ inline int64_t LeastTree::least(int64_t first, int64_t last) const {
     return best;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

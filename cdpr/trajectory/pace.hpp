@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/trajectory/section_chain.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr int SPEED_HALVINGS = 200;  // of an interval of speeds: more than doubles have digits
 
@@ -136,5 +135,4 @@ inline int pace(Pace& path) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Way, m, on which the speed changes between two values, m/s, without acceleration at both; 0 where it does not rise.
 CDPR_INLINE double ramp_way(double slow, double fast, double acceleration, double jerk) {
@@ -68,5 +67,4 @@ inline void Phases::add_ramp(double s, double begin, double end, double accelera
     add(rise, s, v, a, -j);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/trajectory/spline_fit.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Polynomials of splines along polygons, whose vertices follow each other in the arrays.
 struct PolygonSplines {
@@ -104,5 +103,4 @@ inline int polygon_splines(PolygonSplines& all) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

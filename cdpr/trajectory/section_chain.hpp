@@ -4,8 +4,7 @@
 #include <cdpr/trajectory/least_tree.hpp>
 #include <cdpr/trajectory/phases.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Change of speed, and the acceleration and jerk that all sections which it touches allow.
 struct SpeedChange {
@@ -72,5 +71,4 @@ inline SpeedChange SectionChain::change_before(double place, double slow, double
     }
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

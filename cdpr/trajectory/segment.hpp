@@ -6,8 +6,7 @@
 #include <cdpr/rotation.hpp>
 #include <cdpr/trajectory/body_rates.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Row of a table of segments: start, s; duration, s; quintics of position, m, and of the rotation vector, rad; attitude
 // at the beginning.
@@ -80,5 +79,4 @@ inline const double* segment_at(const double* segments, int64_t count, double ti
     return segments + low * Segment::NUMBERS;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

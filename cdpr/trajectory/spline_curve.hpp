@@ -4,8 +4,7 @@
 #include <cdpr/trajectory/spline_knots.hpp>
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A polygon, or polyline, of last + 1 vertices.
 struct Polyline {
@@ -143,5 +142,4 @@ inline Span span_at(const Knots& knots, ControlPoints controls, int64_t j) {
     return span;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

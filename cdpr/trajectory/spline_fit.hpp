@@ -3,8 +3,7 @@
 
 #include <cdpr/trajectory/spline_curve.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Places of each span, at whose ends its distance from the polygon is computed; between two it exceeds that of both
 // ends by at most an eighth of the second derivative times their distance squared.
@@ -114,5 +113,4 @@ inline Knots fit(const Polyline& polygon, const SplineCorners& corners, double* 
     return {places, 0};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Knots on both sides of vertices that are nearer to each other, or to the next vertex, than this share of its size
 // become one, or none.
@@ -140,5 +139,4 @@ inline Knots place_knots(const double* way, const double* size, int64_t last, do
     return placement.knots;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

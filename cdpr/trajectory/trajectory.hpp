@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/trajectory/segment.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Sample of a motion, which rests before its first segment and after its last.
 struct DesiredMotion {
@@ -68,5 +67,4 @@ inline int segment_samples(SegmentSamples& samples) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -9,8 +9,7 @@
 #include <cdpr/null_space.hpp>
 #include <cdpr/workspace/redundancy_two.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Answers about a pose: it has a value; W lacks rank, so the cables exert nothing in some direction; numbers are not
 // finite, such as where an anchor lies on the other one of its cable.
@@ -244,5 +243,4 @@ inline PoseStatus assess_pose(const PoseQuestion<double>& asked, const double* p
     return value_of_facets(asked, space, cables, count, r) ? REGULAR : LACKS_RANK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 #include <cdpr/lanes.hpp>
 #include <cdpr/workspace/assess.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Assess {
     PoseQuestion<double> asked;
@@ -122,5 +121,4 @@ inline int assess(Assess& poses) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

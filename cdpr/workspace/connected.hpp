@@ -6,8 +6,7 @@
 
 #include <cdpr/field.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct ConnectedCells {
     const int64_t* inside;  // (count), 0 of a cell outside
@@ -90,5 +89,4 @@ inline int connected_cells(ConnectedCells& cells) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -8,8 +8,7 @@
 
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Eight units in the last place: more than a sum of four rounded products errs, as a share of the sum of their sizes.
 constexpr double ROUNDED = 0x1p-50;
@@ -68,5 +67,4 @@ inline Model inverse_distance(Vector<double> v, Vector<double> h, double error) 
     return {c, x, y, z, r * (1.0 + 4.0 * ROUNDED)};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

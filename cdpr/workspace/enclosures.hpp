@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/workspace/enclosure.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Sums, products, multiples and largest sizes of k pairs of models c, x, y, z, r (enclosure.hpp).
 struct ModelArithmetic {
@@ -51,5 +50,4 @@ inline int inverse_distances(InverseDistances& boxes) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

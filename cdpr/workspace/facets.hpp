@@ -11,8 +11,7 @@
 #include <cdpr/matrix.hpp>
 #include <cdpr/sum.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 enum Mode { MARGIN, CLOSURE, PAYLOAD };           // of `cdpr.workspace.measure`
 enum Required { ZONOTOPE, ELLIPSOID, VERTICES };  // forms of sets of required wrenches
@@ -253,5 +252,4 @@ inline void FacetSearch::run() {
     least = held ? heaviest : NOT_A_NUMBER;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

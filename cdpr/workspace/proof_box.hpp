@@ -4,8 +4,7 @@
 #include <cdpr/workspace/assess.hpp>
 #include <cdpr/workspace/enclosure.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Work space for n directions and m cables.
 struct BoxSpace {
@@ -98,5 +97,4 @@ inline bool Box::enclose(const double* pose, const double* half, double error) c
     return true;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

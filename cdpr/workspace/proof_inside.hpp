@@ -3,8 +3,7 @@
 
 #include <cdpr/workspace/proof_box.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // W(d) Y may be so far from 1: with more the rest grows beyond use.
 constexpr double FAR = 0.5;
@@ -198,5 +197,4 @@ inline bool proved_inside(const Box& box, const double* wrenches, int64_t count,
     return true;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

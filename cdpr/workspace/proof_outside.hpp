@@ -3,8 +3,7 @@
 
 #include <cdpr/workspace/proof_box.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Share of the largest diagonal by which systems that may be singular are damped: what they give is proved afterwards.
 constexpr double PROOF_DAMPING = 1e-12;
@@ -109,5 +108,4 @@ inline bool proved_outside(const Box& box, const double* wrenches, int64_t count
     return total.c + (total.spread() + total.r + rest) * (1.0 + 16.0 * ROUNDED) < -ROUNDED * absolute(total.c);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

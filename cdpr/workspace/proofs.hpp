@@ -15,8 +15,7 @@
 #include <cdpr/workspace/proof_inside.hpp>
 #include <cdpr/workspace/proof_outside.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 enum Proof { PROVED_OUTSIDE = -1, UNDECIDED = 0, PROVED_INSIDE = 1 };
 
@@ -65,5 +64,4 @@ inline int prove(ProveBoxes& boxes) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 
 #include <cdpr/workspace/facets.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr int64_t TWO = 2;  // cables more than directions
 
@@ -153,5 +152,4 @@ template <class T> inline T closure_of_two(Matrix<const T> N, int64_t m) {
     return least / square_root(square);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 
 #include <cdpr/clearance.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct RaySearch {
     static constexpr double SHORT = 1e-6;  // m: free or blocked stretches that are shorter may be missed
@@ -87,5 +86,4 @@ inline int search_rays(RaySearch& search) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 #include <cdpr/attitude.hpp>
 #include <cdpr/field.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 CDPR_INLINE Quaternion<double> quaternion_of_bullet(const double* q) { return {q[3], q[0], q[1], q[2]}; }
 
@@ -44,5 +43,4 @@ inline int bullet_ball_state(BulletBallState& plant) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

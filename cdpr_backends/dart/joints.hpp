@@ -7,8 +7,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/rotation.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // DART drops forces that are not finite, and where numbers overflow it prints warnings without end and goes on with
 // zeros. Above this force, N or N m, or speed, m/s or rad/s, it must not step: the state becomes NaN.
@@ -123,5 +122,4 @@ inline int dart_follow_ball(DartFollowBall& joint) {
     return follow_turn(joint.kept, joint.step, w, joint.coordinates, joint.body);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 
 #include <cdpr/field.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // What MuJoCo calls back, with the model and data of its batch, which we leave alone.
 typedef void MujocoCallback(void* model, void* data, int number, void* words);
@@ -57,5 +56,4 @@ inline int mujoco_clock(MujocoClock& problem) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

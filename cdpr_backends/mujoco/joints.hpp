@@ -7,8 +7,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/rotation.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct MujocoFreeState {
     const double* coordinates;  // (7): position and attitude
@@ -43,5 +42,4 @@ inline int mujoco_ball_state(MujocoBallState& joint) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

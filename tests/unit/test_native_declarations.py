@@ -12,8 +12,7 @@ from native_compiler import NATIVE, compile_object, tool
 
 STRUCT = """
 #include <cdpr/entry.hpp>
-namespace cdpr {{
-inline namespace CDPR_TARGET {{
+namespace cdpr::CDPR_TARGET {{
 template <class T> struct Sample {{
     {members}
     static constexpr Field fields[] = {{{fields}}};
@@ -23,7 +22,6 @@ template <class T> inline int timed(Sample<T>&, double) {{ return 0; }}
 extern const cdpr_entry entries[2];
 const cdpr_entry entries[2] = {{entry<Sample<double>, sample<double>>("sample"),
                                 entry<Sample<double>, timed<double>>("timed")}};
-}}
 }}
 """
 MEMBERS = "const T* a; T* b; const int64_t* c; int64_t* d; int64_t n; T x;"

@@ -3,13 +3,11 @@
 
 #include <cdpr/winch_tension.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Direct {
     template <class T> static CDPR_INLINE WinchTension<T> held(const T*, T command, T, T) { return {command, 0.0}; }
     template <class T> static CDPR_INLINE T drum_acceleration(const T*, T, T, T) { return 0.0; }
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 
 #include <cdpr/winch_tension.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Drum {
     static constexpr int RADIUS = 0, INERTIA = 1, VISCOUS = 2, COULOMB = 3, COULOMB_SPEED = 4;
@@ -33,5 +32,4 @@ struct Drum {
     }
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Elastic {
     static constexpr int STIFFNESS = 0, DAMPING = 1;
@@ -26,5 +25,4 @@ struct Elastic {
     }
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 
 #include <cdpr/exit_result.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Pulley {
     static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4, COUNT = 7;
@@ -67,5 +66,4 @@ struct Pulley {
     }
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr double EXACT_SQUARE = 1e-12;  // of a quaternion's length: what is nearer to 1 was normalised by the FMU
 
@@ -82,5 +81,4 @@ inline int normalise_attitude(NormaliseAttitude& problem) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 #include <cdpr_backends/reference_guided.hpp>
 #include <cdpr_backends/reference_spherical.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<BodyState<double>, body_state<double>>("body_state"),
@@ -39,5 +38,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group backends = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 #include <cdpr/geometry.hpp>
 #include <cdpr/group.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Exits<double>, exits<double>>("exits"),
@@ -25,5 +24,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group cables = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

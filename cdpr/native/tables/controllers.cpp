@@ -5,8 +5,7 @@
 #include <cdpr_controllers/pid.hpp>
 #include <cdpr_controllers/static.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<TaskSpaceControl<double>, computed_torque<double>>("computed_torque"),
@@ -20,5 +19,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group controllers = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

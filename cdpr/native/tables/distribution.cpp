@@ -2,8 +2,7 @@
 #include <cdpr/distribute_rows.hpp>
 #include <cdpr/group.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<DistributedRows, distribute_rows>("distribute_rows"),
@@ -12,5 +11,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group distribution = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 #include <cdpr_backends/mujoco/direct.hpp>
 #include <cdpr_backends/mujoco/joints.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<MujocoFreeState, mujoco_free_state>("mujoco_free_state"),
@@ -28,5 +27,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group engines = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/rollouts/figures.hpp>
 #include <cdpr/simulation/proceed.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Proceed, proceed>("proceed"),
@@ -18,5 +17,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group loop = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

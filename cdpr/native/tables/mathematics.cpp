@@ -4,8 +4,7 @@
 #include <cdpr/positive_definite.hpp>
 #include <cdpr/rotations.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<CrossProducts<double>, cross_products<double>>("cross_products"),
@@ -23,5 +22,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group mathematics = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

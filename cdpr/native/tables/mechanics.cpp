@@ -9,8 +9,7 @@
 #include <cdpr/mechanics/reach.hpp>
 #include <cdpr/mechanics/stiffness.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<InverseDynamics<double>, static_cast<int (*)(InverseDynamics<double>&)>(inverse_dynamics)>(
@@ -29,5 +28,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group mechanics = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

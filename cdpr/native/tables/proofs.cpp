@@ -4,8 +4,7 @@
 #include <cdpr/workspace/proofs.hpp>
 #include <cdpr/workspace/tracing.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<ProveBoxes, prove>("prove"),
@@ -16,5 +15,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group proofs = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

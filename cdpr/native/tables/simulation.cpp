@@ -4,8 +4,7 @@
 #include <cdpr/simulation/observe.hpp>
 #include <cdpr/simulation/small_operations.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Observation<double>, observe<double>>("observe"),
@@ -28,5 +27,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group simulation = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -17,8 +17,7 @@
 #include <cdpr_solvers/puncture.hpp>
 #include <cdpr_solvers/qp.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<BoxLeastSquares, best_effort>("best_effort"),
@@ -45,5 +44,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group solvers = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -10,8 +10,7 @@
 #include <cdpr/safest.hpp>
 #include <cdpr/select_rows.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Acceptance<double>, accept<double>>("accept"),
@@ -38,5 +37,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group tension = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 #include <cdpr/trajectory/polygon_splines.hpp>
 #include <cdpr/trajectory/trajectory.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<DesiredMotion, desired_motion>("desired_motion"),
@@ -19,5 +18,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group trajectory = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

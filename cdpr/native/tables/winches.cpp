@@ -3,8 +3,7 @@
 #include <cdpr/winches.hpp>
 #include <cdpr_backends/reference_winches.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Plant<double>, settle_winches<double>>("settle_winches"),
@@ -17,5 +16,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group winches = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 #include <cdpr/workspace/assess_poses.hpp>
 #include <cdpr/workspace/connected.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Assess, assess>("assess"),
@@ -13,5 +12,4 @@ static constexpr cdpr_entry entries[] = {
 
 extern const cdpr_group workspace = group(entries);
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -16,8 +16,7 @@
 
 #include "model.h"
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 extern const cdpr_group operations;  // operations.cpp
 }
 }  // namespace cdpr

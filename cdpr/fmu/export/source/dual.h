@@ -3,8 +3,7 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Dual {
     double value, change;
@@ -50,5 +49,4 @@ CDPR_INLINE Dual angle_of(Dual y, Dual x) {
     return {angle_of(y.value, x.value), (x.value * y.change - y.value * x.change) / square};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

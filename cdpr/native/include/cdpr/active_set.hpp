@@ -9,8 +9,7 @@
 #include <cdpr/status.hpp>
 #include <cdpr/verdict.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A limit counts as kept within this share of the largest coordinate: the round-off of the updates.
 constexpr double FEASIBILITY_TOLERANCE = 1e-13;
@@ -162,5 +161,4 @@ inline int64_t nearest(const Polytope<double>& p, ActiveSet& s) {
     return most - left;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

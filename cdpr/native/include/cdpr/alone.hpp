@@ -4,8 +4,7 @@
 #include <cdpr/lanes.hpp>
 
 #ifdef __GNUC__
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // The same memory as doubles, of which there are eight times as many.
 CDPR_INLINE double* doubles(Lanes* space) { return reinterpret_cast<double*>(space); }
@@ -34,6 +33,5 @@ CDPR_INLINE void put(const double* array, Lanes* eight, int lane, int64_t count)
     for (int64_t i = 0; i < count; i++) eight[i].set(lane, array[i]);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET
 #endif

@@ -3,8 +3,7 @@
 
 #include <cdpr/rotation.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Rate of the attitude q of a body that turns with w, rad/s, world axes: w q / 2.
 template <class T> CDPR_INLINE Quaternion<T> turning(Quaternion<T> q, Vector<T> w) {
@@ -25,5 +24,4 @@ template <class T> CDPR_INLINE void put_attitude(Quaternion<T> q, T* body) {
     store(Quaternion<T>{sign * q.w, sign * q.x, sign * q.y, sign * q.z}, body + 3);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct BentSpan {
     const T* numbers;   // of the part
@@ -18,5 +17,4 @@ template <class T> struct BentCable {
     T tension;        // N, at the winch
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 
 #include <cdpr/geometry.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Write the body state of a platform state.
 template <class T> CDPR_INLINE void from_platform(const T* offset, const T* state, T* body) {
@@ -98,5 +97,4 @@ template <class T> inline int applied_wrench(AppliedWrench<T>& body) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -11,8 +11,7 @@
 #include <cdpr/null_space.hpp>
 #include <cdpr/row_space.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct BoxLeastSquares {
     const double* matrix;       // (n, m), W, moments in N m per N
@@ -286,5 +285,4 @@ inline int box_least_squares(BoxLeastSquares& p) {
     return status;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

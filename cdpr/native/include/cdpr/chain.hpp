@@ -8,8 +8,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/parts.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct ChainRow {
     static constexpr int WINCH_KIND = 0, SPAN_KIND = 1, LOWEST = 2, WINCH = 3, SPAN = 11, WIDTH = 19;
@@ -128,5 +127,4 @@ template <class T> inline int chain_start(ChainStart<T>& cables) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 #include <cdpr/status.hpp>
 #include <cdpr/sum.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A tension is within its limits, and at a limit, to this many newtons, or on robots whose largest limit is less than a
 // newton to this share of that: finer than any force sensor, coarser than the round-off of every exact solver.
@@ -134,5 +133,4 @@ template <class T> inline int accept(Acceptance<T>& problem) {
     return code(status);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

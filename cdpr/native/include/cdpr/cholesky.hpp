@@ -5,8 +5,7 @@
 #include <cdpr/matrix.hpp>
 #include <cdpr/sum.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A direction whose remaining curvature is below this share counts as unobservable: round-off of the factorisation.
 constexpr double SINGULAR = 1e-13;
@@ -34,5 +33,4 @@ template <class T> CDPR_INLINE void solve(Matrix<T> L, const T* b, T* x, int64_t
         x[k] = difference(x[k], k + 1, n, [&](int64_t j) { return L(j, k) * x[j]; }) / L(k, k);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -9,8 +9,7 @@
 #include <cdpr/lanes.hpp>
 #include <cdpr/solids.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // An anchor so near to the surface of its platform, m, is on it: less than cables are thick, more than files are round.
 constexpr double ON_SURFACE = 1e-5;
@@ -165,5 +164,4 @@ inline int too_near(TooNear& watch, double time) {
     return nearest(now, watch.pose, watch.ends).clearance <= watch.clearance ? 1 : 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 #include <cdpr/clearance.hpp>
 
 #ifdef __GNUC__
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct Clearances {
     Bodies bodies;
@@ -56,6 +55,5 @@ inline int clearances(Clearances& asked) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET
 #endif

@@ -3,8 +3,7 @@
 
 #include <cdpr/imposed.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Write the wrench (6) of the tensions, W t, and the report but for its status; the residual is 0: no wrench was
 // wanted.
@@ -77,5 +76,4 @@ template <class T> inline int impose_command(ImposedCommand<T>& p) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct CrossProducts {
     const T* left;   // (n, 3)
@@ -22,5 +21,4 @@ template <class T> inline int cross_products(CrossProducts<T>& problem) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/solids.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct SegmentDistances {
     const double* first;   // (k, 6), both ends, m
@@ -41,5 +40,4 @@ inline int solid_distances(SolidDistances& asked) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 #include <cdpr/alone.hpp>
 #include <cdpr/null_space.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class Rule> CDPR_INLINE int distribute(TensionProblem<double>& problem) {
     const int64_t r = reduce(problem);
@@ -60,5 +59,4 @@ template <class Rule> CDPR_INLINE int distribute(TensionProblem<Lanes>& problem)
 }
 #endif
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

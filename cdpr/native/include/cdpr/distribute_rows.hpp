@@ -10,8 +10,7 @@
 #include <cdpr/policy.hpp>
 #include <cdpr/select_rows.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Rows, which are doubles, and the problem of the present one, or of eight.
 template <class T> struct Rows {
@@ -241,5 +240,4 @@ inline int distribute_rows_side_by_side(RowsSideBySide& p) {
 }
 #endif
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

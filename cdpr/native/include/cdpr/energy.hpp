@@ -3,8 +3,7 @@
 
 #include <cdpr/inverse_dynamics.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // With G the centre of mass: kinetic m |v_G|^2 / 2 + omega . I omega / 2, J; potential -m g . p_G, which is 0 at the
 // world's origin, J.
@@ -72,5 +71,4 @@ template <class T> inline int external_work(ExternalWork<T>& p) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/field.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr bool same(const char* a, const char* b) { return *a == *b && (*a == 0 || same(a + 1, b + 1)); }
 
@@ -69,5 +68,4 @@ template <class Problem, auto kernel> constexpr cdpr_entry entry(const char* nam
     return {name, call<Problem, kernel>, sizeof(Problem), Problem::fields, count};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

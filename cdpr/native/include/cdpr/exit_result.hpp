@@ -3,13 +3,11 @@
 
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct ExitResult {
     Vector<T> point;   // m, world, where the cable leaves the frame
     T wrapped_length;  // m, length of cable that lies on the exit
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

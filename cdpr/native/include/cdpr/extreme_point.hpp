@@ -7,8 +7,7 @@
 
 #include <cdpr/active_set.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Move x onto the active limits, from which many steps may have led it by some round-off.
 inline void correct(const Polytope<double>& p, const ActiveSet& s) {
@@ -119,5 +118,4 @@ inline int64_t extreme(const Polytope<double>& p, ActiveSet& s, const double* g)
     return follow(p, s, g, length, steps);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 #include <cdpr/matrix.hpp>
 #include <cdpr/sum.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 CDPR_INLINE void set_identity(Matrix<double> J, int64_t r) {
     for (int64_t i = 0; i < r; i++)
@@ -79,5 +78,4 @@ inline void turn(Matrix<double> N, int64_t m, int64_t r, int64_t k, int64_t i, d
     for (int64_t j = k + 1; j < r; j++) N(i, j) = 0.0;  // but for round-off, which would let the row drift
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

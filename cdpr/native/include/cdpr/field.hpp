@@ -18,8 +18,7 @@
 #include <cdpr/table.h>
 #include <cdpr/target.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 using Field = cdpr_field;
 
@@ -76,5 +75,4 @@ constexpr Fields<count + int(sizeof...(More))> extended(const Field (&first)[cou
     return all;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -8,8 +8,7 @@
 #include <cdpr/cholesky.hpp>
 #include <cdpr/geometry.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct ForwardKinematics {
     static constexpr int MOST_ITERATIONS = 100;
@@ -153,5 +152,4 @@ inline int forward_kinematics(ForwardKinematics& fit) {
     return converged ? count : -count;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

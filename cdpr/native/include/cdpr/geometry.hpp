@@ -7,8 +7,7 @@
 #include <cdpr/side_by_side.hpp>
 #include <cdpr/status.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Return force and moment, N and N m, about p, world axes, of the tensions, N, on a body at p with attitude q.
 // `eight`: the answer of `are_eight`.
@@ -136,5 +135,4 @@ template <class T> inline int exits(Exits<T>& cables) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,10 +4,8 @@
 #include <cdpr/entry.hpp>
 #include <cdpr/instruction_set.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <int64_t count> constexpr cdpr_group group(const cdpr_entry (&entries)[count]) { return {entries, count}; }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -10,8 +10,7 @@
 #include <cdpr/status.hpp>
 #include <cdpr/wrench.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Of the platform's origin, m/s^2, and about the hinge, rad/s^2; world axes.
 template <class T> struct GuidedAcceleration {
@@ -126,5 +125,4 @@ template <class T> inline int guide_forces(GuideForces<T>& joints) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 
 #include <cdpr/segments.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A face's height over a segment a + s d is low + s up.
 struct Slope {
@@ -103,5 +102,4 @@ inline double from_hull(Hull hull, Vector<double> a, Vector<double> b) {
     return least;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/checks.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Give the cables the tensions that they are `held` at, N; NaN for cables that are free.
 template <class T> CDPR_INLINE void hold(const T* held, T* tension, int64_t m) {
@@ -59,5 +58,4 @@ template <class T> inline int room_within_limits(Room<T>& p) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

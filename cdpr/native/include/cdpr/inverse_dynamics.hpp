@@ -8,8 +8,7 @@
 #include <cdpr/rotation.hpp>
 #include <cdpr/wrench.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // `Robot.inertial`: mass, kg; centre of mass c, m, and inertia about it, kg m^2, row by row, platform axes.
 template <class T> struct Inertial {
@@ -66,5 +65,4 @@ template <class T> inline int inverse_dynamics(InverseDynamics<T>& wanted) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -11,8 +11,7 @@
 #pragma GCC diagnostic ignored "-Wpsabi"  // on how lanes are passed: none of these functions is called, all are inline
 #endif
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr int WIDTH = 8;
 
@@ -194,7 +193,6 @@ CDPR_INLINE Lanes angle_of(const Lanes& sine, const Lanes& cosine) {
     return each([](double y, double x) { return angle_of(y, x); }, sine, cosine);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET
 
 #endif

@@ -10,8 +10,7 @@
 #include <cdpr/rotation.hpp>
 #include <cdpr/wrench.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // The row of one cable, and the platform's pose.
 template <class T> struct Line {
@@ -82,5 +81,4 @@ template <class T> CDPR_INLINE void store(Vector<T> direction, Vector<T> moment,
     column[5 * m] = moment.z;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/extreme_point.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // min or max s over (x, s), x (r): low <= c + row . x + last s <= high for each row. Its work space:
 struct LinearProgram {
@@ -41,5 +40,4 @@ inline LinearProgram linear_program(double* space, int64_t most, int64_t r) {
     return {table, rest[0], rest[1], rest[2], rest[3], rest[4], rest[5], rest[6], rest[7], most, r, 0};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A view of memory that a caller owns. Rows begin `stride` numbers apart.
 template <class T> struct Matrix {
@@ -16,5 +15,4 @@ template <class T> struct Matrix {
     CDPR_INLINE Matrix from(int64_t row) const { return {data + row * stride, stride}; }
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -8,8 +8,7 @@
 #include <cdpr/sum.hpp>
 #include <cdpr/tension_problem.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr double RANK_TOLERANCE = 1e-9;  // as in cdpr.model.rank
 
@@ -253,5 +252,4 @@ template <class T> CDPR_INLINE Truth<T> common(const TensionProblem<T>& problem,
     return found;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

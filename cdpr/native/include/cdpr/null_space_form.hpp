@@ -3,8 +3,7 @@
 
 #include <cdpr/null_space.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct NullSpaceForm {
     const double* matrix;       // (n, m), W, moments in N m per N
@@ -44,5 +43,4 @@ inline int null_space_form(NullSpaceForm& p) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

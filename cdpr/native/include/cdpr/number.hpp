@@ -10,8 +10,7 @@
 
 #include <cdpr/target.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr double INFINITE = __builtin_huge_val();
 constexpr double NOT_A_NUMBER = __builtin_nan("");
@@ -39,5 +38,4 @@ template <class T> CDPR_INLINE Truth<T> finite(T number) { return absolute(numbe
 // An index that is kept among numbers, the same in all lanes.
 template <class T> CDPR_INLINE int64_t whole(T number) { return static_cast<int64_t>(first(number)); }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

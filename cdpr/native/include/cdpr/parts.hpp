@@ -11,8 +11,7 @@
 #include <cdpr/cables/elastic/elastic.hpp>
 #include <cdpr/cables/pulley/pulley.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 enum ExitKind { POINT, PULLEY };
 enum WinchKind { DIRECT, DRUM };
@@ -91,5 +90,4 @@ CDPR_INLINE T bent_rest([[maybe_unused]] T kind, [[maybe_unused]] BentSpan<T> sp
     return NOT_A_NUMBER;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

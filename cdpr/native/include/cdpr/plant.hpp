@@ -12,8 +12,7 @@
 #include <cdpr/matrix.hpp>
 #include <cdpr/sum.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A cable at the present pose: the lever of its anchor on the body, the chord from there to the exit, that chord's
 // length, and the length of cable that lies on the exit, m.
@@ -162,5 +161,4 @@ template <class T> inline void apply(const Plant<T>& plant) {
     for (int64_t j = 0; j < 6; j++) plant.applied[j] = plant.applied[j] + plant.beside[j];
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

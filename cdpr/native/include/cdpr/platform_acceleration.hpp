@@ -4,8 +4,7 @@
 #include <cdpr/cholesky.hpp>
 #include <cdpr/plant.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Mass matrix M and wrench c of the platform alone, about the body's origin, world axes: M twist' + c = applied, c with
 // the weight. In directions in which a guide holds the platform M is that of the identity.
@@ -133,5 +132,4 @@ template <class T> inline void share_inertia(Plant<T>& plant, PlatformDynamics<T
     }
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

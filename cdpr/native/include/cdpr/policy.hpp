@@ -4,8 +4,7 @@
 #include <cdpr/box_least_squares.hpp>
 #include <cdpr/checks.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // By what a policy replaces an answer: the tensions nearest to the wrench within the limits; those of the step before;
 // or the solver's own, at the limits, if they are finite.
@@ -98,5 +97,4 @@ inline int replace_tension(Fallback& p, double solver_status) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -7,8 +7,7 @@
 
 #include <cdpr/polytope.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A limit counts as kept within this share of the largest tension or limit: some hundred times the round-off of
 // clipping, so that a set without inner points (a segment, a point) is not lost.
@@ -200,5 +199,4 @@ inline void centre_of_polygon(const Corners& corners, double* x) {
     }
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 #include <cdpr/polygon.hpp>
 #include <cdpr/status.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Corners of { x : low <= c + N x <= high }, N (m, dimension).
 template <int dimension> struct AdmissibleCorners {
@@ -41,5 +40,4 @@ inline int admissible_polygon(AdmissibleCorners<2>& problem) {
     return corners.count > 0 ? OK : INFEASIBLE;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

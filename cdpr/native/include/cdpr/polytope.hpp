@@ -7,8 +7,7 @@
 #include <cdpr/sum.hpp>
 #include <cdpr/tension_problem.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct Polytope {
     Matrix<const T> N;  // (m, r), rows that are round-off made zero
@@ -63,5 +62,4 @@ CDPR_INLINE void settle(const Polytope<double>& p) {
     }
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

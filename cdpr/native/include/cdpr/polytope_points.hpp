@@ -4,8 +4,7 @@
 #include <cdpr/extreme_point.hpp>
 #include <cdpr/field.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct NearestPoint {
     const double* basis;  // (m, r), N, rows that are round-off made zero
@@ -77,5 +76,4 @@ inline int extreme_point(ExtremePoint& p) {
     return report(p.steps, extreme(p.polytope(), set, p.objective));
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

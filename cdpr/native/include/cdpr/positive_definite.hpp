@@ -5,8 +5,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/lanes.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Whether each lane, or the one problem, has no answer: bits, 1 for the first.
 CDPR_INLINE int missing(bool answered) { return answered ? 0 : 1; }
@@ -38,5 +37,4 @@ template <class T> inline int positive_definite(PositiveDefinite<T>& system) {
     return missing(regular);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

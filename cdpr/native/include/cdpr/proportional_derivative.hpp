@@ -4,8 +4,7 @@
 
 #include <cdpr/rotation.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Accelerations, m/s^2 and rad/s^2, world axes.
 template <class T> struct Feedback {
@@ -36,5 +35,4 @@ template <class T> CDPR_INLINE Feedback<T> proportional_derivative(const T* stat
     return proportional_derivative(state, desired, gains, attitude_error(state, desired));
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

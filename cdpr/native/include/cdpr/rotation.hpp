@@ -3,8 +3,7 @@
 
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Below this sine of the half angle the rotation vector is 2 (x, y, z) to 1e-16: the next term is sine^2 / 6.
 constexpr double SMALL_SINE = 1e-8;
@@ -56,5 +55,4 @@ template <class T> CDPR_INLINE Vector<T> logarithm(Quaternion<T> q) {
     return {signed_factor * q.x, signed_factor * q.y, signed_factor * q.z};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

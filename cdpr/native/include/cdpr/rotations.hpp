@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/rotation.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct Rotations {
     const T* quaternion;  // (k, 4)
@@ -61,5 +60,4 @@ template <class T> inline int quaternions(Quaternions<T>& rows) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

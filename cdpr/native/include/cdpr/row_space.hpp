@@ -11,8 +11,7 @@
 
 #include <cdpr/null_space.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 struct NearestByRows {
     const double* matrix;       // (n, m), W, moments in N m per N
@@ -253,5 +252,4 @@ inline int nearest_tension_by_rows(NearestByRows& p) {
     return status;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

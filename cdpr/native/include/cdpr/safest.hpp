@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/linear_program.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Write x and return the largest s with low + s d <= c + N x <= high - s d; of several x that of least norm. d_i is 1,
 // so that s is the smallest distance of a tension from its limits; with `ball` it is the length of row i of N, so that
@@ -63,5 +62,4 @@ inline int safest_points(SafestPoint& p) {
     return *p.distance != *p.distance ? NOT_FOUND : OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

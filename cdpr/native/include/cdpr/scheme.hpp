@@ -6,8 +6,7 @@
 
 #include <cdpr/attitude.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr int STAGES = 4;
 
@@ -36,5 +35,4 @@ CDPR_INLINE Point runge_kutta(Point start, Point none, double h, Slope slope) {
     return along(start, T(h / 6.0), sum);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

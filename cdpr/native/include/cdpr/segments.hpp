@@ -3,8 +3,7 @@
 
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Square of the sine of an angle, below which the round-off of where two lines are nearest is felt.
 constexpr double PARALLEL = 1e-6;
@@ -45,5 +44,4 @@ template <class T> CDPR_INLINE T between(Vector<T> start, Vector<T> end, Vector<
     return square_root(found);
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/field.hpp>
 #include <cdpr/status.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct Selection {
     const int64_t* rows;   // (n), from 0 to 5
@@ -34,5 +33,4 @@ template <class T> inline int select_rows(Selection<T>& p) {
     return OK;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

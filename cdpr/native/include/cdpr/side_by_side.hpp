@@ -8,8 +8,7 @@
 #include <cdpr/lanes.hpp>
 #include <cdpr/line.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Return whether these are eight cables that leave from points.
 template <class T> CDPR_INLINE bool are_eight(int64_t, int64_t) { return false; }
@@ -81,5 +80,4 @@ CDPR_INLINE int64_t write_eights(const double* lines, int64_t width, int64_t m, 
 
 #endif
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

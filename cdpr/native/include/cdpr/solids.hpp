@@ -8,8 +8,7 @@
 #include <cdpr/hull.hpp>
 #include <cdpr/rotation.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Halvings of a segment on the way to where it is nearest to a solid: to the last digit of its length.
 constexpr int HALVINGS = 52;
@@ -137,5 +136,4 @@ inline double from_solid(Solid solid, Vector<double> start, Vector<double> end) 
     return least;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -4,8 +4,7 @@
 #include <cdpr/sum.hpp>
 #include <cdpr/tension_problem.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Write t = c + N x, N; x (r).
 template <class T> CDPR_INLINE void write_solution(const TensionProblem<T>& problem, int64_t r, const T* x) {
@@ -14,5 +13,4 @@ template <class T> CDPR_INLINE void write_solution(const TensionProblem<T>& prob
         problem.tension[i] = sum(problem.center()[i], 0, r, [&](int64_t k) { return N(i, k) * x[k]; });
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 
 #include <cdpr/rotation.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct Ball {
     const T* packed;
@@ -29,5 +28,4 @@ template <class T> CDPR_INLINE Vector<T> turned_product(const T* A, Quaternion<T
     return rotate(q, product(A, rotate(conjugate(q), v)));
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/lanes.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Numbered as cdpr.tension.Status. A function that returns a count returns minus a status where it fails.
 enum Status { OK, INFEASIBLE, NOT_FOUND, UNSUPPORTED, BAD_INPUT };
@@ -15,5 +14,4 @@ CDPR_INLINE int code(double status) { return int(status); }
 CDPR_INLINE int code(const Lanes& status) { return bits(status != Lanes(double(OK))); }
 #endif
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -6,8 +6,7 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Return start + term(begin) + ... + term(end - 1).
 template <class T, class Term> CDPR_INLINE T sum(T start, int64_t begin, int64_t end, Term term) {
@@ -21,5 +20,4 @@ template <class T, class Term> CDPR_INLINE T difference(T start, int64_t begin, 
     return start;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

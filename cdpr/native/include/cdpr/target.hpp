@@ -5,6 +5,12 @@
 #ifndef CDPR_TARGET
 #define CDPR_TARGET portable
 #endif
+namespace cdpr {
+inline namespace CDPR_TARGET {}  // namespace CDPR_TARGET
+}  // namespace cdpr
+#ifdef __clang__
+#pragma clang diagnostic ignored "-Winline-namespace-reopened-noninline"
+#endif
 
 // Small functions are inlined even without optimisation, so that no copy of one can be merged.
 #define CDPR_INLINE inline __attribute__((always_inline))

@@ -8,8 +8,7 @@
 #include <cdpr/number.hpp>
 #include <cdpr/status.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // The solvers that work in null-space form share it. A cable whose limits are equal is locked: its tension is given.
 template <class T> struct TensionProblem {
@@ -46,5 +45,4 @@ template <class T> struct TensionProblem {
     CDPR_INLINE T* spare() const { return factors; }  // of `reduce`; after it (n + 5)(n + m) numbers of work space
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct Vector {
     T x, y, z;
@@ -51,5 +50,4 @@ template <class T> CDPR_INLINE Vector<T> product(const T* A, Vector<T> v) {
     return {dot(vector(A), v), dot(vector(A + 3), v), dot(vector(A + 6), v)};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -5,8 +5,7 @@
 #include <cdpr/sum.hpp>
 #include <cdpr/tension_problem.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // A breach of a limit below this share of the largest tension is the rounding of an ill-conditioned problem whose only
 // solution is a vertex: the band within which round-off decides feasibility.
@@ -91,5 +90,4 @@ template <class T> CDPR_INLINE T clip_to_limits(const TensionProblem<T>& problem
     return select(answers(problem, breach, size), T(double(OK)), T(double(INFEASIBLE)));
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,13 +3,11 @@
 
 #include <cdpr/number.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct WinchTension {
     T tension;  // N, without what the winch's inertia takes when the platform accelerates
     T mass;     // kg, that inertia as a mass along the cable
 };
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

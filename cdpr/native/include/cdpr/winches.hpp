@@ -3,8 +3,7 @@
 
 #include <cdpr/platform_acceleration.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Write unwound lengths and speeds at which each tension is its command and no cable stretches further; 0 of others.
 template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
@@ -134,5 +133,4 @@ template <class T> inline int step_winches(WinchStep<T>& problem) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

@@ -3,8 +3,7 @@
 
 #include <cdpr/vector.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 template <class T> struct Wrench {
     Vector<T> force;   // N
@@ -22,5 +21,4 @@ template <class T> CDPR_INLINE Wrench<T> operator+(Wrench<T> a, Wrench<T> b) {
     return {a.force + b.force, a.moment + b.moment};
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET
