@@ -6,8 +6,7 @@
 #include <cdpr/table.h>
 #include <cdpr/target.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 // Meaning of a status other than 0: none; the operation found no answer; something is not finite.
 enum Vital { IGNORED, ANSWER, FINITE };
@@ -37,5 +36,4 @@ CDPR_INLINE const Call* make_calls(const Call* calls, size_t count, double time)
     return nullptr;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET

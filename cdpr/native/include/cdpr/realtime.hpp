@@ -12,8 +12,7 @@
 #include <cdpr/calls.hpp>
 #include <cdpr/target.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr uint64_t NUMBERS_MAGIC = 0x006d756e72706463;  // "cdprnum"
 constexpr uint64_t NUMBERS_VERSION = 1;
@@ -141,5 +140,4 @@ inline const Call* step_program(const ExportedProgram& program, uint64_t* memory
     return failed;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET
