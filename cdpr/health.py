@@ -107,8 +107,8 @@ def kernels() -> Iterator[Found]:
     except ImportError as error:
         remedy = f"reinstall {DISTRIBUTION}; in a checkout, run pip install --editable ."
         yield Found("kernels", "library", "wrong", f"cannot be loaded: {error}", remedy)
-    except ValueError as error:
-        yield Found("kernels", "library", "wrong", str(error).rstrip("."), f"correct or unset {native.VARIABLE}")
+    except CdprError as error:
+        yield Found("kernels", "library", "wrong", str(error).partition(";")[0], f"correct or unset {native.VARIABLE}")
     else:
         text = f"{library.__file__}, {len(native.operations())} operations, built by {library.compiler}"
         if digest() in (None, library.sources):

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable
 from functools import cache
 
+from cdpr.errors import CdprError
 from cdpr.native.sizes import Dimension
 
 VARIABLE = "CDPR_NATIVE_TARGET"
@@ -76,13 +77,13 @@ def target() -> str:
     """Return the instruction set in use: the fastest, or that of the environment variable CDPR_NATIVE_TARGET.
 
     Raises:
-        ValueError: The variable names none that this processor can run.
+        CdprError: The variable names none that this processor can run.
     """
     wanted = os.environ.get(VARIABLE)
     if wanted is None:
         return targets()[-1]
     if wanted not in targets():
-        raise ValueError(f"{VARIABLE}: expected one of {', '.join(targets())}, got '{wanted}'.")
+        raise CdprError(f"{VARIABLE}: expected one of {', '.join(targets())}, got '{wanted}'; correct or unset it")
     return wanted
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
+from cdpr.errors import CdprError
 from cdpr.native import bind as module
 from cdpr.native import library
 from cdpr.native.bind import bind
@@ -242,7 +243,8 @@ def test_the_environment_forces_an_instruction_set(monkeypatch, target):
 @pytest.mark.parametrize("wanted", ["", "x86-64-v9", "x86_64"])
 def test_an_instruction_set_that_this_processor_lacks_is_an_error(monkeypatch, wanted):
     monkeypatch.setenv(VARIABLE, wanted)
-    with pytest.raises(ValueError, match=rf"^{VARIABLE}: expected one of {', '.join(targets())}, got '{wanted}'\.$"):
+    told = rf"^{VARIABLE}: expected one of {', '.join(targets())}, got '{wanted}'; correct or unset it$"
+    with pytest.raises(CdprError, match=told):  # its exit code is that of wrong usage
         operations()
 
 
