@@ -1,10 +1,10 @@
-"""The window: a page in the browser, and what it shows and steers.
+"""Graphical user interface: a simulation that is shown and controlled in a browser.
 
-- `show`: the thread that owns the simulation, and what it does when told.
-- `stage`: one simulation, and what is seen of it; `drawing`, `curves`: what of its rows goes to the page.
-- `board`: the latest of everything, which each window takes at its own pace.
-- `server`: the page by HTTP, and the sockets of the windows, on one port.
-- `desk`: the files that are edited, as a form.
-- `page`: what the browser shows.
-- `window`: joins them all.
+- `show`: thread that owns the simulation and executes commands.
+- `stage`: a simulation and its display; `drawing`, `curves`: conversion of its rows for the page.
+- `board`: broadcast of the latest data to all windows.
+- `server`: HTTP page and WebSockets of the windows, on one port.
+- `desk`: editor of the scenario's files as a form.
+- `page`: content of the browser page.
+- `window`: composition of all parts.
 """

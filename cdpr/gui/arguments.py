@@ -1,4 +1,4 @@
-"""Calls what a window asks for; what it got wrong is told in a sentence."""
+"""Function calls with arguments from a window, checked against the signature."""
 
 from __future__ import annotations
 
@@ -11,10 +11,19 @@ from cdpr.nearest import did_you_mean
 
 
 def call(do: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
-    """Return what a function returns. Raises CdprError where it takes no such arguments, or lacks some."""
+    """Call a function and return its result.
+
+    Args:
+        do: name of the command, for messages.
+        function: function to call.
+        arguments: keyword arguments from the window.
+
+    Raises:
+        CdprError: if arguments are unknown or missing.
+    """
     wanted = signature(function)
     takes = list(wanted.parameters)
-    anything = any(each.kind is Parameter.VAR_KEYWORD for each in wanted.parameters.values())  # it judges them itself
+    anything = any(each.kind is Parameter.VAR_KEYWORD for each in wanted.parameters.values())  # it checks them itself
     for name in () if anything else arguments:
         if name not in takes:
             known = ", ".join(takes) or "nothing"

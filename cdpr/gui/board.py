@@ -1,7 +1,7 @@
-"""The latest of everything that windows show; each takes at its own pace what it has not yet seen.
+"""Broadcast of the latest GUI data to all connected windows.
 
-A message replaces the one of its kind that was there, so a window that is slow, or comes late, gets the newest alone,
-and what waits for it is bounded however slow it is. Curves, which grow, are cut out for each window from where it is.
+A message replaces the previous one of its kind. Slow or late windows get only the newest, so that the backlog is
+bounded. Curves grow; each window receives the part it lacks.
 """
 
 from __future__ import annotations
@@ -16,18 +16,22 @@ from cdpr.gui.curves import Curves
 
 Message = Mapping[str, Any]
 
-# In this order: each is drawn into what stands before it.
+# Order matters: each kind is drawn into the previous ones.
 KINDS = ("hello", "form", "scene", "status", "frame")
-MOST_WAITING = 50  # messages of its own that a window has not taken yet: the oldest are dropped
+MOST_WAITING = 50  # pending messages of one window; beyond, the oldest are dropped
 
 
 def encoded(message: Message) -> str:
-    """Return a message as it is sent; ValueError where it holds a number that JSON has not."""
+    """Return a message as JSON.
+
+    Raises:
+        ValueError: if it contains a number that is not finite.
+    """
     return json.dumps(message, separators=(",", ":"), allow_nan=False)
 
 
 class Posted:
-    """A message on the board, encoded when the first window takes it."""
+    """Message on the board, encoded when the first window takes it."""
 
     def __init__(self, number: int, message: Message) -> None:
         self.number, self.message = number, message
@@ -35,14 +39,14 @@ class Posted:
 
     @property
     def text(self) -> str:
-        """The message as it is sent."""
+        """The message as JSON."""
         if self._text is None:
             self._text = encoded(self.message)
         return self._text
 
 
 class Board:
-    """What is to be shown; threads put it here, and windows wait for it."""
+    """Latest messages: threads put them here, and windows wait for them."""
 
     def __init__(self) -> None:
         self.changed = Condition()
@@ -52,7 +56,7 @@ class Board:
         self._readers: list[Reader] = []
 
     def put(self, message: Message) -> None:
-        """Show a message in place of the last one of its kind; one of no such kind goes to every window."""
+        """Publish a message: it replaces the last one of its kind; messages of other kinds go to every window."""
         with self.changed:
             kind = message["kind"]
             if kind in KINDS:
@@ -64,20 +68,20 @@ class Board:
             self.changed.notify_all()
 
     def latest(self, kind: str) -> Message | None:
-        """The last message of a kind."""
+        """Return the last message of a kind, or None."""
         with self.changed:
             posted = self._latest.get(kind)
         return None if posted is None else posted.message
 
     def join(self) -> Reader:
-        """Return what takes messages for another window."""
+        """Return a reader for a new window."""
         reader = Reader(self)
         with self.changed:
             self._readers.append(reader)
         return reader
 
     def leave(self, reader: Reader) -> None:
-        """Forget a window, and wake whoever waits for its messages."""
+        """Remove a window's reader, and wake the thread that waits for its messages."""
         with self.changed:
             reader.gone = True
             self._readers.remove(reader)
@@ -85,11 +89,11 @@ class Board:
 
 
 class Reader:
-    """What one window has seen.
+    """Messages that a window has not yet received.
 
     Attributes:
-        own: messages for it alone.
-        gone: it takes no more.
+        own: messages for this window only.
+        gone: True once the window is closed.
     """
 
     def __init__(self, board: Board) -> None:
@@ -100,13 +104,13 @@ class Reader:
         self._mark = board.curves.start()
 
     def tell(self, message: Message) -> None:
-        """Let this window alone have a message."""
+        """Send a message to this window only."""
         with self._board.changed:
             self.own.append(message)
             self._board.changed.notify_all()
 
     def __iter__(self) -> Iterator[str]:
-        """Yield texts to be sent, waiting for them, until the window is gone."""
+        """Yield messages as JSON, waiting for new ones, until the window is closed."""
         board = self._board
         while not self.gone:
             texts: list[str] = []

@@ -1,10 +1,10 @@
-"""What messages call an option of a command is a field of the window."""
+"""Translation of command-line options in messages into the names of GUI fields."""
 
 from __future__ import annotations
 
 import re
 
-# As messages have them, and the labels of the dialogs: page/exchange.js and page/files.js.
+# Patterns as in messages, and labels of the dialogs in page/exchange.js and page/files.js.
 FIELDS = (
     (r"\(--cable-set\)", "(the field Cable set)"),
     (r"\(--trajectory\)", "(the field Trajectory)"),
@@ -21,7 +21,7 @@ FIELDS = (
 
 
 def in_window(text: str) -> str:
-    """Return a message with the fields that a window has in place of options."""
+    """Return a message with GUI fields in place of command-line options."""
     for option, field in FIELDS:
         text = re.sub(option, field, text)
     return text

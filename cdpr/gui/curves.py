@@ -1,4 +1,4 @@
-"""Curves that grow while a simulation runs, with no more points than a screen shows and with their extremes kept."""
+"""Curves of a running simulation, decimated to screen resolution with their extremes preserved."""
 
 from __future__ import annotations
 
@@ -10,23 +10,24 @@ import numpy as np
 
 from cdpr.model.robot import Array
 
-MOST = 4000  # points of a curve: more than a screen is wide
-PIECE = 400  # points of a message: encoding them stops the simulation for some milliseconds
+MOST = 4000  # points per curve: more than the width of a screen
+PIECE = 400  # points per message: encoding interrupts the simulation for some milliseconds
 
 
 @dataclass(frozen=True)
 class Mark:
-    """How far a window has come."""
+    """Last point that a window has received."""
 
     run: int
     points: int
 
 
 class Curves:
-    """Values over time; whoever calls anything but `add` holds the board's lock.
+    """Values over time. All methods except `add` must be called while holding the board's lock.
 
-    Of each span of samples, as long as all of a run need, a curve has the least and the largest value, in their order;
-    of short runs it has every sample.
+    Samples are grouped into spans of equal length; a curve keeps the minimum and maximum of each span, in order of
+    time.
+    Curves of short runs keep every sample.
     """
 
     def __init__(self) -> None:
@@ -34,7 +35,7 @@ class Curves:
         self.begin({}, 1)
 
     def begin(self, names: Mapping[str, tuple[int, int]], samples: int) -> None:
-        """Empty them; `names` says how many columns each quantity has, and to how many decimals they are told."""
+        """Clear the curves; `names` holds the number of columns and of decimals of each quantity."""
         self._names, self._span = dict(names), 1 if samples <= MOST else -(-2 * samples // MOST)
         self._run += 1
         self._count, self._shown = 0, 0
@@ -43,7 +44,7 @@ class Curves:
         self._rest = np.empty((0, width))
 
     def add(self, rows: Array) -> None:
-        """Add samples (n, 1 + columns): time, s, and all values side by side."""
+        """Add samples (n, 1 + columns): time, s, and all values in columns."""
         if self._span == 1:
             self._append(rows)
             return
@@ -54,21 +55,21 @@ class Curves:
             self._append(_extremes(rows[: whole * self._span].reshape(whole, self._span, -1)))
 
     def end(self) -> None:
-        """Add what is left over, after the last sample."""
+        """Add the remaining samples after the last one."""
         if len(self._rest):
             self._append(_extremes(self._rest[None]))
             self._rest = self._rest[:0]
 
     def show(self) -> None:
-        """Let windows have all points so far."""
+        """Publish all points so far."""
         self._shown = self._count
 
     def start(self) -> Mark:
-        """Where a window begins that has nothing."""
+        """Return the mark of a window without any points."""
         return Mark(-1, 0)
 
     def since(self, mark: Mark) -> tuple[list[dict[str, Any]], Mark]:
-        """Return the messages for a window that has come so far, and how far it then is; some more may be left."""
+        """Return the next messages for a window and its new mark; more points may remain."""
         first = mark.points if mark.run == self._run else 0
         stop = min(self._shown, first + PIECE)
         if mark.run == self._run and first == stop:
@@ -93,7 +94,7 @@ PER_CABLE = ("tension", "length")
 
 
 def plain(values: Array) -> Any:
-    """Return numbers as lists; None in place of what is none, which JSON has not."""
+    """Return numbers as lists, with None for non-finite numbers, which JSON does not support."""
     if np.isfinite(values).all():
         return values.tolist()
     out = values.astype(object)
@@ -102,7 +103,7 @@ def plain(values: Array) -> Any:
 
 
 def _extremes(spans: Array) -> Array:
-    """Two points (2 b, k) of each of b spans of samples (b, n, k): what is least and largest, in their order."""
+    """Return two points (2 b, k) for each of b spans of samples (b, n, k): the extrema, in order of time."""
     values = np.nan_to_num(spans, nan=0.0)
     low, high = values.argmin(axis=1)[:, None], values.argmax(axis=1)[:, None]
     first, second = np.minimum(low, high), np.maximum(low, high)

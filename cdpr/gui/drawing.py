@@ -1,4 +1,4 @@
-"""What of a simulation goes to the page: the scene once, then frames and curves, each frame of one row alone."""
+"""Conversion of simulation data for the page: the scene once, then frames and curves; a frame needs only one row."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from cdpr.simulation.build import make_header
 from cdpr.view import Pictures, pictures
 from cdpr.view.pictures import weight_range
 
-DECIMALS = 6  # of lengths and attitudes in frames, m: far below what a screen shows
-SEEN = 1e-3  # times the robot's characteristic length: where cables leave by less elsewhere, lines are kept
+DECIMALS = 6  # of lengths and attitudes in frames, m: far below screen resolution
+SEEN = 1e-3  # relative to the characteristic length: cable exits that move less are not redrawn
 DECIMALS_N = 3  # of tensions and forces, N
 
 
 class Drawing:
-    """Draws rows of a scenario's simulation.
+    """Converter of rows of a scenario's simulation.
 
     Attributes:
-        header: what is run.
-        columns: how many columns each curve has, and to how many decimals they are told.
-        range: least and largest tension (N) of cables that pull, for their colours; a guess until there are some.
+        header: header of the run.
+        columns: number of columns and of decimals of each curve.
+        range: smallest and largest tension (N) of taut cables, for their colours; an estimate until tensions are known.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -48,16 +48,16 @@ class Drawing:
         }
         self.range = weight_range(header.subject, header.mass * float(np.linalg.norm(header.gravity)))
         self._known = False
-        self._outlined: tuple[Array, list[Any]] | None = None  # where cables left the frame, and its lines
+        self._outlined: tuple[Array, list[Any]] | None = None  # cable exits, and their outlines
 
     def change(self, events: Sequence[ScenarioEvent]) -> None:
-        """Go by these events: which cables break, and from when on limits are not those of the robot."""
+        """Update the events: broken cables, and the time after which limits differ from the robot's."""
         header = self.header
         self.header = replace(header, broken=broken(events, header.cables, header.control_step))
         self._events = tuple(Event(event.time, event.type, "") for event in events)
 
     def scene(self, state: Array, desired: Array) -> dict[str, Any]:
-        """Return the scene with the platform at a state (13,), and desired (19,), before anything has run."""
+        """Return the scene with the platform at a state (13,) and desired state (19,), before the first step."""
         header, arrays, simulation = self.header, Arrays(), self._scenario.simulation
         drawn = scene(self._at(state, desired), arrays, self._scenario.name)
         path = np.array(header.path)
@@ -75,22 +75,22 @@ class Drawing:
         }
 
     def _base(self) -> list[float] | None:
-        """Row by row, the matrix that turns the base's axes into the world's; None where they are the same."""
+        """Return the rotation matrix from base to world axes, row by row; None if they coincide."""
         frame = self._scenario.sections.robot.frame
         return None if frame is None else rotations.matrix(frame.attitude).ravel().tolist()
 
     def still(self, state: Array, desired: Array) -> dict[str, Any]:
-        """Return a frame of a state (13,), desired (19,), of which no tensions are known yet."""
+        """Return the frame of a state (13,) and desired state (19,) without tensions."""
         return self._frame(-1, self._at(state, desired))
 
     def frame(self, n: int, row: Array) -> dict[str, Any]:
-        """Return the frame of the complete sample n: all of it from this one row (width,)."""
+        """Return the frame of the complete sample n, computed from its row (width,) only."""
         return self._frame(n, pictures_of(Run(self.header, row[None], "running", events=self._events)))
 
     def curves(self, rows: Array) -> Array:
-        """Return time and curves of rows (n, width), side by side, and learn the range of tensions from them."""
+        """Return time and curves of rows (n, width) in columns, and update the range of tensions."""
         run = Run(self.header, rows, "running")
-        with np.errstate(all="ignore"):  # a run that diverged is drawn as far as it goes
+        with np.errstate(all="ignore"):  # a diverged run is drawn as far as possible
             errors = [np.linalg.norm(error, axis=1) for error in (run.position_error, run.orientation_error)]
         self._learn(run.cable_tension)
         return np.column_stack([run.time, run.cable_tension, *errors, run.length])
@@ -122,7 +122,7 @@ class Drawing:
         return frame
 
     def _outlines(self, shown: Pictures, ends: Array) -> list[Any]:
-        """Lines that show the exits; those before where no eye could tell that they have moved."""
+        """Return the outlines of the cable exits; reuse the last ones if the exits have moved invisibly little."""
         if (
             self._outlined is None
             or np.abs(ends[:, 0] - self._outlined[0]).max() > SEEN * self.header.characteristic_length
@@ -132,7 +132,7 @@ class Drawing:
         return self._outlined[1]
 
     def _learn(self, tension: Array) -> None:
-        """Colour over the tensions of this run, of cables that pull, once there are some."""
+        """Extend the colour range to the tensions of taut cables."""
         pulling = tension[np.isfinite(tension) & (tension > 0.0)]
         if pulling.size:
             low, high = float(pulling.min()), float(pulling.max())

@@ -1,4 +1,4 @@
-"""Import and export of a window: beside the edits and the run, which go on meanwhile; one at a time."""
+"""Import and export in a window, parallel to editing and simulation, one at a time."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cdpr.scenario.scenario import Scenario
 
 
 class Exchange:
-    """What windows ask for of other programs' files; each answer says which request it is `about`.
+    """Import and export requests of windows; each answer names its request in `about`.
 
     Args:
-        scenario: returns what the form says; CdprError where that is no scenario.
+        scenario: returns the scenario of the form; raises CdprError if it is invalid.
         open: opens a file for a window.
-        log: takes what only the terminal should have.
+        log: receives text that only the terminal shows.
     """
 
     def __init__(
@@ -39,19 +39,19 @@ class Exchange:
         self.does = (*self._doing, "give_up")
 
     def begin(self, do: str, words: Words, reader: Reader) -> None:
-        """Begin what `does` names; how it ends is told to the window alone."""
+        """Start a request in `does`; only this window is notified of the result."""
         if do == "give_up":
             self._incoming.give_up(reader)
             return
         if not self._going.acquire(blocking=False):
             reader.tell(said("error", f"{do}: another import or export is going on: wait for it", about=do))
             return
-        # Threads inherit that they are daemons, also the one that starts processes, and that of this window is one.
+        # Threads inherit the daemon flag, even those that start processes, and this window's thread is a daemon.
         self._thread = Thread(target=self._guarded, args=(do, words, reader), name="exchange", daemon=False)
         self._thread.start()
 
     def close(self) -> None:
-        """End what is being read, and wait until what is being written is."""
+        """Abort a running import, and wait for a running export."""
         self._incoming.close()
         if self._thread is not None:
             self._thread.join()
@@ -66,12 +66,12 @@ class Exchange:
             self._log(traceback.format_exc())
             told.append(said("error", f"internal error: {one_line(error)}; the terminal has more"))
         finally:
-            self._going.release()  # before it is told: who hears it may ask for the next
+            self._going.release()  # before the answer: its receiver may send the next request
         for message in told:
             reader.tell({**message, "about": do})
 
     def _take(self, reader: Reader, out: str = "", open: str = "") -> Iterator[Words]:
-        """Write what was read, and open one of the files."""
+        """Write the imported files, and open one of them."""
         written, file = self._incoming.write(reader, out, open)
         yield said("info", f"imported: {', '.join(written)}")
         self._open(file, reader)
@@ -79,7 +79,7 @@ class Exchange:
     def _export(
         self, reader: Reader, to: str = "", style: str = "", version: str = "", pulleys: str = ""
     ) -> Iterator[Words]:
-        """Send what the form says as a file of another program."""
+        """Send the scenario as a file for another program."""
         from cdpr.gui.outgoing import exported
 
         given = {key: value for key, value in (("style", style), ("version", version), ("pulleys", pulleys)) if value}

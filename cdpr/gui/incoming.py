@@ -1,6 +1,6 @@
-"""Files of other programs that come in: read in a process of their own, looked at, then written as ours.
+"""Import of other programs' files: they are read in a separate process, previewed, and written on request.
 
-They lie where `cdpr gui` runs, or come from a browser, into a folder that is gone when they have been read.
+The files are on the machine that runs `cdpr gui`, or they are uploaded by a browser into a temporary folder.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from cdpr.jobs.forks import Surroundings
 from cdpr.log.files import unwritable
 from cdpr.problems import shown
 
-MOST_FILES = 100  # that come at once
-MOST_NAME = 255  # bytes of a name, as most file systems have it
-MOST_SHOWN = 2**20  # letters of what is made that a window is shown
-MOST_LINES = 200  # of what was left out, likewise, of each source
-SECONDS = 60.0  # that reading may take, unless more CPU time is asked for
-MOST_SECONDS = 3600.0  # of CPU time that may be asked for
+MOST_FILES = 100  # in one upload
+MOST_NAME = 255  # bytes of a file name, as on most file systems
+MOST_SHOWN = 2**20  # characters of converted files that are sent to a window
+MOST_LINES = 200  # of omitted items that are sent to a window, per source
+SECONDS = 60.0  # default time limit of reading
+MOST_SECONDS = 3600.0  # largest CPU time that a user may set
 
 
 class Incoming:
-    """What each window has read last and may write."""
+    """Last import of each window, which it may write."""
 
     def __init__(self) -> None:
         self._read: WeakKeyDictionary[Reader, list[Taken]] = WeakKeyDictionary()
         self._lock = Lock()
         self._process: subprocess.Popen[bytes] | None = None
-        self._reader: Reader | None = None  # for whom it reads
+        self._reader: Reader | None = None  # window of the running import
         self._given_up = False
         self._closed = False
 
@@ -60,19 +60,20 @@ class Incoming:
         tension: Any = None,
         seconds: Any = None,
     ) -> list[Words]:
-        """Read robots of another program, and return the message that shows them.
+        """Read robots of another program, and return the message that previews them.
 
         Args:
             reader: the window.
-            path: a file or folder here, unless files come along.
-            files: name and size of each file that comes along.
-            body: their contents, one behind the other.
-            cable_set: of a model of CASPR; its default unless given.
-            trajectory: of a robot of the Gazebo plug-in: a file that comes along, too, or lies here.
-            tension: lowest and highest tension, N, of cables whose file limits none.
-            seconds: CPU time that reading a file may take; the importer's default unless given.
+            path: a file or folder on this machine, if no files are uploaded.
+            files: name and size of each uploaded file.
+            body: contents of the uploaded files, concatenated.
+            cable_set: cable set of a CASPR model; defaults to that of the model.
+            trajectory: trajectory of a robot of the Gazebo plug-in: an uploaded file or a path.
+            tension: lowest and highest tension, N, for files without limits.
+            seconds: limit of CPU time for reading a file; defaults to the importer's.
 
-        Raises CdprError where nothing can be read.
+        Raises:
+            CdprError: if nothing can be read.
         """
         self._read.pop(reader, None)
         given: dict[str, Any] = {"cable_set": cable_set, "trajectory": trajectory}
@@ -93,15 +94,16 @@ class Incoming:
         return [_message(every)]
 
     def write(self, reader: Reader, out: str = "", open: str = "") -> tuple[list[str], str]:
-        """Write all that a window has read last; return the files, and the one that it wants to be opened.
+        """Write the last import of a window; return the written files, and the one to open.
 
         Args:
             reader: the window.
-            out: a folder, made where there is none; the working folder unless given.
+            out: output folder, created if necessary; defaults to the working folder.
             open: name of the robot or scenario to open.
 
-        Raises CdprError where nothing was read or `open` is not among it, OutputError where something is there already
-        or cannot be written: then nothing is.
+        Raises:
+            CdprError: if nothing was imported or `open` is not part of it.
+            OutputError: if a file exists or cannot be written; then nothing is written.
         """
         every = self._read.get(reader, [])
         merged = Taken("", {name: text for each in every for name, text in each.files.items()})
@@ -115,23 +117,23 @@ class Incoming:
         return written, str(folder / open)
 
     def give_up(self, reader: Reader) -> None:
-        """End what is being read for a window, if anything is."""
+        """Abort a window's running import, if there is one."""
         with self._lock:
             if self._process is not None and self._reader is reader:
                 self._given_up = True
                 self._process.kill()
 
     def close(self) -> None:
-        """End what is being read, and read no more."""
+        """Abort the running import, and reject further ones."""
         with self._lock:
             self._closed = self._given_up = True
             if self._process is not None:
                 self._process.kill()
 
     def _uploaded(self, reader: Reader, files: Mapping[str, bytes], given: dict[str, Any]) -> list[Taken]:
-        """Read what came along, and nothing else."""
+        """Read uploaded files, isolated from all other files."""
         if len(files) == 2 and len(motions := [name for name in files if is_motion(files[name])]) == 1:
-            given = {"trajectory": motions[0], **given}  # it is of the other
+            given = {"trajectory": motions[0], **given}  # it belongs to the other file
         trajectory = given.get("trajectory")
         if trajectory is not None and trajectory not in files:
             raise CdprError(f"trajectory: {shown(trajectory)} is none of the files: choose it, too")
@@ -145,13 +147,13 @@ class Incoming:
         with scratch() as folder:
             for name, content in files.items():
                 try:
-                    (folder / name).write_bytes(content)  # nobody else reads it, and a longer name may not be one
+                    (folder / name).write_bytes(content)  # no temporary file: nobody reads it yet
                 except OSError as error:
                     raise unwritable(Path(name), error) from error
             return self._apart(reader, {"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
 
     def _apart(self, reader: Reader, asked: dict[str, Any], folder: Path | None = None) -> list[Taken]:
-        """Read in a process of its own that works in a folder, ours unless said."""
+        """Read in a separate process; its working folder defaults to ours."""
         process = self._begin(reader, folder)
         longest = max(SECONDS, WALL * asked.get("seconds", 0.0))
         with process:
@@ -192,14 +194,14 @@ class Incoming:
                     stderr=subprocess.DEVNULL,
                     cwd=folder,
                     env=Surroundings.ours().environment,
-                    start_new_session=True,  # Ctrl-C is for us
+                    start_new_session=True,  # Ctrl-C is handled by this process
                 )
             )
             return self._process
 
 
 def _numbers(tension: Any, seconds: Any) -> dict[str, Any]:
-    """Return those arguments of the importer that are numbers and were given."""
+    """Return the numeric arguments that were given."""
     given: dict[str, Any] = {}
     if tension is not None:
         if not (isinstance(tension, list) and len(tension) == 2 and all(map(_is_finite, tension))):
@@ -217,7 +219,11 @@ def _is_finite(value: Any) -> bool:
 
 
 def _received(files: Any, body: bytes) -> dict[str, bytes]:
-    """Return files by their names; CdprError for names that could lead anywhere, and sizes that are not theirs."""
+    """Return uploaded files by name.
+
+    Raises:
+        CdprError: if a name contains folders or sizes do not match.
+    """
     if not isinstance(files, list) or len(files) > MOST_FILES:
         raise CdprError(f"files: {MOST_FILES} files at most are taken, each with its name and size")
     found: dict[str, bytes] = {}
@@ -248,7 +254,7 @@ def _is_plain(name: str) -> bool:
 
 
 def _message(every: list[Taken]) -> Words:
-    """What a window is shown: the texts of files as far as anybody reads them."""
+    """Return the preview message, with texts of files up to a limit."""
     left = MOST_SHOWN
     sources = []
     for each in every:

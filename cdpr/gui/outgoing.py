@@ -1,4 +1,4 @@
-"""The robot and the scenario of the form, as files for other programs."""
+"""Export of the form's robot and scenario as files for other programs."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from cdpr.nearest import did_you_mean
 from cdpr.problems import shown
 from cdpr.scenario import Scenario
 
-PACKAGES = "ros2"  # a folder of packages, as an archive
+PACKAGES = "ros2"  # a folder of packages, sent as an archive
 
 
 def targets() -> list[dict[str, Any]]:
-    """Return what there is to choose: formats, what people call them, and their options with what each may be."""
+    """Return the export formats with their titles, options and allowed values."""
     rows = [
         {"to": to, "name": target.name, "options": {key: CHOICES[key] for key in target.options}}
         for to, target in TARGETS.items()
@@ -28,9 +28,10 @@ def targets() -> list[dict[str, Any]]:
 
 
 def exported(scenario: Scenario, to: str, options: dict[str, str]) -> tuple[dict[str, Any], list[str]]:
-    """Return the message with a file to be downloaded, as `cdpr export` writes it, and what is left out of it.
+    """Return the message with a file to download, as `cdpr export` writes it, and a list of omitted items.
 
-    Raises CdprError where the format is not known, takes no such option, or cannot say what the robot is.
+    Raises:
+        CdprError: if the format is unknown, does not support an option, or cannot represent the robot.
     """
     known = [*TARGETS, PACKAGES]
     if to not in known:

@@ -1,7 +1,7 @@
-"""Process that imports files for a window, which has threads: it forks one for each file, with limits.
+"""Process that imports files for a window; it has no threads, so that it can fork a limited process per file.
 
-It takes one request as JSON on stdin, and answers as JSON on stdout: `taken`, or the `error` for the user, or a `fault`
-of ours with its `trace`.
+It reads one request as JSON from stdin and writes the answer as JSON to stdout: `taken`, an `error` for the user, or an
+internal `fault` with its `trace`.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import Any
 from cdpr.errors import CdprError, one_line
 from cdpr.processes import end_with
 
-MOST_MADE = 64 * 2**20  # letters of files that are made: a window holds them until they are written
+MOST_MADE = 64 * 2**20  # characters of converted files, which a window keeps until they are written
 
 
 def main(parent: int) -> None:
-    """Read what stdin asks for."""
+    """Execute the request from stdin."""
     end_with(parent)
     answer = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # what libraries print is no answer
+    os.dup2(2, 1)  # keep output of libraries out of the answer
     with answer:
         json.dump(_answer(json.load(sys.stdin)), answer)
 

@@ -1,4 +1,7 @@
-"""Folders for runs too long for the memory: each is gone with its window, or with the next where that was killed."""
+"""Temporary folders for runs that exceed the memory.
+
+Each is removed with its window or, if that was killed, by the next window.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ PREFIX = "cdpr-gui-"
 
 
 class _Held:
-    """A folder that is open to be locked; the lock goes with the process, however it ends."""
+    """Opened and locked folder; the lock ends with the process."""
 
     def __init__(self, path: Path) -> None:
         self._file = open_to_lock(path, os.O_RDONLY | os.O_DIRECTORY)
@@ -31,16 +34,16 @@ class _Held:
 
 @contextmanager
 def scratch() -> Iterator[Path]:
-    """Make a folder, locked while it is needed, and remove it."""
+    """Create a folder, keep it locked while it is used, and remove it."""
     while True:
         path = Path(tempfile.mkdtemp(prefix=PREFIX))
         try:
             held = _Held(path)
         except FileNotFoundError:
-            continue  # `sweep` of another window was faster than the lock
+            continue  # `sweep` of another window removed it before it was locked
         with closing(held):
             if not held.there or held.lock is Lock.ANOTHERS:
-                continue  # likewise
+                continue  # as above
             try:
                 yield path
             finally:
@@ -49,7 +52,7 @@ def scratch() -> Iterator[Path]:
 
 
 def sweep() -> None:
-    """Remove the folders of windows that were killed; where locks cannot tell, none."""
+    """Remove the folders of killed windows; if locks are not supported, none."""
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with suppress(OSError), closing(_Held(path)) as held:
             if held.lock is Lock.OURS and os.lstat(path).st_uid == os.getuid():

@@ -1,4 +1,4 @@
-"""Page and WebSockets of the window, on one port."""
+"""HTTP page and WebSockets of the GUI, on one port."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from cdpr.link.access import Access
 from cdpr.link.web_server import WebServer, listen
 from cdpr.link.web_socket import WebSocket
 
-PORTS = range(8080, 8100)  # the first that is free, unless one is asked for
-MOST_BYTES = 2**20  # of what a window says
-MOST_UPLOAD = 16 * 2**20  # bytes of files that come with it, as much as an import reads of one
+PORTS = range(8080, 8100)  # the first free port is used by default
+MOST_BYTES = 2**20  # of a message
+MOST_UPLOAD = 16 * 2**20  # bytes of files attached to a message, the limit of an import
 MOST_WINDOWS = 16
-STUCK = 10  # s after which a window that takes nothing is given up; it joins again when it can
+STUCK = 10  # s until a window that does not receive is disconnected; it reconnects when it can
 
-# Nothing is fetched from anywhere; nobody frames the page; the token goes nowhere.
+# No external resources, no embedding in frames, no leak of the token by a referrer.
 HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src data:; connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
@@ -41,16 +41,17 @@ Receive = Callable[[Words, Reader], None]
 
 
 class Server:
-    """Serves a page, and to its windows what is on the board.
+    """Server of the page and of the board's messages.
 
     Args:
-        page: the page as it is sent.
-        board: what windows show.
-        receive: takes what a window says, and the window; must not raise, nor wait.
+        page: returns the page.
+        board: messages for windows.
+        receive: called with each message and its window; must neither raise nor block.
         host: address or name to listen on.
-        port: which port; the first free one of `PORTS`, or else any, unless given.
+        port: port; defaults to the first free one of `PORTS`, or any free port.
 
-    Raises CdprError where it cannot listen there.
+    Raises:
+        CdprError: if it cannot listen there.
     """
 
     def __init__(
@@ -63,11 +64,11 @@ class Server:
 
     @property
     def address(self) -> str:
-        """What to open in a browser."""
+        """Address to open in a browser."""
         return self._access.address("http", self.port)
 
     def close(self) -> None:
-        """Let all windows go, and stop listening."""
+        """Disconnect all windows and stop listening."""
         self._server.close()
 
     def _listen(self, port: int | None) -> WebServer:
@@ -93,14 +94,14 @@ class Server:
         raise CdprError(f"{where}: {reason}{hint}") from failed
 
     def _document(self, host: str) -> Response:
-        """Return the page; `host` is the Host of the request."""
+        """Return the page; `host` is the Host header of the request."""
         body = self._page().encode()
         headers = {"Content-Type": "text/html; charset=utf-8", "Content-Length": str(len(body)), "Connection": "close"}
         headers |= {name: value.replace("{host}", host) for name, value in HEADERS.items()}
         return Response(HTTPStatus.OK.value, HTTPStatus.OK.phrase, Headers(headers), body)
 
     def _hold(self, window: WebSocket) -> None:
-        """Serve one window until it goes."""
+        """Serve a window until it disconnects."""
         reader = self._board.join()
         sender = Thread(target=_send, args=(window, reader), name="window", daemon=True)
         sender.start()
@@ -128,12 +129,12 @@ class Server:
 
 
 def said(level: str, text: str, **more: str) -> dict[str, Any]:
-    """Return a message for people, in the words of the window."""
+    """Return a message for users, with GUI fields in place of command-line options."""
     return {"kind": "message", "level": level, "text": in_window(text), **more}
 
 
 def _parts(message: str | bytes) -> tuple[str | bytes, bytes]:
-    """What a window says, and the files that come with it: behind a line feed, where the message is bytes."""
+    """Return the text of a message and its attached files, which follow a line feed in binary messages."""
     if isinstance(message, str):
         return message, b""
     end = message.find(b"\n", 0, MOST_BYTES + 1)
@@ -145,7 +146,7 @@ def _send(window: WebSocket, reader: Reader) -> None:
         for text in reader:
             window.send(text)
     except ConnectionError:
-        pass  # it is gone, or takes nothing more
+        pass  # disconnected or stuck
 
 
 def _no_number(name: str) -> None:

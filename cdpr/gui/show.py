@@ -1,8 +1,8 @@
-"""The thread that owns the simulation: it keeps time, does what it is told, and tells what happens.
+"""Thread that owns the simulation: it follows the clock, executes commands and reports events.
 
-Nobody else touches the simulation. What others want comes by a queue, what is to be seen goes to the board, and
-nothing here ever waits for a window. A run that ends badly, a scenario that cannot be built, a plugin that raises: each
-is a status with its text, and the next command is taken as if nothing had happened.
+No other thread accesses the simulation. Commands arrive in a queue, output goes to the board, and this thread never
+waits for a window. Failed runs, invalid scenarios and exceptions of plugins become a status with a message; further
+commands are executed normally.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from cdpr.gui.stage import Stage
     from cdpr.scenario import Scenario
 
-FRAME = 1.0 / 60.0  # s between two frames: as often as screens change
-IDLE = 0.5  # s after which the last frame is sent again though nothing has changed
-SAMPLES, STATUS = 0.1, 0.2  # s between two messages of these kinds while it runs
-BUSY = 1.0 / 30.0  # s of computing after which a command is looked for
-LATE = 0.5  # s, or a step, that the simulation may be behind the clock before it gives up to catch up
-SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
-MOST_STEPS = 10_000  # that are taken at once
-MOST_JOBS = 200  # that wait to be done
-PATIENCE = 2.0  # s that `close` waits for a step that is under way
+FRAME = 1.0 / 60.0  # s between two frames: the refresh rate of screens
+IDLE = 0.5  # s after which an unchanged frame is sent again
+SAMPLES, STATUS = 0.1, 0.2  # s between two messages of these kinds during a run
+BUSY = 1.0 / 30.0  # s of computation between two checks for commands
+LATE = 0.5  # s, or one step, of delay after which the simulation no longer tries to catch up
+SLOWEST, FASTEST = 0.001, 1000.0  # relative to the clock
+MOST_STEPS = 10_000  # per command
+MOST_JOBS = 200  # pending commands
+PATIENCE = 2.0  # s that `close` waits for the current step
 
-# What a status says where nothing is simulated, in the words of `Stage.about`.
+# Status without a simulation, with the keys of `Stage.about`.
 NOTHING: dict[str, Any] = {
     **{"t": 0.0, "duration": 0.0, "status": "", "backend": "", "solver": "", "controller": ""},
     **{"events": [], "pushes": [], "cables": [], "limits": None, "changeable": []},
@@ -46,11 +46,11 @@ Phase = Literal["building", "ready", "running", "paused", "done", "ended", "fail
 
 
 class Show:
-    """Owns one thread, which owns the simulation.
+    """Owner of the simulation thread.
 
     Args:
-        board: where it shows what happens.
-        log: takes what only the terminal should have: tracebacks of faults of ours.
+        board: receives all output.
+        log: receives text that only the terminal shows, such as tracebacks of internal errors.
     """
 
     def __init__(self, board: Board, log: Callable[[str], None]) -> None:
@@ -63,27 +63,27 @@ class Show:
         self._speed: float | None = 1.0
         self._clock = Clock()
         self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
-        self._writing: list[Thread] = []  # what is said of it later, once files are written
+        self._writing: list[Thread] = []  # threads that write files and report later
         self._thread = Thread(target=self._live, name="cdpr simulation", daemon=True)
         self._thread.start()
 
     def load(self, scenario: Scenario, tell: Tell | None = None) -> None:
-        """Go on with another scenario, from its beginning."""
+        """Start another scenario."""
         self._jobs.put(lambda: self._guarded(lambda: self._begin(scenario), tell or self._to_all))
 
     def command(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
-        """Let something be done between two steps; `tell` has what there is to say of it."""
+        """Queue a command, executed between two steps; `tell` receives its messages."""
         if self._jobs.qsize() > MOST_JOBS:
             tell("error", f"{do}: is left out: {MOST_JOBS} things are still to be done")
             return
         self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, tell), tell))
 
     def nothing(self) -> None:
-        """Say that there is nothing that could be simulated."""
+        """Queue the status that no scenario can be simulated."""
         self._jobs.put(lambda: self._guarded(self._none, self._to_all))
 
     def close(self) -> None:
-        """End the simulation and free what it holds; what is being written is written to its end."""
+        """End the simulation and release its resources; running file operations are completed."""
         self._jobs.put(None)
         self._thread.join(PATIENCE)
         for thread in self._writing:
@@ -104,21 +104,21 @@ class Show:
                 self._guarded(self._advance, self._to_all)
 
     def _wait(self) -> float:
-        """Time until something is due, s."""
+        """Return the time until the next action, s."""
         if self._phase == "running" and self._speed is None:
             return 0.0
         return max(0.0, self._due["frame"] - monotonic())
 
     def _guarded(self, work: Callable[[], None], tell: Tell) -> None:
-        """Do something; whatever it raises is told."""
+        """Do some work and report whatever it raises."""
         try:
             work()
         except CdprError as error:
             tell("error", str(error))
-        except BaseException as error:  # also what is meant to end a program: without this thread windows say nothing
+        except BaseException as error:  # even SystemExit: without this thread windows would hang
             trace, before = traceback.format_exc(), self._fault
             self._fault = trace
-            if trace != before or tell != self._to_all:  # what fails at each frame is told once
+            if trace != before or tell != self._to_all:  # an error that repeats at each frame is reported once
                 self._log(trace)
                 tell("error", f"internal error: {one_line(error)}; the terminal has more")
             if self._phase == "running":
@@ -140,10 +140,10 @@ class Show:
             stage, self._stage = self._stage, None
             stage.close()
             del stage
-            gc.collect()  # a simulation refers to itself, and holds few objects but large ones: Python would wait long
+            gc.collect()  # a simulation has reference cycles with few but large objects, which Python would free late
 
     def _begin(self, scenario: Scenario) -> None:
-        """Build anew; what cannot be built is a status, with the scene that was."""
+        """Build a new simulation; if that fails, report it as a status and keep the last scene."""
         from cdpr.gui.stage import Stage
 
         self._scenario = scenario
@@ -222,7 +222,7 @@ class Show:
             self._clock.start(self._stage.time, value)
 
     def _advance(self) -> None:
-        """Go on as far as the clock has come, and show what is due."""
+        """Simulate up to the current time of the clock, and publish what is due."""
         if self._phase == "running":
             stage = self._there
             n = self._clock.steps(stage.time, stage.period)
@@ -231,7 +231,7 @@ class Show:
         self._publish(monotonic())
 
     def _take(self, stage: Stage, n: int) -> None:
-        """Take steps; however they end, that is a phase."""
+        """Simulate n steps and set the phase if the run ends."""
         began = monotonic()
         try:
             stage.step(n)
@@ -251,11 +251,11 @@ class Show:
             self._status(monotonic())
 
     def _publish(self, now: float, *, everything: bool = False) -> None:
-        """Show what is due: frames as often as screens change, the rest less often."""
+        """Publish what is due: frames at screen rate, other messages less often."""
         running = self._phase == "running"
         if now < self._due["frame"] and self._due["status"] and not everything:
             return
-        # On the beat, so that what a frame costs does not make them fewer; a beat that is missed begins another.
+        # A fixed beat keeps the frame rate independent of computation time; a missed beat starts a new one.
         beat = self._due["frame"] if 0.0 <= now - self._due["frame"] < FRAME else now
         self._due["frame"] = beat + FRAME if running else now + IDLE
         try:
@@ -277,37 +277,37 @@ class Show:
 
 
 class Clock:
-    """How many steps are due: as many as the wall clock asks for, or as many as fit between two looks at the queue."""
+    """Number of steps that are due: by the wall clock, or as many as fit between two checks of the queue."""
 
     def __init__(self) -> None:
-        self._rate = 1000.0  # steps that are computed in a second, as measured
+        self._rate = 1000.0  # measured steps per second of computation
         self.start(0.0, 1.0)
 
     def start(self, time: float, speed: float | None) -> None:
-        """Begin at a time (s) of the simulation; `speed` is that time over the clock's, None for as fast as it goes."""
+        """Start at a simulation time (s); `speed` is simulated time over wall time, None for unlimited."""
         self._speed = speed
         self._wall, self._time = monotonic(), time
         self._then, self._factor = (self._wall, time), None if speed is None else speed
 
     def steps(self, time: float, period: float) -> int:
-        """Return how many steps of a period (s) are due now."""
+        """Return the number of steps of `period` (s) that are due."""
         most = max(1, int(self._rate * BUSY))
         if self._speed is None:
             return most
         wall = monotonic()
         behind = self._time + self._speed * (wall - self._wall) - time
-        late = max(self._speed * LATE, period)  # a step is due only where so much of the clock may be waited for
-        if behind > late:  # it cannot keep up: go on as fast as it goes, and do not run after it
+        late = max(self._speed * LATE, period)  # largest delay to catch up with: one step, or LATE seconds of the clock
+        if behind > late:  # too slow: continue at full speed without catching up
             self._wall, self._time = wall, time + late
         return min(most, max(0, int(behind / period)))
 
     def took(self, steps: int, seconds: float) -> None:
-        """So many steps took so long."""
+        """Update the measured rate."""
         if steps and seconds > 0.0:
             self._rate += 0.2 * (steps / seconds - self._rate)
 
     def factor(self, wall: float, time: float) -> float | None:
-        """Return simulated time over the clock's, of the last second or so."""
+        """Return the real-time factor of about the last second."""
         then, before = self._then
         if wall - then >= 1.0:
             self._factor, self._then = (time - before) / (wall - then), (wall, time)

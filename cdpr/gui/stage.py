@@ -1,4 +1,4 @@
-"""One simulation, and what is seen of it; the thread that makes it is the only one that touches it."""
+"""A simulation and its display; only the simulation thread accesses it."""
 
 from __future__ import annotations
 
@@ -40,21 +40,22 @@ from cdpr.tension.status import Status
 Later = Callable[[], str]
 
 
-BLOCK = 1024  # samples that are taken before they are looked at: fewer than a simulation keeps at hand
+BLOCK = 1024  # samples per step call, fewer than a simulation keeps in memory
 FATES = ("broken", "jammed")
-TARGET_SECONDS = 2.0  # that the way to a new target takes unless said
+TARGET_SECONDS = 2.0  # default duration of the motion to a new target
 
 
 class Doubt(str):
-    """What a window is warned of: it was done, and is seldom meant."""
+    """Warning: the command was executed, but its result is probably not intended."""
 
     __slots__ = ()
 
 
 class Stage:
-    """A simulation from its beginning, and its picture on the board.
+    """Simulation with its output on the board.
 
-    Raises CdprError where it cannot be built.
+    Raises:
+        CdprError: if it cannot be built.
     """
 
     def __init__(self, scenario: Scenario, board: Board) -> None:
@@ -63,19 +64,19 @@ class Stage:
         self._kept = ExitStack()
         header = self._drawing.header
         size = 8 * header.layout.width * (scenario.simulation.steps // header.log_every + 1)
-        out = None  # what would fill the memory goes to a folder that is gone in the end
+        out = None  # runs that would fill the memory go to a temporary folder
         if size > IN_MEMORY:
             out = self._kept.enter_context(scratch())
         with self._kept:
             self._sim = Simulation(scenario, out=out)
             self._kept = self._kept.pop_all()
-        self._looked = 0  # samples that are in curves and spans
+        self._looked = 0  # samples processed into curves and spans
         self._status = Status.OK
-        self._spans: list[tuple[Status, int]] = []  # where tensions were not found any more, and why
+        self._spans: list[tuple[Status, int]] = []  # start and status of intervals without a valid solution
         self._pushes: dict[int, Wrench] = {}
         self._numbers = count(1)
         self._run: Run | None = None
-        self._sessions: set[Path] = set()  # that were saved
+        self._sessions: set[Path] = set()  # saved by this simulation
         sim = self._sim
         self._drawing.change(sim.events)
         self._frame = self._drawing.still(sim.state, sim.desired)
@@ -86,7 +87,7 @@ class Stage:
 
     @property
     def time(self) -> float:
-        """Present time, s."""
+        """Current time, s."""
         return self._sim.time
 
     @property
@@ -96,11 +97,11 @@ class Stage:
 
     @property
     def over(self) -> bool:
-        """Whether nothing is left to do."""
+        """True if the run has ended."""
         return self._sim.done
 
     def step(self, n: int) -> None:
-        """Take so many control steps, or as many as are left; raises what ends the run early."""
+        """Simulate n control steps, or those that remain; exceptions that end the run early are raised."""
         try:
             while n > 0 and not self._sim.done:
                 self._sim.step(min(n, BLOCK))
@@ -114,9 +115,12 @@ class Stage:
                 self._run = self._sim.run()
 
     def do(self, what: str, arguments: Mapping[str, Any]) -> str | Later:
-        """Let something be done to the simulation now; return what there is to say of it. Raises CdprError.
+        """Execute a command now, and return its message.
 
-        What is `Later` takes its time, touches the simulation no more, and returns what there is to say then.
+        A returned function (`Later`) does slow work without the simulation and returns the message.
+
+        Raises:
+            CdprError: if the command is unknown or fails.
         """
         sim = self._sim
         doing: dict[str, Callable[..., object]] = {
@@ -138,21 +142,21 @@ class Stage:
         return said if isinstance(said, str) or callable(said) else ""
 
     def show_frame(self) -> None:
-        """Put the present frame on the board: of the last complete sample, unless none is."""
+        """Publish the frame of the last complete sample, if there is one."""
         last = self._sim.samples - 1
         if last >= 0 and self._frame["n"] != last:
             self._frame = self._drawing.frame(last, self._sim.row)
         self._board.put(self._frame)
 
     def show_curves(self) -> None:
-        """Let windows have the curves up to here."""
+        """Publish the curves up to the current time."""
         self._look()
         with self._board.changed:
             self._board.curves.show()
             self._board.changed.notify_all()
 
     def about(self) -> dict[str, Any]:
-        """Return what a status says of the simulation."""
+        """Return the content of a status message on the simulation."""
         scenario, events = self.scenario, self._happened()
         options = scenario.options()
         for event in events:
@@ -178,12 +182,12 @@ class Stage:
         }
 
     def close(self) -> None:
-        """End the simulation, and leave nothing on the disk that nobody asked for."""
+        """End the simulation and remove temporary files."""
         with self._kept:
             self._sim.close()
 
     def _look(self) -> None:
-        """Take what the simulation has made since the last look into curves and spans."""
+        """Process new samples into curves and spans."""
         rows = self._sim.rows(self._looked)
         if not len(rows):
             return
@@ -196,13 +200,13 @@ class Stage:
         self._looked += len(rows)
 
     def _happened(self) -> list[ScenarioEvent]:
-        """The events that act on the present sample, or did before, in the order of time."""
+        """Return the events that act at the current sample or acted before, sorted by time."""
         period, samples = self.period, self._sim.samples
         events = sorted(self._sim.events, key=attrgetter("time"))
         return [event for event in events if first_sample(event.time, period) <= samples]
 
     def _told(self, events: list[ScenarioEvent]) -> Iterator[Event]:
-        """Yield what there is to say of what has happened; after the end all that the run says."""
+        """Yield log entries of past events and solver failures; after the end, those of the run."""
         if self._run is not None:
             yield from self._run.events
             return
@@ -211,7 +215,7 @@ class Stage:
         yield from sorted(told, key=attrgetter("time"))
 
     def _in_force(self, events: list[ScenarioEvent]) -> dict[str, list[float]]:
-        """Return the limits of tension, N, that these events have left."""
+        """Return the current tension limits, N, after these events."""
         header = self._drawing.header
         low, high = list(header.tension_min), list(header.tension_max)
         for event in events:
@@ -250,7 +254,7 @@ class Stage:
         return Doubt(f"target: {'; '.join(doubts)}" if doubts else "")
 
     def _save_session(self, out: str) -> str:
-        """Write over nothing but what this simulation has saved before."""
+        """Save the session; overwrite only files that this simulation has saved."""
         path = Path(named(out))
         place = path.resolve()
         there = [each for each in (path, table_beside(path)) if os.path.lexists(each)]
@@ -261,7 +265,7 @@ class Stage:
         return f"the session is saved: cdpr run {out} repeats it"
 
     def _save_run(self, out: str = "") -> Later:
-        """Write log, summary and scenario at once, and the report, which takes longer, later."""
+        """Write the log, summary and scenario now, and the report, which takes longer, later."""
         if not self._sim.samples:
             raise CdprError("save_run: no sample is complete before the first step")
         run = save(self._sim.so_far(), folder_name(out) if out else None, scenario=self.scenario.yaml_in)
@@ -272,7 +276,7 @@ class Stage:
 
 
 def _latest(told: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """As many events as anyone reads: the last, and how many there are before."""
+    """Return the latest events, and the number of earlier ones."""
     earlier = len(told) - MOST
     return told if earlier <= 0 else [{"t": told[0]["t"], "text": f"{earlier} earlier events"}, *told[earlier:]]
 
@@ -285,7 +289,7 @@ def _report(run: Run, folder: Path) -> str:
 
 
 def _wrench(push: Wrench) -> str:
-    """A push in words."""
+    """Return a push as text."""
     parts = [(push.force, "N"), (push.moment, "N m")]
     return ", ".join(f"[{', '.join(f'{x:g}' for x in values)}] {unit}" for values, unit in parts if any(values))
 

@@ -1,4 +1,4 @@
-"""The window: joins what is edited, what runs, and who looks on."""
+"""Main object of the GUI, which connects editor, simulation and browser windows."""
 
 from __future__ import annotations
 
@@ -23,15 +23,16 @@ Log = Callable[[str], None]
 
 
 class Window:
-    """A scenario that is edited, simulated and shown, in as many windows of browsers as are opened.
+    """Scenario that is edited, simulated and shown in any number of browser windows.
 
     Args:
-        desk: the files.
-        log: takes what only the terminal should have.
-        host: where to listen.
-        port: likewise; the first that is free unless given.
+        desk: editor of the files.
+        log: receives text that only the terminal shows.
+        host: address or name to listen on.
+        port: port; defaults to the first free one.
 
-    Raises CdprError where it cannot listen there.
+    Raises:
+        CdprError: if it cannot listen there.
     """
 
     def __init__(self, desk: Desk, log: Log, host: str = "127.0.0.1", port: int | None = None) -> None:
@@ -48,7 +49,7 @@ class Window:
             "revert": desk.revert,
             "apply": self._apply,
             "save": desk.save,
-            "save_as": lambda file: desk.save_as(file),  # the names of the messages
+            "save_as": lambda file: desk.save_as(file),  # parameter names are those of the messages
             "open": lambda name: self._other(desk.open, name),
             "new": lambda kind, **arguments: self._other(desk.new, kind, **arguments),
             "yaml": desk.texts,
@@ -62,11 +63,11 @@ class Window:
 
     @property
     def address(self) -> str:
-        """What to open in a browser."""
+        """Address to open in a browser."""
         return self._server.address
 
     def begin(self) -> None:
-        """Show the form, and simulate what it says, if that can be."""
+        """Show the form, and simulate its scenario if it is valid."""
         from cdpr.gui.page import hello
 
         sweep()
@@ -77,7 +78,7 @@ class Window:
             go_on()
 
     def receive(self, words: Words, reader: Reader) -> None:
-        """Do what a window says; what goes wrong is told there."""
+        """Execute a message of a window; errors are reported to that window."""
         do = words.pop("do")
 
         def tell(level: Level, text: str) -> None:
@@ -98,13 +99,13 @@ class Window:
             tell("error", f"internal error: {one_line(error)}; the terminal has more")
 
     def _edit(self, do: str, words: Words, reader: Reader) -> None:
-        """Do what concerns the files; the form is shown anew to all windows."""
+        """Execute an editor command and send the form to all windows."""
         with self._lock:
             try:
                 done = call(do, self._doing[do], words)
             finally:
                 self._put_form()
-            if callable(done):  # what is shown then belongs to this form
+            if callable(done):  # start after the form that it belongs to is sent
                 done()
         if do == "yaml":
             reader.tell({"kind": "yaml", "files": done})
@@ -112,7 +113,7 @@ class Window:
             reader.tell(said("info", f"saved: {', '.join(map(str, done))}"))
 
     def _apply(self) -> Callable[[], None]:
-        """Return what makes that run which the form says."""
+        """Return a function that starts the scenario of the form."""
         try:
             scenario = self._desk.apply()
         except CdprError as error:
@@ -120,7 +121,7 @@ class Window:
         return partial(self._show.load, scenario)
 
     def _scenario(self) -> Scenario:
-        """Return what the form says, to be exported."""
+        """Return the scenario of the form, for export."""
         with self._lock:
             try:
                 return self._desk.scenario()
@@ -128,16 +129,16 @@ class Window:
                 raise _in_short("not exported", error) from error
 
     def _open(self, name: str, reader: Reader) -> None:
-        """Go on with what was imported."""
+        """Open imported files."""
         self._edit("open", {"name": name}, reader)
 
     def _other(self, change: Callable[..., Any], /, *names: Any, **arguments: Any) -> Callable[[], None]:
-        """Go on with other files, and show them at once."""
+        """Open other files and return a function that starts them."""
         change(*names, **arguments)
         return self._begin()
 
     def _begin(self) -> Callable[[], None]:
-        """Return what makes that run which the form says; where that cannot be, nothing does, and the form says why."""
+        """Return a function that starts the scenario of the form, or one that shows no simulation if it is invalid."""
         try:
             return self._apply()
         except CdprError:
@@ -162,13 +163,13 @@ class Window:
 
 
 def _in_short(what: str, error: CdprError) -> CdprError:
-    """The first of the problems of a form, and how many there are."""
+    """Return an error with the first problem of a form and the number of problems."""
     first, count = str(error).partition("\n")[0], len(error.rows)
     return CdprError(f"{what}: {f'{count} problems, the first: ' if count > 1 else ''}{first}")
 
 
 def _page() -> str:
-    """The page; what it takes to make it is imported when the first browser asks."""
+    """Return the page; its modules are imported when the first browser connects."""
     from cdpr.gui.page import document
 
     return document()

@@ -1,1 +1,1 @@
-"""What people see of results: `text` for terminals, `figures` as SVG or by matplotlib, `pages` of both for browsers."""
+"""Presentation of results: `text` for terminals, `figures` as SVG or matplotlib charts, `pages` as HTML."""

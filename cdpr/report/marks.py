@@ -1,4 +1,4 @@
-"""What stands for what, in figures and tables alike: colours, dashes, names and the numbers of events."""
+"""Common style of figures and tables: colours, dashes, short names and event numbers."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from cdpr.view import colours
 
 INK, SOFT, PALE = colours.INK.light, colours.SOFT.light, colours.PALE.light
 
-# Red, green and blue for x, y and z in tones that colour-blind readers tell apart; desired is darker.
+# Red, green and blue for x, y and z in tones that colour-blind readers can distinguish; desired axes are darker.
 AXES = tuple(pair.light for pair in colours.AXES)
 DARK = tuple(pair.light for pair in colours.DESIRED_AXES)
 DESIRED = (0, (3.5, 2.5))
 
-# The ninth cable is dashed.
+# Line style of cables: colours repeat from the ninth cable on, with the next dash pattern.
 CABLES = tuple(pair.light for pair in colours.CABLES)
 DASHES: tuple[Any, ...] = ("-", (0, (7.0, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (3.0, 1.0)))
 
-# Looks of several runs over one another: where lines coincide, each is seen below the next, narrower or broken one.
-# The widest is less than three times the narrowest, so that none seems to matter more.
+# Line width and dashes of overlaid runs. Where lines coincide, each remains visible under the next, narrower or dashed
+# one. The widest line is less than three times the narrowest, so that no run looks more important.
 OVERLAID: tuple[tuple[float, Any], ...] = (
     (2.6, "-"),
     (2.0, (0, (4.0, 2.0))),
@@ -31,23 +31,23 @@ OVERLAID: tuple[tuple[float, Any], ...] = (
     (1.0, (0, (7.0, 2.0, 1.4, 2.0))),
 )
 
-# What a status is called where it is shaded.
+# Labels of the shaded states.
 SHADES = {status: status.name.lower().replace("_", " ") for status in colours.SHADES}
 
-# Stands in the files of figures, by which they are told from what others draw with the same library.
+# Creator entry of figure files; it distinguishes them from other matplotlib files.
 DRAWN_BY = "cdpr, by Matplotlib"
 
-# The least range of errors of the pose, mm and mrad: a nanometre, which nobody can measure on a robot with cables.
+# Smallest range of the pose error axes, mm and mrad: 1 nm, far below the accuracy of any cable robot.
 LEAST_ERROR = 1e-6
 
 
 def paired(pair: colours.Pair) -> str:
-    """A colour for each ground, as the style of an element of the class "paired"."""
+    """Return the light and dark colour as CSS variables for an element of class "paired"."""
     return f"--light:{pair.light};--dark:{pair.dark}"
 
 
 def cable_looks(cables: Sequence[str]) -> list[dict[str, Any]]:
-    """Return colour and dashes of each cable, given their names."""
+    """Return the colour and dashes of each cable."""
     looks = cycle((colour, dashes) for dashes in DASHES for colour in CABLES)
     return [
         {"color": colour, "linestyle": dashes, "thing": f"cable:{name}"}
@@ -56,7 +56,12 @@ def cable_looks(cables: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def overlaid_looks(kind: str, names: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Return colour, dashes and width of each of several runs, by name; `kind` tells what the names are of."""
+    """Return the colour, dashes and width of each run, by name.
+
+    Args:
+        kind: kind of the named things, the first part of `thing` ("kind:name").
+        names: names of the runs.
+    """
     looks = zip(names, cycle(CABLES), cycle(OVERLAID), strict=False)
     return {
         name: {"color": colour, "linewidth": width, "linestyle": dashes, "thing": f"{kind}:{name}"}
@@ -65,7 +70,7 @@ def overlaid_looks(kind: str, names: Sequence[str]) -> dict[str, dict[str, Any]]
 
 
 def shorten(name: str, length: int = 26) -> str:
-    """Cut the middle out of a long name: the ends tell cables apart."""
+    """Shorten a long name in the middle; the ends usually distinguish cables."""
     name = " ".join(name.split())
     if len(name) <= length:
         return name
@@ -74,5 +79,5 @@ def shorten(name: str, length: int = 26) -> str:
 
 
 def events(run: Run) -> list[Event]:
-    """Return the events in the order of time; the first has number 1."""
+    """Return the events sorted by time; the first has number 1."""
     return sorted(run.events, key=lambda event: event.time)

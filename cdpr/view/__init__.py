@@ -1,11 +1,11 @@
-"""The view model: from a row of a run, or a pose, to primitives and colours; it knows no viewer.
+"""View model: conversion of run rows or poses into geometry and colours, independent of any viewer.
 
-- `Subject`: what of a robot is drawn whatever its pose: frame, anchors, exits, the platform's shape.
-- `Pictures`: the subject at n poses: where each cable runs, its tension and its state, the desired pose, the force.
+- `Subject`: pose-independent part of a robot: frame, anchors, exits and the platform's shape.
+- `Pictures`: a subject at n poses: cable lines, tensions and states, desired poses and forces.
 - `solid`: the platform's shape as triangles and edges.
-- `colours`: which colour stands for which cable, axis and tension, on light and on dark ground.
+- `colours`: colours of cables, axes and tensions in light and dark mode.
 
-Report, page, markers of logs and windows all draw from these: lengths in m, world axes unless said.
+Reports, pages, log markers and windows use this model. Lengths are in m, in world axes unless stated otherwise.
 """
 
 from cdpr.view.pictures import Pictures, State, pictures

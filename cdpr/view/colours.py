@@ -1,10 +1,9 @@
-"""Which colour stands for what, on light and on dark ground.
+"""Colours of figures, pages and viewers in light and dark mode.
 
-Everything that is drawn in figures, pages and viewers takes its colour from here. Each is there twice: one that stands
-out from white and one that stands out from the dark ground of pages and viewers, both by a contrast of at least 3 (WCAG
-2.1, 1.4.11); but for what lies behind: `BEHIND` and `SHADES`. Cables differ for readers who are red-green blind, too,
-and by dashes where they are many. Tension goes through lightness and hue together: what pulls harder differs more from
-the ground.
+Each colour has two variants: one for a white background and one for the dark background of pages and viewers. Both have
+a contrast of at least 3 (WCAG 2.1, 1.4.11), except background fills: `BEHIND` and `SHADES`. Cable colours are distinct
+for red-green blind readers; many cables also differ in dashes. The tension ramp varies lightness and hue together, so
+that higher tensions contrast more with the background.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from cdpr.tension import Status
 
 
 class Pair(NamedTuple):
-    """A colour "#rrggbb" for light ground and one for dark ground."""
+    """Colour "#rrggbb" for a light and for a dark background."""
 
     light: str
     dark: str
@@ -29,11 +28,11 @@ class Pair(NamedTuple):
 GROUND = Pair("#ffffff", "#15181d")
 INK = Pair("#222222", "#e6e8eb")
 SOFT = Pair("#6b6b6b", "#9aa3ad")
-PALE = Pair("#8a8a8a", "#8d96a0")  # edges of axes and frame, the pose that was
-# Of x, y and z: red, green and blue.
+PALE = Pair("#8a8a8a", "#8d96a0")  # edges of axes and frame, and the initial pose
+# For x, y and z: red, green and blue.
 AXES = (Pair("#d1402a", "#ff7a63"), Pair("#00875c", "#2fc793"), Pair("#2f7fd1", "#6fb1f5"))
-DESIRED_AXES = (Pair("#6b1204", "#ffc9bd"), Pair("#00452f", "#b5f2d9"), Pair("#0b2f5c", "#cfe5fc"))  # beside those
-# Found by search: as far apart as eight colours of these hues can be, to all eyes, on each ground.
+DESIRED_AXES = (Pair("#6b1204", "#ffc9bd"), Pair("#00452f", "#b5f2d9"), Pair("#0b2f5c", "#cfe5fc"))  # next to those
+# Found by search: maximally distinct among eight colours of these hues, for all types of vision, on each background.
 CABLES = (
     Pair("#4c43f4", "#6452f9"),
     Pair("#a8491b", "#aa6203"),
@@ -50,15 +49,15 @@ LIMIT = Pair("#c2008f", "#ff6bd6")
 FORCE = Pair("#b35900", "#ffab4a")
 GOOD, BAD = Pair("#1b7f4d", "#35c983"), Pair("#c0392b", "#ff7a63")
 
-# A platform of no colour of its own; its edges are of ink.
+# Platform without a colour of its own; its edges use INK.
 BODY = Pair("#ccd6e3", "#6b788a")
-# What lies behind curves: lines of a grid, what is admissible, ...
+# Background of curves: grid lines, admissible regions, ...
 GRID = Pair("#e3e5e8", "#2c3138")
 ADMISSIBLE = Pair("#dcefe3", "#12301f")
 BEHIND = (GRID, ADMISSIBLE)
-# Printed surfaces of a workspace, steep to facing the eye: tints of DESIRED on white paper.
+# Printed surfaces of a workspace, from steep to facing the viewer: tints of DESIRED on white paper.
 SURFACE = ("#cfe7db", "#c0dfd0", "#b1d7c4", "#a2cfb9", "#93c7ad")
-# ... and times at which a solver had no valid answer.
+# ... and intervals without a valid solver result.
 SHADES = {
     Status.INFEASIBLE: Pair("#f8d3cb", "#57231a"),
     Status.NOT_FOUND: Pair("#fbe7ad", "#4d3f10"),
@@ -66,7 +65,7 @@ SHADES = {
     Status.BAD_INPUT: Pair("#dcd0ee", "#3b2f52"),
 }
 
-# What is drawn for light ground, as it is on dark ground.
+# Dark-mode variant of each light-mode colour.
 DARK = {
     pair.light: pair.dark
     for pair in (
@@ -75,12 +74,12 @@ DARK = {
     )
 }
 
-# Lightness, chroma and hue (degrees) in OKLCH (Ottosson 2020) at the least and the largest tension.
+# Lightness, chroma and hue (degrees) in OKLCH (Ottosson 2020) at the smallest and largest tension.
 RAMPS = {"light": ((0.66, 0.13, 240.0), (0.40, 0.16, 385.0)), "dark": ((0.56, 0.17, 265.0), (0.90, 0.16, 455.0))}
 
-STEPS = 256  # of a ramp: neighbours differ by less than eyes tell, and lie as near as bytes do
+STEPS = 256  # of a ramp: neighbours are indistinguishable, about one byte apart
 
-# From OKLab to the cube roots of cone responses, and from these responses to linear sRGB (Ottosson 2020).
+# Matrices from OKLab to the cube roots of cone responses, and from these responses to linear sRGB (Ottosson 2020).
 _CONES = np.array(
     [
         [1.0, 0.3963377774, 0.2158037573],
@@ -98,9 +97,14 @@ _SRGB = np.array(
 
 
 def tension_colours(share: Array, ground: str = "dark") -> Array:
-    """Return red, green and blue, (..., 3), 0 to 1, of shares (...) of the range from the least tension to the largest.
+    """Return colours on the tension ramp.
 
-    `ground` is "light" or "dark". What is not a number is taken as the least.
+    Args:
+        share: (...), position between the smallest (0) and the largest tension (1); NaN counts as 0.
+        ground: "light" or "dark".
+
+    Returns:
+        (..., 3), red, green and blue, 0 to 1.
     """
     part = np.clip(np.nan_to_num(np.asarray(share, dtype=float)), 0.0, 1.0)
     colours: Array = _ramp(ground)[np.rint(STEPS * part).astype(np.intp)]
@@ -108,9 +112,9 @@ def tension_colours(share: Array, ground: str = "dark") -> Array:
 
 
 def on_either_ground(markup: str) -> str:
-    """Let a page say what our colours are on its ground, where the styles in `markup` name those for light ground.
+    """Replace light-mode colours in the styles of `markup` by CSS variables `--of-RRGGBB`, which the page may define.
 
-    The page defines `--of-RRGGBB`; where none does, they stay as they are.
+    Where a page does not define them, the colours remain unchanged.
     """
     return re.sub(r"(?<=: )#[0-9a-f]{6}(?=[;\"])", _either, markup)
 
@@ -122,7 +126,7 @@ def _either(found: re.Match[str]) -> str:
 
 @cache
 def _ramp(ground: str) -> Array:
-    """Colours (STEPS + 1, 3) from the least to the largest tension."""
+    """Return colours (STEPS + 1, 3) from the smallest to the largest tension."""
     low, high = (np.array(end) for end in RAMPS[ground])
     part = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
     lightness, chroma, hue = np.moveaxis(low + part * (high - low), -1, 0)
@@ -132,11 +136,11 @@ def _ramp(ground: str) -> Array:
         outside = (rgb < -1e-4).any(axis=-1) | (rgb > 1.0 + 1e-4).any(axis=-1)
         if not outside.any():
             return frozen_array(_encoded(np.clip(rgb, 0.0, 1.0)))
-        chroma = np.where(outside, 0.97 * chroma, chroma)  # no screen shows it: less colourful, as light
+        chroma = np.where(outside, 0.97 * chroma, chroma)  # outside sRGB: reduce the chroma only
 
 
 def tension_steps(ground: str, count: int = 33) -> list[str]:
-    """Return `count` colours "#rrggbb" from the least to the largest tension."""
+    """Return `count` colours "#rrggbb" from the smallest to the largest tension."""
     return [hexadecimal(rgb) for rgb in tension_colours(np.linspace(0.0, 1.0, count), ground)]
 
 
@@ -152,7 +156,7 @@ def parts(colour: str) -> tuple[float, float, float]:
 
 
 def _linear(lab: Array) -> Array:
-    """Linear red, green and blue of OKLab, without matmul, whose last bit depends on the machine."""
+    """Return linear red, green and blue of OKLab, without matmul, whose rounding depends on the machine."""
     return _times(_SRGB, _times(_CONES, lab) ** 3)
 
 
@@ -162,5 +166,5 @@ def _times(M: Array, x: Array) -> Array:
 
 
 def _encoded(linear: Array) -> Array:
-    """As sRGB encodes it (IEC 61966-2-1)."""
+    """Apply the sRGB transfer function (IEC 61966-2-1)."""
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)

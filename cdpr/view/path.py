@@ -1,4 +1,4 @@
-"""Lines with no more corners than can be seen."""
+"""Simplification of polylines."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from cdpr.model.robot import Array
 
 
 def thinned(points: Array, tolerance: float) -> Array:
-    """Return those of points (k, 3), m, between which a line stays within `tolerance` (m) of all; the ends always.
+    """Return a subset of points (k, 3), m, whose polyline stays within `tolerance` (m) of all points.
 
-    Ramer (1972), Douglas and Peucker (1973).
+    Both ends are kept. Algorithm: Ramer (1972), Douglas and Peucker (1973).
     """
     kept = np.zeros(len(points), dtype=bool)
     kept[[0, -1]] = True
@@ -26,7 +26,7 @@ def thinned(points: Array, tolerance: float) -> Array:
 
 
 def _distances(points: Array) -> Array:
-    """How far each point (m) is from the line between the first and the last."""
+    """Return the distance (m) of each point from the segment between the first and the last."""
     along = points[-1] - points[0]
     length = float(np.linalg.norm(along))
     away = points - points[0]

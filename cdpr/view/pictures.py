@@ -1,4 +1,4 @@
-"""A robot at n rows of a run, or at n poses: what any viewer draws of each."""
+"""Frames of a robot at n rows of a run or n poses, for any viewer."""
 
 from __future__ import annotations
 
@@ -12,38 +12,38 @@ from numpy.typing import NDArray
 from cdpr.model.robot import Array
 from cdpr.view.subject import Subject
 
-# Share of a cable's largest tension: within that of a limit it is at it, and below that of zero it is slack. Solvers
-# meet a limit to round-off, and what lies nearer than this to it no eye can tell from it.
+# Relative to a cable's largest tension: distance to a limit at which it counts as reached, and tension below which a
+# cable counts as slack. Solvers reach limits only to round-off; smaller differences are invisible.
 AT_LIMIT = 1e-6
 
 
-# Times what three quarters of all tensions stay below: tensions beyond are not those of a run that goes well.
+# Multiple of the 75th percentile of the tensions; larger tensions belong to a diverging run.
 BEYOND = 20.0
 
 
 class State(IntEnum):
-    """How a cable is drawn."""
+    """Display state of a cable."""
 
     TAUT = 0
-    SLACK = 1  # it does not pull
-    LOWEST = 2  # its command is at or below its smallest tension
-    HIGHEST = 3  # its command is at or above its largest
-    BROKEN = 4  # it is no more
+    SLACK = 1  # no tension
+    LOWEST = 2  # command at or below the smallest tension
+    HIGHEST = 3  # command at or above the largest tension
+    BROKEN = 4  # broken
 
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """A subject with m cables at n poses."""
+    """Subject with m cables at n poses."""
 
     subject: Subject
     time: Array  # (n,), s
     position: Array  # (n, 3), m
     orientation: Array  # (n, 4), quaternion w, x, y, z
-    tension: Array | None = None  # (n, m), N, in the cables; None where none is known
-    state: NDArray[np.int8] | None = None  # (n, m), `State`; likewise
-    desired_position: Array | None = None  # (n, 3), m, where it may be another than the position
+    tension: Array | None = None  # (n, m), N, tensions in the cables; None if unknown
+    state: NDArray[np.int8] | None = None  # (n, m), `State`; None if unknown
+    desired_position: Array | None = None  # (n, 3), m, None if not distinguished from the position
     desired_orientation: Array | None = None  # (n, 4)
-    force: Array | None = None  # (n, 3), N, from outside on the platform at its origin, where there is any
+    force: Array | None = None  # (n, 3), N, external force at the platform's origin; None if zero
 
     @cached_property
     def ends(self) -> Array:
@@ -52,22 +52,19 @@ class Pictures:
 
     @cached_property
     def way(self) -> Array:
-        """Where the point is that the motion leads, (n, 3), m: the platform's origin, or a tool."""
+        """Positions of the guided point, (n, 3), m: the platform's origin, or a tool."""
         return self.subject.led_at(self.position, self.orientation)
 
     @cached_property
     def desired_way(self) -> Array | None:
-        """Where it is to be, (n, 3), m."""
+        """Desired positions of the guided point, (n, 3), m."""
         if self.desired_position is None or self.desired_orientation is None:
             return self.desired_position
         return self.subject.led_at(self.desired_position, self.desired_orientation)
 
     @property
     def range(self) -> tuple[float, float]:
-        """Least and largest tension (N) of cables that pull: the range over which they are coloured.
-
-        What a run that diverges ends in does not count.
-        """
+        """Smallest and largest tension (N) of taut cables, for the colours, without outliers of a diverged run."""
         if self.tension is None or self.state is None:
             return 0.0, 0.0
         pulling = self.tension[(self.state != State.SLACK) & (self.state != State.BROKEN) & np.isfinite(self.tension)]
@@ -89,18 +86,18 @@ def pictures(
     force: Array | None = None,
     limits_until: float = np.inf,
 ) -> Pictures:
-    """Return a subject at n poses, (n, 3) and (n, 4).
+    """Return a subject at n poses.
 
     Args:
         subject: the robot.
         time: (n,), s.
-        position: of the platform's origin, m.
-        orientation: of the platform.
-        tension: in the cables, (n, m), N.
-        command: what they were commanded to, (n, m), N; the tension unless given.
-        desired: position and attitude that are asked for.
-        force: from outside, (n, 3), N.
-        limits_until: time (s) from which the subject's limits of tension do not hold any more.
+        position: (n, 3), m, of the platform's origin.
+        orientation: (n, 4), quaternion w, x, y, z.
+        tension: (n, m), N, in the cables.
+        command: (n, m), N; defaults to `tension`.
+        desired: desired positions (n, 3), m, and orientations (n, 4).
+        force: (n, 3), N, external force.
+        limits_until: time (s) from which the subject's tension limits no longer apply.
     """
     state = None
     if tension is not None:
@@ -112,11 +109,12 @@ def pictures(
 
 
 def weight_range(subject: Subject, weight: float) -> tuple[float, float]:
-    """Return tensions (N) between which a cable's is likely to be, where no run is known yet, for a logarithmic ramp.
+    """Return an estimated range of cable tensions (N) for a logarithmic colour ramp, before a run is known.
 
-    From a quarter of the platform's weight (N) by cable to 32 times that, within the limits: suspended and braced
-    robots alike stay inside, and a tension twice another's is a seventh of the ramp away. Without weight, from a
-    thousandth of the largest limit on.
+    The range is a quarter to 32 times the platform's weight (N) per cable, within the limits. It contains tensions of
+    suspended and fully constrained robots; a factor of 2 is a seventh of the ramp. Without weight, the range starts at
+    a
+    thousandth of the largest limit.
     """
     lowest, highest = float(subject.tension_min.min()), float(subject.tension_max.max())
     each = weight / len(subject.cables)
@@ -129,10 +127,10 @@ def _states(subject: Subject, time: Array, tension: Array, command: Array, limit
     state = np.full(tension.shape, State.TAUT, np.int8)
     near = AT_LIMIT * subject.tension_max
     known = (time < limits_until)[:, None]
-    with np.errstate(invalid="ignore"):  # comparisons with NaN are false
+    with np.errstate(invalid="ignore"):  # comparisons with NaN are False
         state[known & (command <= subject.tension_min + near)] = State.LOWEST
         state[known & (command >= subject.tension_max - near)] = State.HIGHEST
-        # Cables are slack without tension; legs, whose lower limits are negative, push.
+        # Cables without tension are slack; rigid legs, with negative lower limits, push.
         state[(tension <= near) & (subject.tension_min >= 0.0)] = State.SLACK
     for cable, since in subject.broken:
         state[time >= since, cable] = State.BROKEN

@@ -1,4 +1,4 @@
-"""Shapes of platforms as triangles, and what of them a drawing with lines shows."""
+"""Platform shapes as triangle meshes and outlines."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
 
-SIDES = 48  # of a circle
-RINGS = 24  # of a sphere, from pole to pole
+SIDES = 48  # per circle
+RINGS = 24  # per sphere, from pole to pole
 
 CUBE = np.array(list(product((-0.5, 0.5), repeat=3)))
 EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CUBE[i] - CUBE[j]).sum() == 1.0]
-FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # outwards
+FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # counter-clockwise
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A convex solid in the platform's axes."""
+    """Convex solid in the platform's axes."""
 
     vertices: Array  # (v, 3), m
-    triangles: NDArray[np.int32]  # (t, 3), anticlockwise as seen from outside
-    faces: tuple[tuple[int, ...], ...]  # corners of the flat faces around their rims, which are drawn as edges
-    curved: bool = False  # whether flat faces are not all of its surface
+    triangles: NDArray[np.int32]  # (t, 3), counter-clockwise as seen from outside
+    faces: tuple[tuple[int, ...], ...]  # corners of the flat faces in order, drawn as edges
+    curved: bool = False  # True if the surface has curved parts
 
 
 def solid(shape: dict[str, Any] | None) -> Solid | None:
-    """Return a shape as `Platform.outline` has it; None where there is none. Of a mesh it is the box around it."""
+    """Return the solid of a shape in the format of `Platform.outline`, or None; for a mesh, its bounding box."""
     if not shape:
         return None
     (kind, size), *_ = shape.items()
@@ -79,7 +79,7 @@ def _sphere(radius: float) -> Solid:
 
 
 def radius_around(shape: dict[str, Any] | None, anchors: Array) -> float:
-    """Radius (m) of a sphere about the platform's origin that holds shape and anchors (m, 3)."""
+    """Return the radius (m) of a sphere about the platform's origin that contains shape and anchors (m, 3)."""
     corners = anchors
     body = solid(shape)
     if body is not None:
@@ -88,9 +88,11 @@ def radius_around(shape: dict[str, Any] | None, anchors: Array) -> float:
 
 
 def world_origin(fixed: Array) -> Array:
-    """Return the world's origin (1, 3), where its axes are drawn, to be kept in view with the fixed points (k, 3), m.
+    """Return the world's origin (1, 3), to be kept in view with the fixed points (k, 3), m.
 
-    Return (0, 3) if it is so far away that the robot would be drawn small. Of a plane, return the origin's projection.
+    Return an empty array (0, 3) if the origin is so far away that the robot would appear small. For planar robots,
+    return
+    its projection onto their plane.
     """
     low, high = fixed.min(axis=0), fixed.max(axis=0)
     size = float(np.linalg.norm(high - low))

@@ -1,4 +1,4 @@
-"""What of a robot is drawn, whatever its pose."""
+"""Pose-independent display data of a robot."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from cdpr.model.robot import Array, CableExit
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A robot with m cables."""
+    """Robot with m cables."""
 
     cables: tuple[str, ...]  # names
     anchors: Array  # (m, 6): A_i in the world, B_i on the platform, m
     tension_min: Array  # (m,), N
     tension_max: Array  # (m,), N
-    shape: dict[str, Any] | None  # as `Platform.outline`
-    frame: Array  # (k, 6), edges: two ends each, m; none where no frame is known
-    colours: dict[str, str]  # "#rrggbb" of "platform" and "frame", where they are given
-    exits: tuple[CableExit | None, ...] = ()  # where cables leave the frame, where not all do at their anchors
-    broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
-    tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) of the platform, m, its axes
-    led: str = ""  # the tool that the motion leads, whose way is drawn; "" for the platform's origin
+    shape: dict[str, Any] | None  # as in `Platform.outline`
+    frame: Array  # (k, 6), edges with two ends each, m; empty if unknown
+    colours: dict[str, str]  # "#rrggbb" of "platform" and "frame", if given
+    exits: tuple[CableExit | None, ...] = ()  # cable exits; empty if all cables leave the frame at their anchors
+    broken: tuple[tuple[int, float], ...] = ()  # index and time (s) of cables that break
+    tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) in the platform's axes, m
+    led: str = ""  # guided tool, whose path is drawn; "" for the platform's origin
 
     @classmethod
     def of_robot(cls, robot: Robot) -> Subject:
-        """Return what there is to draw of a robot."""
+        """Return the display data of a robot."""
         return cls(
             cables=tuple(cable.name for cable in robot.cables),
             anchors=robot.anchors,
@@ -45,22 +45,22 @@ class Subject:
         )
 
     def led_at(self, position: Array, orientation: Array) -> Array:
-        """Return where the point is whose way is drawn, (n, 3), m, world, at n poses (n, 3) and (n, 4)."""
+        """Return the positions of the guided point, (n, 3), m, world frame, at poses (n, 3) and (n, 4)."""
         if not self.led:
             return position
         with np.errstate(all="ignore"):
             return np.asarray(position + rotations.rotate(orientation, np.array(self.tools[self.led])))
 
     def ends(self, position: Array, orientation: Array) -> Array:
-        """Return the ends of the cables at n poses (n, 3) and (n, 4), on the frame and on the platform: (n, m, 2, 3).
+        """Return the ends of the cables on frame and platform, (n, m, 2, 3), at poses (n, 3) and (n, 4).
 
-        What is not finite stays so: a run that diverged is drawn as far as it goes.
+        Non-finite poses give non-finite ends, so that diverged runs can be drawn.
         """
         out = np.empty((len(position), len(self.cables), 2, 3))
         with np.errstate(all="ignore"):
             R = rotations.matrix(np.asarray(orientation).T)  # (3, 3, n)
             out[:, :, 1] = np.asarray(position)[:, None]
-            for j in range(3):  # R @ B_i, without matmul, whose last bit depends on the machine
+            for j in range(3):  # R @ B_i without matmul, whose rounding depends on the machine
                 out[:, :, 1] += R[:, None, j].T * self.anchors[:, None, 3 + j]
         if self._lines is None:
             out[:, :, 0] = self.anchors[:, :3]
@@ -82,12 +82,12 @@ class Subject:
         return [shape for shape in shapes if len(shape)]
 
     def broken_by(self, time: float) -> frozenset[str]:
-        """Names of the cables that are no more at a time, s."""
+        """Return the names of cables that are broken at a time, s."""
         return frozenset(self.cables[i] for i, since in self.broken if since <= time)
 
     @cached_property
     def _lines(self) -> Array | None:
-        """Anchors and exits, as of `cdpr.cables.tables.line_table`; None where all cables leave from their anchors."""
+        """Anchors and exits as in `cdpr.cables.tables.line_table`; None if all cables leave at their anchors."""
         if not self.exits:
             return None
         from cdpr.cables.tables import line_rows

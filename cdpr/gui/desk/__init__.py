@@ -1,10 +1,10 @@
-"""What is edited: the files of a scenario and its robot, as texts, as a form, and as a scenario to run.
+"""Editor of a scenario and its robot: as YAML texts, as a form, and as a scenario to run.
 
-- `tree`, `edit`: values in a YAML text, changed where they stand;
-- `files`: the texts and what is on the disk;
-- `fields`, `table`, `form`: the form, made from the schema;
-- `choose`, `believed`: what some edits mean;
-- `desk`: all of it together.
+- `tree`, `edit`: edits in a YAML text that preserve its formatting;
+- `files`: texts and files on disk;
+- `fields`, `table`, `form`: form generated from the schema;
+- `choose`, `believed`: conversion of form edits into data;
+- `desk`: composition of all parts.
 """
 
 from cdpr.gui.desk.desk import Desk

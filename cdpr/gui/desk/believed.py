@@ -1,4 +1,7 @@
-"""What is believed of cables: the i-th of the form is that of the robot, the file names those that differ."""
+"""Mapping between cables of the form and entries of `believed.cables` in the file.
+
+The form lists all cables of the robot; the file contains only those with differences, by name.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from cdpr.scenario.belief import cable_names
 
 
 def entries(said: Any, cables: list[Any]) -> dict[int, int]:
-    """Return which item of the list `said` speaks of which cable of the robot: items by cables, counted from 0."""
+    """Return the item of the list `said` for each cable of the robot, by cable index starting at 0."""
     if not isinstance(said, list):
         return {}
     names = cable_names(cables)
@@ -24,7 +27,7 @@ def entries(said: Any, cables: list[Any]) -> dict[int, int]:
 
 
 def cables_in_place(said: Any, cables: list[Any]) -> list[Any]:
-    """Return for each cable of the robot what is believed of it, but for its name; what is no mapping as it is."""
+    """Return the believed values of each cable of the robot, without names; entries that are no mappings stay."""
     found = entries(said, cables)
     rows: list[Any] = []
     for i in range(len(cables)):
@@ -35,9 +38,9 @@ def cables_in_place(said: Any, cables: list[Any]) -> list[Any]:
 
 
 def target(path: Path, said: Any, cables: Any) -> tuple[Path, dict[str, Any] | None]:
-    """Return where the file holds what the form calls `path`, below `believed`; and the entry that is to be made first.
+    """Return the path in the file of a form path below `believed`, and the entry to create first, if any.
 
-    A cable of which nothing is said yet gets an entry of its own at the end.
+    A cable without an entry gets a new one at the end of the list.
     """
     if len(path) < 2 or path[0] != "cables" or not isinstance(path[1], int) or not isinstance(cables, list):
         return path, None

@@ -1,4 +1,4 @@
-"""Another form of a section: another motion, shape, attitude, plugin. What both forms take stays."""
+"""Change of a section's type: another motion, shape, attitude or plugin. Common keys are kept."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.replaced import replacement_note
 
-DIGITS = 9  # of what is converted
-SIZE = (0.4, 0.3, 0.2)  # m, of a platform of which nothing is known
+DIGITS = 9  # of converted values
+SIZE = (0.4, 0.3, 0.2)  # m, default size of a platform
 
 
 def plugin_section(role: Role, name: str, given: Any) -> dict[str, Any]:
-    """Return a section of controller or solver for another plugin, without the options of the one before."""
+    """Return a controller or solver section for another plugin, without options of the previous one."""
     section = given if isinstance(given, dict) else {}
     if section.get("type", DEFAULT_TYPE[role]) == name:
         return {**section, "type": name}
@@ -29,7 +29,7 @@ def plugin_section(role: Role, name: str, given: Any) -> dict[str, Any]:
 
 
 def plugin_note(plugins: Registry, role: Role, before: Any, after: Any) -> str:
-    """Return what became of the options where a section of controller or solver got another plugin; else ""."""
+    """Return a note on the options after a change of plugin; "" if there is nothing to report."""
     old, new = (each if isinstance(each, dict) else {} for each in (before, after))
     names = [str(each.get("type", DEFAULT_TYPE[role])) for each in (old, new)]
     if names[0] == names[1]:
@@ -43,14 +43,17 @@ def plugin_note(plugins: Registry, role: Role, before: Any, after: Any) -> str:
 
 
 def form_section(node: Schema, root: Schema, name: str, given: Any, starts: Starts) -> dict[str, Any]:
-    """Return a section in the form of this name, with plain values for what it needs; CdprError if there is none.
+    """Return a section of another type, with initial values for required keys.
 
     Args:
         node: resolved schema of the section.
-        root: the whole schema.
-        name: type of the form, or the key that stands for it.
-        given: the section as it is.
-        starts: where plain values come from.
+        root: complete schema.
+        name: type, or the key that distinguishes the form.
+        given: current section.
+        starts: source of initial values.
+
+    Raises:
+        CdprError: if the type does not exist.
     """
     section = given if isinstance(given, dict) else {}
     forms = branches(node, root)
@@ -64,7 +67,7 @@ def form_section(node: Schema, root: Schema, name: str, given: Any, starts: Star
 
 
 def _attitude(name: str, given: dict[str, Any]) -> Any:
-    """The same attitude in another form; upright where there is none."""
+    """Return the same attitude in another representation; the identity if there is none."""
     try:
         q = Orientation.model_validate(given, strict=False).quaternion()
     except ValueError:
@@ -82,7 +85,7 @@ def _plain(values: Any) -> list[float]:
 
 
 def _shape(name: str, given: dict[str, Any], starts: Starts) -> Any:
-    """A shape of about the size of the box before, or of the box around the anchors."""
+    """Return a shape with about the size of the previous box, or of the box around the anchors."""
     box, anchors = given.get("box"), starts.anchors("platform")
     try:
         sizes = [float(each) for each in (box or np.ptp(anchors, axis=0))]

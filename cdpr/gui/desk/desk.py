@@ -1,4 +1,4 @@
-"""The desk: opens, edits, undoes, saves, and says what there is as a form and as a scenario."""
+"""Editor: opens, edits, undoes and saves files, and returns the form and the scenario."""
 
 from __future__ import annotations
 
@@ -24,20 +24,21 @@ from cdpr.scenario.source import kind_of, open_document, stem
 from cdpr.scenario.yaml_nodes import parse
 from cdpr.scenario.yaml_text import flow
 
-FIRST = "caroca"  # the example for who names nothing
+FIRST = "caroca"  # example that is opened by default
 UNDOS = 200
 
-Step = tuple[str, Files, dict[str, str]]  # what was done, and what was on the desk before
+Step = tuple[str, Files, dict[str, str]]  # name of the edit, and the files and texts before it
 
 
 class Desk:
-    """The files of one scenario while they are edited.
+    """Files of a scenario during editing.
 
-    An edit that makes no sense is kept, and the form shows its problem; CdprError is raised for what cannot be written.
+    Invalid edits are kept, and the form shows their problems. CdprError is raised only for edits that cannot be
+    written.
 
     Args:
-        name: a scenario or robot file, or the name of an example; a robot alone stands in a scenario made for it.
-        changes: edits to begin with, as `cdpr.scenario.overrides.typed` returns them; they are not saved.
+        name: a scenario or robot file, or an example; a robot gets a generated scenario.
+        changes: initial edits, as `cdpr.scenario.overrides.typed` returns them; they are not saved.
     """
 
     def __init__(self, name: str | None = None, changes: Sequence[Change | str] = ()) -> None:
@@ -55,12 +56,16 @@ class Desk:
             self._set(change.path, change.value)
 
     def open(self, name: str) -> None:
-        """Open another scenario or robot, which can be undone. ScenarioError where it cannot be read."""
+        """Open another scenario or robot; this can be undone.
+
+        Raises:
+            ScenarioError: if it cannot be read.
+        """
         self._turn(f"open {_brief(name)}", self._opened(name))
         self._applied = None
 
     def new(self, kind: str, /, **arguments: Any) -> None:
-        """Begin a new robot or scenario, which can be undone; `arguments` are those of `cdpr new`."""
+        """Create a new robot or scenario; this can be undone. `arguments` are those of `cdpr new`."""
         file, note = new_file(kind, arguments, self._plugins)
         self._turn(f"new {kind}", self._with(file, robot=kind == "robot"))
         self._applied = None
@@ -75,22 +80,26 @@ class Desk:
         return self._with(File.open(path, fixed), robot=kind_of(document) == "robot")
 
     def _with(self, file: File, *, robot: bool) -> Files:
-        """Return a file as it lies on the desk, a robot in a scenario made for it."""
+        """Return the files of the editor, with a generated scenario for a robot."""
         files = [around(file, self._plugins), file] if robot else [file]
         keyed = {os.path.abspath(each.name): each for each in files}
         return Files(next(iter(keyed)), keyed)
 
     def _turn(self, told: str, files: Files) -> None:
-        """Go on with other files; those before can be had again. CdprError before that for what is no YAML."""
+        """Replace the files, which can be undone.
+
+        Raises:
+            CdprError: if the scenario is not valid YAML; nothing is replaced then.
+        """
         edit.read(files.scenario.text)
         self._remember(told)
         self._files = files
         self._look()
 
-    # What is on the desk.
+    # State of the editor.
 
     def _look(self) -> None:
-        """Read the texts anew."""
+        """Parse the texts."""
         main = self._files.scenario
         self._data = edit.read(main.text)
         self._robot: File | None = None
@@ -106,7 +115,7 @@ class Desk:
         self._loaded: Scenario | CdprError | None = None
 
     def _load(self) -> Scenario | CdprError:
-        """Load what the texts say, once."""
+        """Load the scenario, and cache the result."""
         if self._loaded is None:
             main = self._files.scenario
             try:
@@ -118,14 +127,19 @@ class Desk:
         return self._loaded
 
     def scenario(self) -> Scenario:
-        """Return the scenario that the form describes; ScenarioError or PluginError with all problems otherwise."""
+        """Return the scenario of the form.
+
+        Raises:
+            ScenarioError: with all problems of the files.
+            PluginError: if a plugin cannot be used.
+        """
         loaded = self._load()
         if isinstance(loaded, CdprError):
             raise loaded.with_traceback(None)
         return loaded
 
     def _told(self) -> tuple[Sequence[Problem], Sequence[Problem]]:
-        """Problems and warnings."""
+        """Return the problems and warnings."""
         loaded, whole = self._load(), Mark(self._files.scenario.name)
         if isinstance(loaded, CdprError):
             return loaded.rows or [Problem(whole, (), str(loaded))], []
@@ -133,16 +147,16 @@ class Desk:
         return [], [*loaded.warnings, *(Problem(whole, tuple(_parts(key)), idle) for key in loaded.unused)]
 
     def apply(self) -> Scenario:
-        """Return the scenario, which runs from now on: the form says so until it is changed."""
+        """Return the scenario and mark the current texts as applied."""
         notes = self._notes
-        self._look()  # files that it names may have changed
+        self._look()  # referenced files may have changed
         self._notes = notes
         scenario = self.scenario()
         self._applied = self._shown_texts()
         return scenario
 
     def form(self) -> dict[str, Any]:
-        """Return the message with all fields, their problems, and what may be undone."""
+        """Return the message with all fields, their problems and the undo state."""
         made, files = self._tabs(), self._shown_files()
         problems, warnings = self._told()
         reasons = [reason for file in files if file.modified and (reason := unsaved(file))]
@@ -165,7 +179,7 @@ class Desk:
         }
 
     def texts(self) -> list[dict[str, str]]:
-        """Return name and text of each file."""
+        """Return the name and text of each file."""
         return [{"name": file.name, "text": file.text} for file in self._shown_files()]
 
     def _shown_files(self) -> list[File]:
@@ -180,16 +194,16 @@ class Desk:
         return self._form
 
     def _known(self) -> Any:
-        """All sections with what is in force; MISSING where the files are wrong."""
+        """Return all sections with their effective values; MISSING if the files are invalid."""
         loaded = self._load()
         return loaded.sections.model_dump(mode="json", by_alias=True) if isinstance(loaded, Scenario) else MISSING
 
     # Edits.
 
     def edit(self, path: str, value: Any = None) -> None:
-        """Give a key another value; None takes it away, so that its default holds.
+        """Set a key; None removes it, so that its default applies.
 
-        The name of a form for a section that has several, such as "circle" for `trajectory`, chooses that form.
+        A text such as "circle" for `trajectory`, a section with several types, selects that type.
         """
         if value is None:
             self.remove(path)
@@ -204,13 +218,13 @@ class Desk:
                 self._notes = [Problem(Mark(self._files.scenario.name), (role, "type"), note)]
 
     def remove(self, path: str) -> None:
-        """Take a key or an item of a list away; nothing where it is not given."""
+        """Remove a key or a list item; do nothing if it is not present."""
         self._take(f"remove {path}", self._meaning().remove(_path(path)))
 
     def insert(self, path: str, value: Any = None) -> None:
-        """Add an item to a list; one made from the schema, or like the last, unless it is given.
+        """Append an item to a list; by default it is generated from the schema or copied from the last item.
 
-        The name of a form, such as "wrench" for `events`, stands for one of that form with plain values.
+        A type name such as "wrench" for `events` appends an item of that type with initial values.
         """
         self._take(f"insert {path}", self._meaning().insert(_path(path), value))
 
@@ -218,7 +232,7 @@ class Desk:
         return Meaning(self._files, self._data, self._robot_file, self._robot, self._tabs, self._known, self._plugins)
 
     def _take(self, told: str, texts: dict[str, str]) -> None:
-        """Make these texts the present ones; what was before can be undone."""
+        """Replace the texts; this can be undone."""
         if texts != self._files.texts():
             self._remember(told)
             self._files.put(texts)
@@ -229,11 +243,11 @@ class Desk:
         self._redo = []
 
     def undo(self) -> None:
-        """Take the last edit back."""
+        """Undo the last edit."""
         self._back(self._undo, self._redo)
 
     def redo(self) -> None:
-        """Do again what was undone last."""
+        """Redo the last undone edit."""
         self._back(self._redo, self._undo)
 
     def _back(self, source: list[Step], other: list[Step]) -> None:
@@ -248,14 +262,19 @@ class Desk:
     # Files.
 
     def revert(self) -> None:
-        """Go back to what is on the disk; it can be undone. Raises CdprError where a file cannot be read."""
+        """Reload all files from disk; this can be undone.
+
+        Raises:
+            CdprError: if a file cannot be read.
+        """
         self._take("revert", saving.reread(self._files, self._shown_files()))
 
     def save(self) -> list[str]:
-        """Write what was changed to the files that it came from and return their names.
+        """Write modified texts to their files and return the file names.
 
-        Raises OutputError, before anything is written, where one of them may not be written: it was changed by others,
-        is an example, or is there by now.
+        Raises:
+            OutputError: if a file was changed by other programs, is an example or already exists; nothing is written
+                then.
         """
         changed = [file for file in self._shown_files() if file.modified]
         for file in changed:
@@ -264,10 +283,11 @@ class Desk:
         return saving.save(changed)
 
     def save_as(self, target: str) -> list[str]:
-        """Write all into another file or folder, where it goes on from then on, and return the names of what is new.
+        """Write all texts to another file or folder, continue there, and return the names of new files.
 
-        To undo it goes on with the files before; what was written stays.
-        Names of files in it are changed so that they mean the same ones; nothing that is there is written over.
+        Undo returns to the previous files; written files remain. References to files are adjusted. Existing files are
+        never
+        overwritten.
         """
         runs = self._applied == self._shown_texts()
         files, names = saving.save_as(self._files, self._robot, target, self._plugins)

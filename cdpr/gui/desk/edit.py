@@ -1,9 +1,7 @@
-"""Edits of a YAML text that leave all else as it is written: comments, order, spacing, quotes, line ends.
+"""Edits of a YAML text that preserve everything else: comments, order, spacing, quotes and line ends.
 
-A value is changed where it stands. What comes of it is read again and compared with what was meant; an edit that does
-not come out is refused, so that a file never says something else than the form.
-
-Two values that share what is written once (&name, *name) are told apart first: the alias is written out.
+A value is changed in place. The result is parsed and compared with the intended data; an edit that gives anything else
+is rejected, so that file and form always agree. Aliases (*name) of edited values are expanded first.
 """
 
 from __future__ import annotations
@@ -21,15 +19,18 @@ from cdpr.scenario.problems import Problems
 from cdpr.scenario.yaml_nodes import parse
 from cdpr.scenario.yaml_text import dump, flow
 
-WIDTH = 110  # of a line that is written anew
+WIDTH = 110  # of a newly written line
 
 Step = tuple[Literal["put", "add", "cut", "append"], Path, Any]
 
 
 def set_value(text: str, path: Path, value: Any) -> str:
-    """Return the text with a value at `path`; sections on the way that are not there are made.
+    """Return the text with a value at `path`; missing parent sections are created.
 
-    A list or section that is there is changed item by item. Raises CdprError where it cannot be written.
+    Existing lists and sections are changed item by item.
+
+    Raises:
+        CdprError: if the value cannot be written.
     """
     before = read(text)
     try:
@@ -42,7 +43,11 @@ def set_value(text: str, path: Path, value: Any) -> str:
 
 
 def remove(text: str, path: Path) -> str:
-    """Return the text without a key or an item of a list. Raises CdprError where there is none."""
+    """Return the text without a key or list item.
+
+    Raises:
+        CdprError: if it does not exist.
+    """
     before = read(text)
     meant = copied(before)
     holder = _at(meant, path[:-1])
@@ -54,7 +59,7 @@ def remove(text: str, path: Path) -> str:
 
 
 def insert(text: str, path: Path, value: Any) -> str:
-    """Return the text with one more item at the end of the list at `path`, which is made where it is not there."""
+    """Return the text with an item appended to the list at `path`, which is created if missing."""
     items = _at(read(text), path)
     if items is not None and not isinstance(items, list):
         raise CdprError(f"{dotted(path)}: is no list, so nothing can be inserted")
@@ -62,7 +67,11 @@ def insert(text: str, path: Path, value: Any) -> str:
 
 
 def read(text: str) -> dict[str, Any]:
-    """Return what a text says; CdprError where it is no YAML of ours."""
+    """Return the data of a text.
+
+    Raises:
+        CdprError: if it is not valid YAML.
+    """
     problems = Problems()
     document = parse(text, "", problems)
     if document is None:
@@ -71,7 +80,7 @@ def read(text: str) -> dict[str, Any]:
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether plain data are the same, of the same types; the order of keys has no meaning."""
+    """Return True if plain data are equal, including types; the order of keys is ignored."""
     return json.dumps(one, sort_keys=True) == json.dumps(other, sort_keys=True)
 
 
@@ -107,7 +116,7 @@ def _at(data: Any, path: Path) -> Any:
 
 
 def _reach(text: str, before: dict[str, Any], meant: dict[str, Any]) -> str:
-    """Go from one state to the other in small steps."""
+    """Transform the text from the old to the new data in small steps."""
     for kind, path, value in _steps(before, meant, ()):
         if kind == "put":
             text = _put(_unshared(text, path), path, value)
@@ -121,7 +130,7 @@ def _reach(text: str, before: dict[str, Any], meant: dict[str, Any]) -> str:
 
 
 def _steps(old: Any, new: Any, path: Path) -> Iterator[Step]:
-    """What to do, in this order, so that the old value becomes the new one."""
+    """Yield the steps, in order, that transform the old value into the new one."""
     if same(old, new):
         return
     if isinstance(old, dict) and isinstance(new, dict) and (new or not path):
@@ -140,18 +149,18 @@ def _steps(old: Any, new: Any, path: Path) -> Iterator[Step]:
 
 
 def _checked(text: str, meant: dict[str, Any]) -> str:
-    """Return the text if it says what is meant."""
+    """Return the text if its data equal `meant`; raise CdprError otherwise."""
     if not same(read(text), meant):
         raise CdprError("this cannot be written without disturbing the rest of the file: edit the text itself")
     return text
 
 
 def _unshared(text: str, path: Path, *, below: bool = True) -> str:
-    """Write out aliases of what is about to change: on the path, and with `below` of what stands in the value."""
+    """Expand the aliases affected by an edit: on the path and, if `below`, inside the value."""
     while True:
         root = tree(text)
         chain = root.chain(path)
-        whole = below and len(chain) == len(path) + 1  # the value itself goes: what it is an alias of need not change
+        whole = below and len(chain) == len(path) + 1  # the value goes: the target of its alias can stay
         names = {node.name for node in (chain[:-1] if whole else chain) if node.kind != "alias"}
         names |= {node.name for _, node in chain[-1].walk() if node.kind != "alias"} if below else set()
         through = [] if whole else chain[-1:]
@@ -170,7 +179,7 @@ def _put(text: str, path: Path, value: Any) -> str:
     inline = any(each.flow for each in chain[:-1])
     start, end = node.start, node.end
     if inline or around.kind == "list" or ((node.kind in ("scalar", "alias") or node.flow) and not _tall(value, path)):
-        space = " " if start == end and not text[start - 1].isspace() else ""  # nothing stood there
+        space = " " if start == end and not text[start - 1].isspace() else ""  # the value was empty
         return text[:start] + space + _quoted(value, node.style) + text[end:]
     key = around.keys[around.index(path[-1]) or 0]
     colon = text.index(":", blank_end(text, key.end)) + 1
@@ -191,7 +200,7 @@ def _add(text: str, path: Path, word: str, value: Any) -> str:
     """Add a key to the mapping at `path`."""
     chain = tree(text).chain(path)
     node = chain[-1]
-    if node.kind != "mapping":  # nothing is given there
+    if node.kind != "mapping":  # the value is empty
         return _put(text, path, {word: value})
     pair = flow({word: value})[1:-1]
     if node.flow:
@@ -206,7 +215,7 @@ def _add(text: str, path: Path, word: str, value: Any) -> str:
 
 
 def _append(text: str, path: Path, value: Any) -> str:
-    """Add an item to the list at `path`, which has some."""
+    """Append an item to the non-empty list at `path`."""
     node = tree(text).chain(path)[-1]
     if node.flow:
         return _into_brackets(text, node, flow(value))
@@ -215,7 +224,7 @@ def _append(text: str, path: Path, value: Any) -> str:
 
 
 def _into_brackets(text: str, node: Node, written: str) -> str:
-    """Write one more item into a flow mapping or list."""
+    """Append an item to a flow mapping or list."""
     if not node.items:
         return text[: node.start + 1] + written + text[node.start + 1 :]
     last = node.items[-1]
@@ -223,7 +232,7 @@ def _into_brackets(text: str, node: Node, written: str) -> str:
 
 
 def _cut(text: str, path: Path) -> str:
-    """Remove the key or the item at `path`."""
+    """Remove the key or item at `path`."""
     chain = tree(text).chain(path)
     node, around = chain[-1], chain[-2]
     i = around.index(path[-1])
@@ -246,7 +255,7 @@ def _cut(text: str, path: Path) -> str:
 
 
 def _dash(text: str, items: Node, i: int) -> int:
-    """Return where the dash of an item of a block list stands."""
+    """Return the offset of an item's dash in a block list."""
     return items.start if i == 0 else blank_end(text, items.items[i - 1].end)
 
 
@@ -255,7 +264,7 @@ def _column(text: str, node: Node) -> int:
 
 
 def _tall(value: Any, path: Path) -> bool:
-    """Whether a value is written on several lines."""
+    """Return True if a value takes several lines."""
     if isinstance(value, list):
         return any(isinstance(item, dict) for item in value)
     if not isinstance(value, dict) or not value:
@@ -264,14 +273,14 @@ def _tall(value: Any, path: Path) -> bool:
 
 
 def _lines(value: Any, column: int) -> list[str]:
-    """Return the lines of a value below a key that stands in this column."""
+    """Return the lines of a value below a key at this column."""
     if isinstance(value, list):
         return [f"{' ' * column}- {flow(item)}" for item in value]
     return [f"{' ' * (column + 2)}{line}" for line in dump(value).splitlines()]
 
 
 def _quoted(value: Any, style: str) -> str:
-    """Return a value on one line, a text in the quotes that the old one had."""
+    """Return a value on one line, with a text's previous quotes."""
     if isinstance(value, str) and style in ("'", '"') and value.isprintable() and not set(value) & {"'", '"', "\\"}:
         return f"{style}{value}{style}"
     return flow(value)

@@ -1,6 +1,6 @@
-"""From a schema to fields: what may be said at a place, with its unit and help, and what is said there.
+"""Form fields generated from a schema: type, unit, help and current value of each key.
 
-A field is plain data, as the page takes it; what stands in a file is shown as it is written, also where it is wrong.
+Fields are plain data for the page. Values in the file are shown as written, even if they are invalid.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from cdpr.scenario.yaml_text import flow
 Field = dict[str, Any]
 Schema = dict[str, Any]
 
-# Sections that hold exactly one of several keys, which stands for their form.
+# Sections with exactly one of several keys, which determines their form.
 ONE_OF: dict[str, tuple[str, ...]] = {
     "ShapeSection": ("box", "sphere", "cylinder", "mesh"),
     "Orientation": ("rpy", "rpy_deg", "quaternion", "euler"),
@@ -38,15 +38,15 @@ class _Missing:
         return False
 
 
-ANY: Schema = {}  # what says nothing
-MISSING: Any = _Missing()  # stands where nothing is given
+ANY: Schema = {}  # schema without constraints
+MISSING: Any = _Missing()  # marks an absent value
 
 
-_resolved: dict[int, tuple[Schema, Schema, Schema]] = {}  # by the node's id, which lives as long as it stands here
+_resolved: dict[int, tuple[Schema, Schema, Schema]] = {}  # by id of the node; the cache keeps the node alive
 
 
 def resolve(node: Schema, root: Schema) -> Schema:
-    """Return a node without references; what may be left out is `optional`, a section has its `name`."""
+    """Return a node without references; nullable nodes are marked `optional`, and sections get their `name`."""
     if id(node) not in _resolved:
         made = _resolve(node, root)
         _resolved[id(node)] = (node, root, made)
@@ -71,13 +71,13 @@ def _resolve(node: Schema, root: Schema) -> Schema:
 
 
 def branches(node: Schema, root: Schema) -> dict[str, Schema]:
-    """Return the forms that a section may have, by what its `type` says of each."""
+    """Return the variants of a section by their `type`."""
     mapping = node.get("discriminator", {}).get("mapping", {})
     return {name: resolve(root["$defs"][target.rpartition("/")[2]], root) for name, target in mapping.items()}
 
 
 def kind_of(node: Schema, root: Schema) -> str:
-    """Return what kind of field shows values of a resolved node."""
+    """Return the kind of field for values of a resolved node."""
     if "enum" in node or "const" in node:
         return "choice"
     if "discriminator" in node or (node.get("type") == "object" and "properties" in node):
@@ -114,12 +114,12 @@ def _numbers(node: Schema) -> bool:
 
 
 def label_of(key: str | int) -> str:
-    """Return a key in words."""
+    """Return a key as a label."""
     return f"{key + 1}" if isinstance(key, int) else key.replace("_", " ")
 
 
 def choice(value: str, text: str = "", missing: str | None = None) -> dict[str, Any]:
-    """Return one of several values to choose from; `missing` says what to type so that it can be used."""
+    """Return an item of a choice; `missing` is the command that installs what it requires."""
     return {"value": value, "label": label_of(value), "help": text, "missing": missing}
 
 
@@ -134,7 +134,7 @@ def entry(
     unit: str = "",
     text: str = "",
 ) -> Field:
-    """Return what all fields have; they are called as the last key of `path` unless `label` says otherwise."""
+    """Return the common part of all fields; the label defaults to the last key of `path`."""
     return {
         "path": dotted(path),
         "label": label or (label_of(path[-1]) if path else ""),
@@ -148,19 +148,19 @@ def entry(
 
 
 class Maker:
-    """Makes fields of what a schema says and a file holds.
+    """Factory of fields from a schema and the data of a file.
 
     Attributes:
         root: the schema.
-        known: values in force, in the shape of the file: those of what is not given.
-        choices: what may be chosen at some paths, whatever the schema says.
+        known: effective values, in the structure of the file, for keys that are not set.
+        choices: allowed values at some paths, in addition to the schema.
     """
 
     def __init__(self, root: Schema, known: Any = MISSING, choices: Mapping[str, list[dict[str, Any]]] = {}) -> None:
         self.root, self.known, self.choices = root, known, choices
 
     def field(self, node: Schema, path: Path, data: Any, known: Any = MISSING, *, needed: bool = False) -> Field:
-        """Return the field of what stands at `path`; `data` is MISSING where nothing does."""
+        """Return the field for the value at `path`; `data` is MISSING if there is none."""
         node = resolve(node, self.root)
         kind = kind_of(node, self.root)
         given = data is not MISSING
@@ -181,7 +181,7 @@ class Maker:
         return field | self.limits(node, kind, path)
 
     def limits(self, node: Schema, kind: str, path: Path) -> Field:
-        """Return what a value of a resolved node may be."""
+        """Return the allowed values of a resolved node."""
         more: Field = {}
         if kind in ("choice", "set"):
             holder = node if kind == "choice" else resolve(node.get("items", ANY), self.root)
@@ -200,7 +200,7 @@ class Maker:
         return more
 
     def fields(self, node: Schema, path: Path, data: Any, known: Any = MISSING) -> list[Field]:
-        """Return the fields of a section's keys, and of what it holds besides."""
+        """Return the fields of a section's keys, including unknown keys in the data."""
         given = data if isinstance(data, dict) else {}
         needed = node.get("required", ())
         properties = {key: child for key, child in node.get("properties", {}).items() if "const" not in child}
@@ -212,7 +212,7 @@ class Maker:
         return [*made, *(self.odd((*path, key), given[key]) for key in spare)]
 
     def odd(self, path: Path, value: Any) -> Field:
-        """Return the field of something that has no place here."""
+        """Return the field of an unknown key."""
         return entry(path, "yaml", flow(value), given=True, optional=True)
 
     def _section(self, node: Schema, path: Path, data: Any, known: Any) -> Field:
@@ -250,21 +250,21 @@ class Maker:
 
 
 def part(data: Any, key: str | int) -> Any:
-    """Return what plain data hold at a key; MISSING where they hold nothing."""
+    """Return the value of a key in plain data, or MISSING."""
     if isinstance(data, dict):
         return data.get(str(key), MISSING)
     return data[key] if isinstance(data, list) and isinstance(key, int) and key < len(data) else MISSING
 
 
 def at(data: Any, path: Path) -> Any:
-    """Return what plain data hold at a path; MISSING where they hold nothing."""
+    """Return the value at a path in plain data, or MISSING."""
     for key in path:
         data = part(data, key)
     return data
 
 
 def shown(value: Any, kind: str) -> Any:
-    """Return a value as a field shows it: what the field cannot hold as YAML."""
+    """Return a value as the field shows it; values that do not fit the field are shown as YAML."""
     if value is None or value is MISSING:
         return None
     if kind == "yaml":
@@ -277,7 +277,7 @@ def shown(value: Any, kind: str) -> Any:
 
 
 def every(fields: Iterable[Field]) -> Iterable[Field]:
-    """Yield fields and all fields in them."""
+    """Yield fields and all nested fields."""
     for field in fields:
         yield field
         yield from every(field.get("fields", ()))
@@ -292,7 +292,7 @@ def _about(form: Schema) -> str:
 
 
 def _labels(path: Path, size: int | None) -> list[str] | None:
-    """Return what the numbers of a vector are called."""
+    """Return the names of a vector's components."""
     key = path[-1] if path else ""
     if key == "inertia":
         return TENSOR

@@ -1,4 +1,4 @@
-"""The files on the desk: their texts, what is on the disk, and how one gets there."""
+"""Files of the editor: their texts, and reading and writing on disk."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from cdpr.scenario.files import UnreadableError, read
 
 @dataclass
 class File:
-    """A text that is edited.
+    """Edited text.
 
     Attributes:
-        name: the file, as the user named it.
-        text: what it says now.
-        saved: what it said when it was read or written last; None where there is no such file yet.
-        first: what it said first, of one that is not there yet.
-        fixed: why it is not written where it is; "" where it is.
+        name: file name, as given by the user.
+        text: current text.
+        saved: text when it was last read or written; None if the file does not exist yet.
+        first: initial text of a file that does not exist yet.
+        fixed: reason why the file must not be overwritten; "" if it may be.
     """
 
     name: str
@@ -35,24 +35,29 @@ class File:
 
     @property
     def modified(self) -> bool:
-        """Whether there is something to save."""
+        """True if there is something to save."""
         if self.saved is None:
             return not self.fixed or self.text != self.first
         return self.text != self.saved
 
     @classmethod
     def open(cls, name: str, fixed: str = "") -> File:
-        """Read a file; CdprError where that cannot be."""
+        """Read a file.
+
+        Raises:
+            CdprError: if it cannot be read.
+        """
         text = on_disk(name)
         return cls(name, text, text, fixed=fixed or _installed(name))
 
 
 @dataclass
 class Files:
-    """Files by their absolute names, the first of them the scenario.
+    """Files by absolute name, including the scenario.
 
     Attributes:
-        main: the name of the scenario's file, absolute.
+        main: absolute name of the scenario file.
+        files: all files.
     """
 
     main: str
@@ -60,39 +65,47 @@ class Files:
 
     @property
     def scenario(self) -> File:
-        """The scenario's file."""
+        """The scenario file."""
         return self.files[self.main]
 
     def texts(self) -> dict[str, str]:
-        """Return all texts, by absolute names."""
+        """Return all texts by absolute file name."""
         return {key: file.text for key, file in self.files.items()}
 
     def put(self, texts: dict[str, str]) -> None:
-        """Take these texts in place of those there are."""
+        """Replace these texts."""
         for key, text in texts.items():
             self.files[key].text = text
 
     def beside(self, name: str) -> File | None:
-        """Return the file that the scenario names, read when it is asked for first; None where it cannot be read."""
+        """Return a file that the scenario references, read on first use; None if it cannot be read."""
         path = os.path.join(os.path.dirname(self.scenario.name), name)
         key = os.path.abspath(path)
         if key not in self.files:
             try:
                 self.files[key] = File.open(path, self.scenario.fixed)
             except CdprError:
-                return None  # the loader tells
+                return None  # the loader reports it
         return self.files[key]
 
 
 def named(name: object) -> str:
-    """Return the name of a file as it came from a window; CdprError where it is none."""
+    """Return a valid file name from a window.
+
+    Raises:
+        CdprError: if it is not a file name.
+    """
     if not isinstance(name, str) or not name.strip() or not is_name(name):
         raise CdprError(f"the name of a file is expected, got {shown(name)}")
     return name
 
 
 def on_disk(name: str) -> str:
-    """Return what a file holds; CdprError where it cannot be read, or is no text."""
+    """Return the content of a file.
+
+    Raises:
+        CdprError: if it cannot be read or is not UTF-8 text.
+    """
     try:
         return read(name).decode("utf-8")
     except UnreadableError as error:
@@ -102,7 +115,7 @@ def on_disk(name: str) -> str:
 
 
 def unsaved(file: File) -> str:
-    """Return why a file is not written where it is; "" where it may be."""
+    """Return the reason why a file cannot be saved in place; "" if it can."""
     if file.fixed:
         return file.fixed
     if file.saved is None:
@@ -113,7 +126,7 @@ def unsaved(file: File) -> str:
 
 
 def outdated(file: File) -> str:
-    """Return how a file is no longer what was read; "" where it is."""
+    """Return how a file on disk differs from what was read; "" if it does not."""
     if file.saved is None:
         return ""
     try:
@@ -124,9 +137,12 @@ def outdated(file: File) -> str:
 
 
 def write(name: str, text: str, *, new: bool) -> None:
-    """Write a file in one step, a new one or in place of what is there, whose rights stay. Raises OutputError.
+    """Write a file atomically, either a new one or a replacement that keeps the permissions.
 
-    Where the name is a link, what it leads to is replaced.
+    A symbolic link is preserved, and its target is replaced.
+
+    Raises:
+        OutputError: if the file cannot be written.
     """
     content = text.encode("utf-8")
     try:
@@ -155,7 +171,7 @@ def _replace(path: Path, content: bytes) -> None:
 
 
 def _installed(name: str) -> str:
-    """Return what forbids to write into an installation."""
+    """Return a reason not to write a file that belongs to the installation; "" otherwise."""
     package = os.path.dirname(os.path.realpath(cdpr.__file__))
     if os.path.realpath(name).startswith(package + os.sep):
         return f"'{name}' belongs to the installation of cdpr: save as a file of your own"

@@ -1,4 +1,4 @@
-"""The form of a scenario with its robot: tabs of fields, each with its problem."""
+"""Form of a scenario and its robot: tabs of fields, each with its problems."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ SCHEMA: Schema = json_schema(ScenarioSection)
 
 @dataclass(frozen=True)
 class Subject:
-    """What a form is made of.
+    """Data from which a form is generated.
 
     Attributes:
-        data: the scenario as its files say it, its robot in it.
-        robot_file: the name by which it names its robot; "" where the robot is its own.
-        known: all sections with what is in force, where the scenario is sound.
-        plugins: what may be chosen.
+        data: data of the scenario file, with the robot inserted.
+        robot_file: robot file as referenced in the scenario; "" if the robot is inline.
+        known: all sections with effective values, if the scenario is valid.
+        plugins: available plugins.
     """
 
     data: dict[str, Any]
@@ -56,7 +56,7 @@ def tabs(subject: Subject) -> list[dict[str, Any]]:
 
 
 def placed(made: list[dict[str, Any]], problems: Iterable[Problem]) -> list[dict[str, Any]]:
-    """Return problems as plain data, each with the path of the field under which it stands."""
+    """Return problems as plain data, each with the path of the field that shows it."""
     paths = set(_paths(made))
     rows = []
     for each in problems:
@@ -125,7 +125,7 @@ def _of_robot(node: Schema, maker: Maker, path: Path, robot: dict[str, Any], kno
 
 
 def _believed(subject: Subject, maker: Maker, node: Schema, robot: dict[str, Any]) -> Field:
-    """The robot that is believed: the robot itself but for what is given; no key is needed."""
+    """Return the field of the believed robot: its values default to those of the robot, and no key is required."""
     given = subject.data.get("believed", MISSING)
     about = resolve(SCHEMA["properties"]["believed"], SCHEMA)
     section = maker.field(about, ("believed",), MISSING if isinstance(given, dict) else given)
@@ -187,11 +187,11 @@ def _of_backends(subject: Subject, maker: Maker) -> Field:
 
 
 def _options(subject: Subject, role: Role, name: Any, path: Path, given: dict[str, Any], maker: Maker) -> list[Field]:
-    """Fields of a plugin's options, from its model; only what is given where it has none that can be asked."""
+    """Return the fields of a plugin's options; only those in the file if the plugin is unavailable."""
     try:
         model = subject.plugins.get(role, name).info.options
         root = json_schema(model)
-    except Exception:  # unknown, which is told, or no name at all
+    except Exception:  # unknown plugin (reported elsewhere), or not a name
         root = {}
     return Maker(root, choices=maker.choices).fields(root, path, given)
 
@@ -205,7 +205,7 @@ def _entries(plugins: Registry, role: Role) -> list[dict[str, Any]]:
 
 
 def _choices(subject: Subject) -> dict[str, list[dict[str, Any]]]:
-    """What may be chosen of what the schema only knows to be a text."""
+    """Return the allowed values of text fields that refer to cables, plugins or options."""
     made = {"simulation.backend": _entries(subject.plugins, "backend")}
     cables = at(subject.data, ("robot", "cables"))
     names = [choice(name) | {"label": name} for name in cable_names(cables)] if isinstance(cables, list) else []

@@ -1,4 +1,4 @@
-"""Files that are not on the disk yet: new ones, and the scenario around a robot that is looked at alone."""
+"""Files that do not exist yet: new ones, and the generated scenario around a robot."""
 
 from __future__ import annotations
 
@@ -17,18 +17,24 @@ from cdpr.scenario.template import Sizes, commented, robot_text
 from cdpr.simulation.tried import WARNING, tried_scenario
 
 KINDS = ("robot", "scenario")
-DURATION = 10.0  # s: to look at a robot, and to push it
+DURATION = 10.0  # s: time to view a robot and to push it
 HEAD = "The robot stays at its home. Made by cdpr gui; lengths in m, times in s, angles in rad."
 NO_FILE = "this scenario was made to show the robot and has no file: save it as one"
 
 
 def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> tuple[File, str]:
-    """Return a new file and the note on its trial, "" for none.
+    """Return a new file, and a note on its trial run or "".
 
-    The file is named `file` in the arguments; the default is robot.yaml or scenario.yaml.
+    Args:
+        kind: "robot" or "scenario".
+        arguments: `file`, the name of the new file (default robot.yaml or scenario.yaml), and the arguments of `cdpr
+            new`:
+            frame and platform (three lengths, m), mass (kg), cables, crossed, planar, suspended, and for a scenario
+            `robot`, the file of its robot.
+        plugins: available plugins.
 
-    The others are those of `cdpr new`: frame and platform (three lengths, m), mass (kg), cables, crossed, planar,
-    suspended, and of a scenario `robot`, the file of its robot. Raises CdprError where nothing can be made of them.
+    Raises:
+        CdprError: if an argument is unknown or invalid.
     """
     if kind not in KINDS:
         raise CdprError(f"robot or scenario is expected, got {kind!r:.40}")
@@ -66,7 +72,7 @@ def _sizes(given: Mapping[str, Any]) -> Sizes:
 
 
 def around(robot: File, plugins: Registry) -> File:
-    """Return a scenario that holds a robot at its home; it is not on the disk."""
+    """Return a scenario, not on disk, with a robot at its home."""
     folder, base = os.path.dirname(robot.name), stem(robot.name)
     count, name = 1, os.path.join(folder, f"{base}_scenario.yaml")
     while os.path.lexists(name):
@@ -77,10 +83,10 @@ def around(robot: File, plugins: Registry) -> File:
     try:
         made = load_robot(robot.name, text=robot.text)
     except CdprError:
-        pass  # the form tells
+        pass  # the form reports it
     else:
         if made.home is None:
-            from cdpr.mechanics.properties import home_pose  # loads much
+            from cdpr.mechanics.properties import home_pose  # expensive import
 
             data["initial"] = {"position": [float(part) for part in home_pose(made)[0][:3]]}
     options = plugins.get("controller", defaults.CONTROLLER).info.options()

@@ -1,4 +1,4 @@
-"""What an edit of the form means for the texts of the files."""
+"""Translation of form edits into edits of the files' texts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cdpr.problems import Path, dotted
 from cdpr.scenario.document import copied
 from cdpr.scenario.yaml_nodes import parse_value
 
-Texts = dict[str, str]  # by files
+Texts = dict[str, str]  # by file
 
 ROLES: tuple[Role, ...] = ("controller", "solver")
 CABLES: Path = ("robot", "cables")
@@ -25,16 +25,18 @@ LIMITS: tuple[Path, ...] = (("robot", "tension", "min"), ("robot", "tension", "m
 
 
 class Meaning:
-    """Turns edits into texts; nothing is changed. CdprError is raised for what cannot be written.
+    """Translator of edits into texts; it changes nothing itself.
+
+    Its methods raise CdprError for edits that cannot be written.
 
     Args:
         files: the files.
-        data: what they say, the robot in its scenario.
-        robot_file: the name by which the scenario names its robot; "" where the robot is its own.
-        robot: that file, where it can be read.
-        tabs: makes the form, where an edit depends on its kind of field.
-        known: gives all sections with what is in force.
-        plugins: what may be chosen.
+        data: their data, with the robot inserted.
+        robot_file: robot file as referenced in the scenario; "" if the robot is inline.
+        robot: that file, if it can be read.
+        tabs: returns the form, for edits that depend on the kind of field.
+        known: returns all sections with effective values.
+        plugins: available plugins.
     """
 
     def __init__(
@@ -52,17 +54,17 @@ class Meaning:
         self._starts = Starts(data, SCHEMA, plugins)
 
     def set(self, key: Path, value: Any) -> Texts:
-        """Return the texts with another value at a key, or another form of a section."""
+        """Return the texts with a new value at a key, or another type of a section."""
         if len(key) > 1 and key[-1] == "type" and isinstance(value, str):
             section = key[:-1]
             if section in [(role,) for role in ROLES] or self._forms(section) is not None:
-                key = section  # a type chooses a form
+                key = section  # setting `type` changes the form of the section
         if isinstance(value, str):
             value = self._chosen(key, value)
         return self._write(self._files.texts(), *self._typed(*self._whole(key, value)))
 
     def remove(self, key: Path) -> Texts:
-        """Return the texts without a key or an item, as they are where it is not given; cables go with limits."""
+        """Return the texts without a key or item, unchanged if it is absent; a cable is removed with its limits."""
         texts = self._files.texts()
         place = self._place(key)[1] if key[0] == "believed" else key
         if at(self._data, place) is MISSING:
@@ -73,12 +75,12 @@ class Meaning:
         texts = self._cut(texts, key)
         if place[:2] == ("believed", "cables") and len(place) == 4:
             left = at(edit.read(texts[self._files.main]), place[:3])
-            if set(left) == {"name"}:  # nothing is said of that cable any more
+            if set(left) == {"name"}:  # no belief is left for that cable
                 texts = {**texts, self._files.main: edit.remove(texts[self._files.main], place[:3])}
         return texts
 
     def insert(self, key: Path, value: Any) -> Texts:
-        """Return the texts with one more item in a list; a cable comes with its limits."""
+        """Return the texts with an item appended to a list; a cable is added with limits."""
         texts, items = self._files.texts(), at(self._data, key)
         items = [] if items is MISSING else items
         if not isinstance(items, list):
@@ -91,13 +93,13 @@ class Meaning:
         return self._write(texts, key, [*items, value])
 
     def _limits(self) -> list[Path]:
-        """Limits that are said for each cable."""
+        """Return the paths of limits that are given per cable."""
         cables = at(self._data, CABLES)
         lists = [(path, at(self._data, path)) for path in LIMITS]
         return [path for path, held in lists if isinstance(held, list) and held and len(held) == len(cables)]
 
     def _item(self, key: Path, name: Any, items: list[Any]) -> Any:
-        """Return a new item of a list: of the form that has this name, or like the last."""
+        """Return a new list item: of this type, or like the last one."""
         node = self._schema(key)
         item = resolve(node.get("items", ANY), SCHEMA) if node else {}
         if isinstance(name, str) and "discriminator" in item:
@@ -116,7 +118,7 @@ class Meaning:
         return last
 
     def _chosen(self, key: Path, text: str) -> Any:
-        """Return what a text stands for: the name of a form, YAML in a field that takes it, or the text itself."""
+        """Convert a text from the form: the name of a type, YAML in a field that accepts it, or plain text."""
         for role in ROLES:
             if key == (role,):
                 return choose.plugin_section(role, text, self._data.get(role))
@@ -138,12 +140,12 @@ class Meaning:
         return next((each for tab in self._tabs() for each in every(tab["fields"]) if each["path"] == wanted), None)
 
     def _forms(self, key: Path) -> Schema | None:
-        """Return the schema of a section that has several forms; None where `key` is none."""
+        """Return the schema of a section with several types; None for other keys."""
         node = self._schema(key)
         return node if node and ("discriminator" in node or node.get("name") in ONE_OF) else None
 
     def _schema(self, key: Path) -> Schema | None:
-        """Return the resolved schema of what stands at a path; None where there is none."""
+        """Return the resolved schema at a path; None if there is none."""
         node: Any = SCHEMA
         data: Any = self._data
         for part in key:
@@ -157,7 +159,7 @@ class Meaning:
         return resolve(node, SCHEMA)
 
     def _whole(self, key: Path, value: Any) -> tuple[Path, Any]:
-        """Where an item is set of a vector that is not given, or given as one number, set all of it."""
+        """Extend an edit of a vector's component to the whole vector, if the file has no list there."""
         if len(key) < 2 or not isinstance(key[-1], int):
             return key, value
         vector, i = key[:-1], key[-1]
@@ -173,7 +175,7 @@ class Meaning:
         return key, value
 
     def _typed(self, key: Path, value: Any) -> tuple[Path, Any]:
-        """Where a key is set of a section that is not given and may have several types, set its type, too."""
+        """Extend an edit inside an absent section of several types by its `type`."""
         for end in range(1, len(key)):
             node = self._schema(key[:end])
             if node is None or "discriminator" not in node or at(self._data, key[:end]) is not MISSING:
@@ -187,7 +189,7 @@ class Meaning:
         return key, value
 
     def _place(self, key: Path) -> tuple[str, Path, dict[str, Any] | None]:
-        """Return the file in which a key stands, its path there, and the entry of a list that must be made first."""
+        """Return the file that contains a key, its path there, and the list entry to create first."""
         if key[0] == "robot" and len(key) > 1 and self._robot_file:
             if self._robot is None:
                 raise CdprError(f"{dotted(key)}: the robot file '{self._robot_file}' cannot be read")

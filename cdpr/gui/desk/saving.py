@@ -1,4 +1,4 @@
-"""From the desk to the disk and back."""
+"""Saving and reloading of files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ ENDINGS = (".yaml", ".yml")
 
 
 def reread(files: Files, shown: Sequence[File]) -> dict[str, str]:
-    """Return what is on the disk of all files; CdprError where one that is shown cannot be read."""
+    """Return the texts of all files on disk.
+
+    Raises:
+        CdprError: if a visible file cannot be read.
+    """
     texts = {}
     for key, file in files.files.items():
         text = file.first
@@ -28,7 +32,7 @@ def reread(files: Files, shown: Sequence[File]) -> dict[str, str]:
         except CdprError as error:
             if file in shown:
                 raise CdprError(f"revert: {file.name}: {error}") from None
-            continue  # nobody asks for it any more
+            continue  # not in use any more
         texts[key] = text
     for key, text in texts.items():
         if files.files[key].saved is not None:
@@ -37,7 +41,11 @@ def reread(files: Files, shown: Sequence[File]) -> dict[str, str]:
 
 
 def save(files: Iterable[File]) -> list[str]:
-    """Write these files and return their names. Raises OutputError; those before are then written."""
+    """Write these files and return their names.
+
+    Raises:
+        OutputError: if a file cannot be written; earlier ones have been written then.
+    """
     names = []
     for file in files:
         write(file.name, file.text, new=file.saved is None)
@@ -47,9 +55,9 @@ def save(files: Iterable[File]) -> list[str]:
 
 
 def save_as(files: Files, robot: File | None, target: str, plugins: Registry) -> tuple[Files, list[str]]:
-    """Write a scenario and what was changed of its robot elsewhere; return the new files and their names.
+    """Write a scenario and its modified robot elsewhere; return the new files and their names.
 
-    A robot that was made to be looked at alone is written alone, unless the scenario around it was changed.
+    A robot in an unmodified generated scenario is written alone.
     """
     old = files.scenario
     alone = robot is not None and old.saved is None and bool(old.fixed) and not old.modified
@@ -77,7 +85,7 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
     try:
         write(name, text, new=True)
     except OutputError:
-        for place in names[1:]:  # what is not saved leaves nothing
+        for place in names[1:]:  # leave nothing behind if saving fails
             os.unlink(place)
         raise
     return Files(os.path.abspath(name), {os.path.abspath(name): File.open(name)}), names
@@ -91,7 +99,11 @@ def _make(folder: str) -> None:
 
 
 def _target(target: str, first: File) -> str:
-    """Return the file that is meant by a file or folder; OutputError where it is there."""
+    """Return the file name for a target file or folder.
+
+    Raises:
+        OutputError: if it exists.
+    """
     target = named(target)
     if os.path.isdir(target) or target.endswith(os.sep):
         target = os.path.join(target, os.path.basename(first.name))
@@ -103,7 +115,10 @@ def _target(target: str, first: File) -> str:
 
 
 def _place_of(robot: File, scenario: File, folder: str) -> tuple[str, str]:
-    """Return where a robot goes, as it lay to its scenario, under a name that is free or holds the same; its text."""
+    """Return the new place of a robot file, under a free name or one with the same content, and its text.
+
+    Its position relative to the scenario is preserved where possible.
+    """
     beside = os.path.relpath(robot.name, os.path.dirname(scenario.name) or ".")
     if beside.startswith(os.pardir):
         beside = os.path.basename(robot.name)

@@ -1,4 +1,4 @@
-"""Plain values to begin with, where something new is asked for: a motion, an event, a cable."""
+"""Initial values of new items: a motion, an event or a cable."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from cdpr.scenario.belief import cable_names
 from cdpr.scenario.document import copied
 from cdpr.scenario.overrides import DEFAULT_TYPE
 
-# By key, in its own unit; of other numbers 1.
+# By key, in its own unit; other numbers start at 1.
 NUMBERS = {"radius": 0.05, "pitch": 0.1, "height": 0.1, "duration": 3.0}
-AT = 1.0  # s: when a force begins
-FOR = 0.5  # s: how long it acts
-SHARE = 0.1  # of the weight: a force; of the frame's extent: a way
+AT = 1.0  # s: start of a force
+FOR = 0.5  # s: duration of a force
+SHARE = 0.1  # size of a force relative to the weight, and of an offset relative to the frame
 HOME = [0.0, 0.0, 1.0]  # m
 MASS = 10.0  # kg
 HIGHEST = 1000.0  # N
@@ -25,21 +25,21 @@ GRAVITY = 9.81  # m/s^2
 
 
 class Starts:
-    """Makes plain values for a scenario.
+    """Source of initial values for a scenario.
 
     Args:
-        data: the scenario as it is written, its robot in it; it need not be right.
+        data: data of the scenario with its robot; they may be invalid.
         root: the schema.
-        plugins: those it chooses from.
+        plugins: available plugins.
     """
 
     def __init__(self, data: dict[str, Any], root: Schema, plugins: Registry) -> None:
         self._data, self._root, self._plugins = data, root, plugins
 
     def form(self, form: Schema) -> dict[str, Any]:
-        """Return what a motion, an event or an exit of this type needs, and something to see its effect by.
+        """Return the required keys of a motion, event or exit, with values that have a visible effect.
 
-        Of events that need one of several keys, one is given, as far as such keys are known here.
+        If an event requires one of several keys, one of them is set, if it is known here.
         """
         made: dict[str, Any] = self.value(form, "")
         keys = form.get("properties", {}).keys()
@@ -59,7 +59,7 @@ class Starts:
         return made
 
     def value(self, node: Schema, key: str) -> Any:
-        """Return a value for a key of this schema; "" where only the user can know."""
+        """Return a value for a key of this schema; "" if only the user can know it."""
         node = resolve(node, self._root)
         kind = kind_of(node, self._root)
         forms = branches(node, self._root)
@@ -96,7 +96,7 @@ class Starts:
         return [x + NUMBERS["pitch"], y, z] if key == "center" else [x, y, z]  # a circle needs a radius
 
     def position(self) -> list[float]:
-        """Return where the run begins, m, as far as that is known."""
+        """Return the initial position of the run, m, if known; a default otherwise."""
         for path in (("initial", "position"), ("robot", "home", "position")):
             value = at(self._data, path)
             if isinstance(value, list) and len(value) == 3 and all(map(_number, value)):
@@ -104,7 +104,7 @@ class Starts:
         return list(HOME)
 
     def cable(self) -> dict[str, Any]:
-        """Return one more cable: like the last, a way below where that leaves the frame."""
+        """Return another cable: a copy of the last one, with its frame anchor slightly lower."""
         cables = self._cables()
         anchors = self.anchors("frame")
         made = copied(cables[-1]) if cables and isinstance(cables[-1], dict) else {}
@@ -116,7 +116,7 @@ class Starts:
         return {"frame": [0.0, 0.0, 2.0], "platform": [0.0, 0.0, 0.0]} | made
 
     def anchors(self, key: str) -> Any:
-        """Return the anchors of the cables on "frame" or "platform", (k, 3), m; none where they are not right."""
+        """Return the cables' anchors on "frame" or "platform", (k, 3), m; empty if they are invalid."""
         found = [each.get(key) for each in self._cables() if isinstance(each, dict)]
         try:
             return np.array(found, dtype=float).reshape(-1, 3)
@@ -124,7 +124,7 @@ class Starts:
             return np.empty((0, 3))
 
     def changeable(self) -> list[str]:
-        """Return which options of controller and solver may change during a run."""
+        """Return the options of controller and solver that may change during a run."""
         keys: list[str] = []
         roles: tuple[Role, ...] = ("controller", "solver")
         for role in roles:

@@ -1,4 +1,4 @@
-"""Cables as a table: a row each, a column for each of their keys."""
+"""Table of cables: a row per cable, a column per key."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cdpr.gui.desk.fields import (
 from cdpr.problems import Path, dotted
 from cdpr.scenario.belief import cable_names
 
-# Columns that are shown also where no cable says them.
+# Columns that are shown even if no cable sets them.
 COMMON = ("name", "frame", "platform", "tension.min", "tension.max", "diameter", "linear_density")
 
 
@@ -29,11 +29,11 @@ def cable_table(maker: Maker, path: Path, given: Any, robot: Any, known: Any) ->
     """Return the table of the cables at `path`.
 
     Args:
-        maker: of fields, of the schema of a scenario.
-        path: of the list of cables.
-        given: what the file says of each cable, a mapping where it says anything; MISSING where there is no list.
-        robot: the robot around them, for what all cables have in common.
-        known: what is in force of each cable, MISSING where that is not known.
+        maker: factory of fields, with the schema of a scenario.
+        path: path of the list of cables.
+        given: data of the cables in the file; MISSING if there is no list.
+        robot: data of the robot, for values common to all cables.
+        known: effective values of each cable; MISSING if unknown.
     """
     columns = _columns(maker.root["$defs"]["CableSection"], maker, "", optional=False)
     cables = given if isinstance(given, list) else []
@@ -94,7 +94,7 @@ def _column(key: str, node: Schema, kind: str, more: dict[str, Any]) -> dict[str
 
 
 def _default(known: Any, robot: Any, key: Path, i: int) -> Any:
-    """What is in force of a cable that does not say it."""
+    """Return the effective value of a key that a cable does not set."""
     if known is not MISSING and known is not None:
         return known
     if key[0] == "tension":

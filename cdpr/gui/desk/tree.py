@@ -1,4 +1,4 @@
-"""Where each value stands in a YAML text: character offsets of everything that is written there."""
+"""Positions of all values in a YAML text, as character offsets."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ SPACE_OR_COMMENT = re.compile(r"(?:\s+|(?:(?<=\s)|^)#[^\r\n]*)*", re.MULTILINE)
 
 @dataclass(eq=False)
 class Node:
-    """A value as it is written.
+    """Value as written in the text.
 
     Attributes:
-        kind: what it is; an alias stands for what carries its name.
-        outer: where it begins, with the anchor that it may carry.
-        start: where the value itself begins.
-        end: where it ends; that of a block is the end of its last value.
-        flow: whether it is written in brackets.
-        name: of its anchor, or of the one that the alias means.
-        keys: of a mapping, one a value.
+        kind: kind of the value; an alias refers to the anchor of the same name.
+        outer: start, including an anchor.
+        start: start of the value itself.
+        end: end; for a block, the end of its last value.
+        flow: True if written in brackets.
+        name: name of the anchor, or of the anchor that an alias refers to.
+        keys: keys of a mapping, one per value.
         items: values of a mapping or list.
     """
 
@@ -40,17 +40,17 @@ class Node:
     name: str | None = None
     keys: list[Node] = field(default_factory=list)
     items: list[Node] = field(default_factory=list)
-    words: list[str] = field(default_factory=list)  # the keys as texts
+    words: list[str] = field(default_factory=list)  # keys as text
 
     def index(self, part: str | int) -> int | None:
-        """Return the number of the item that a part of a path names; of a key that is given twice, the last."""
+        """Return the index of the item for a path component; for a duplicate key, the last one."""
         if self.kind == "mapping":
             found = [i for i, word in enumerate(self.words) if word == part]
             return found[-1] if found else None
         return part if self.kind == "list" and isinstance(part, int) and part < len(self.items) else None
 
     def chain(self, path: Path) -> list[Node]:
-        """Return this node and those that the parts of `path` lead to, as far as they go."""
+        """Return this node and the nodes along `path`, as far as they exist."""
         nodes = [self]
         for part in path:
             i = nodes[-1].index(part)
@@ -60,14 +60,14 @@ class Node:
         return nodes
 
     def walk(self, path: Path = ()) -> Iterator[tuple[Path, Node]]:
-        """Yield this node and all in it, each with its path."""
+        """Yield this node and all nested nodes, each with its path."""
         yield path, self
         for i, item in enumerate(self.items):
             yield from item.walk((*path, self.words[i] if self.kind == "mapping" else i))
 
 
 def tree(text: str) -> Node:
-    """Return the value that a text holds, which our reader has read."""
+    """Return the root value of a text that has been parsed successfully before."""
     events = yaml.parse(text, Loader=PARSER)
     next(events)
     next(events)
@@ -81,7 +81,7 @@ def _node(event: Any, events: Iterator[Any], text: str) -> Node:
     start = begin if event.anchor is None else min(blank_end(text, begin + 1 + len(event.anchor)), max(begin, end))
     if isinstance(event, yaml.ScalarEvent):
         style = event.style or ""
-        if style in ("|", ">"):  # what follows its last line is not its own
+        if style in ("|", ">"):  # exclude what follows the last line
             end = start + len(text[start:end].rstrip())
         return Node("scalar", begin, start, end, style=style, name=event.anchor)
     if event.anchor is not None:
@@ -100,29 +100,29 @@ def _node(event: Any, events: Iterator[Any], text: str) -> Node:
 
 
 def blank_end(text: str, at: int) -> int:
-    """Return where white space and comments end that begin at `at`."""
+    """Return the end of white space and comments that start at `at`."""
     found = SPACE_OR_COMMENT.match(text, at)
     return found.end() if found else at
 
 
 def line_start(text: str, at: int) -> int:
-    """Return where the line of `at` begins."""
+    """Return the start of the line that contains `at`."""
     return max(text.rfind("\n", 0, at), text.rfind("\r", 0, at)) + 1
 
 
 def line_end(text: str, at: int) -> int:
-    """Return where the line of `at` ends, before its break."""
+    """Return the end of the line that contains `at`, before its line break."""
     found = BREAK.search(text, at)
     return found.start() if found else len(text)
 
 
 def after_break(text: str, at: int) -> int:
-    """Return where the line after that of `at` begins; the end of the text if there is none."""
+    """Return the start of the line after that of `at`; the end of the text if there is none."""
     found = BREAK.search(text, at)
     return found.end() if found else len(text)
 
 
 def line_break(text: str) -> str:
-    """Return what ends the lines of a text."""
+    """Return the line break of a text."""
     found = BREAK.search(text)
     return found.group() if found else "\n"

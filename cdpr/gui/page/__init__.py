@@ -1,8 +1,8 @@
-"""The window's page: one HTML text with style and scripts in it, which asks for nothing but its own socket.
+"""HTML page of the GUI, with inlined styles and scripts; its only connection is its WebSocket.
 
-Scene and plots are drawn by the scripts of the reports (`cdpr.report.player`); what is here feeds them with what the
-socket tells, and makes form, transport and lists. Names and texts come from files of others: scripts set them as text,
-never as HTML.
+The drawing scripts of reports (`cdpr.report.player`) draw scene and plots. The scripts in this folder supply the data
+from the socket and create form, playback controls and lists. Names and texts come from untrusted files: scripts insert
+them as text, never as HTML.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from cdpr.report.player.data import page_data
 from cdpr.scenario import examples
 
 FOLDER = Path(__file__).parent
-# In this order: each uses what stands before it.
+# Order matters: each file uses those before it.
 FILES = (
     "words.js",
     "parts.js",
@@ -45,27 +45,27 @@ FILES = (
     "window.js",
 )
 STYLES = ("gui.css", "form.css")
-# What is fixed whatever robot is shown.
+# Data that do not depend on the robot.
 FIXED = ("colours", "axes", "cables", "states", "ramp")
 
 
 @cache
 def document() -> str:
-    """Return the page. It opens its socket at its own address, query and all."""
+    """Return the page; its script opens the WebSocket at the page's own address."""
     own = "\n".join(_text(name) for name in FILES)
     script = f'(() => {{\n"use strict";\n{assets.drawing()}\n{own}}})();\n'
-    # No script but this one runs, whatever a file's texts hold.
+    # The policy allows only this script, whatever text files contain.
     policy = f"script-src 'sha256-{b64encode(sha256(script.encode()).digest()).decode()}'"
     style = assets.ground() + assets.style() + "".join(map(_text, STYLES))
     return Template(_text("page.html")).substitute(policy=policy, style=style, script=script)
 
 
 def hello() -> dict[str, Any]:
-    """Return what a window is told first: what stands for what, and what can be opened, imported and exported."""
+    """Return the first message of a window: styles, examples, and import and export formats."""
     data = page_data(None, [], {}, Arrays())
     dashes = [[] if isinstance(dash, str) else list(dash[1]) for dash in DASHES]
     shown = [each for each in examples.examples() if each.kind in ("scenario", "robot")]
-    names = {each.name: each for each in reversed(shown)}  # a name finds the first
+    names = {each.name: each for each in reversed(shown)}  # a name refers to the first match
     listed = [
         {
             "kind": each.kind,

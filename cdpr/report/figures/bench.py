@@ -1,4 +1,4 @@
-"""The figure of a benchmark: time, coverage and jumps of all solvers on one robot."""
+"""Benchmark figure: solution time, coverage and jumps of all solvers on one robot."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from cdpr.report.text.bench import jumps, percent
 
 Row = Mapping[str, Any]
 
-# Inches.
+# Lengths in inches.
 WIDTH, LEFT, TOP, BOTTOM, LINE = 8.0, 1.55, 0.32, 0.42, 0.2
-PANELS = {"time": (0.0, 2.55), "coverage": (2.75, 1.6), "jumps": (4.6, 1.6)}  # from LEFT, and width
+PANELS = {"time": (0.0, 2.55), "coverage": (2.75, 1.6), "jumps": (4.6, 1.6)}  # offset from LEFT, and width
 
 BLUE, RED = CABLES[0], CABLES[2]
 
 
 @styled
 def robot(found: Row) -> Chart:
-    """Draw all solvers, one line each, that have a row in `found`, one of the robots that `cdpr.bench.run` returns."""
+    """Draw one line for each solver in `found`, one of the robots that `cdpr.bench.run` returns."""
     rows = list(found["results"])
     inner = LINE * max(len(rows), 1)
     height = TOP + inner + BOTTOM
@@ -75,7 +75,7 @@ def _jumps(axes: Axes, rows: Sequence[Row]) -> None:
 def _bars(
     axes: Axes, rows: Sequence[Row], colour: str, share: Callable[[Row], float | None], label: Callable[[Row], str]
 ) -> None:
-    """Bars from 0 to 100 % with their figures at the right end."""
+    """Draw bars from 0 to 100 % with their values at the right end."""
     axes.set_xlim(0.0, 100.0)
     axes.set_xticks([0, 25, 50, 75, 100])
     for k, row in enumerate(rows):

@@ -1,4 +1,4 @@
-"""The one door to matplotlib: no pyplot, one fixed style, and the same SVG for the same run."""
+"""Interface to matplotlib: no pyplot, one fixed style, and identical SVG for equal runs."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ __all__ = [
 ]
 
 
-# All that the reader's own matplotlibrc could change in these figures.
+# All settings that the user's matplotlibrc could change in these figures.
 STYLE: dict[str, Any] = {
     "font.family": ["DejaVu Sans"],
     "font.size": 8.5,
     "text.color": INK,
     "text.usetex": False,
-    "text.parse_math": False,  # a name may hold a dollar sign
+    "text.parse_math": False,  # names may contain dollar signs
     "axes.unicode_minus": True,
     "axes.facecolor": "white",
     "axes.edgecolor": PALE,
@@ -95,12 +95,12 @@ STYLE: dict[str, Any] = {
     "path.effects": [],
     "savefig.bbox": None,
     "savefig.facecolor": "auto",
-    "svg.fonttype": "none",  # text stays text: small, searchable, and cheap to write
+    "svg.fonttype": "none",  # text stays text: small, searchable and fast to write
     "svg.image_inline": True,
 }
 
 
-# Of files for print: fonts as TrueType, which publishers take, and letters as outlines where no font can be brought.
+# Settings of saved files: TrueType fonts, as publishers require, and outlines in SVG, which cannot embed fonts.
 PRINT: dict[str, Any] = {
     "pdf.fonttype": 42,
     "ps.fonttype": 42,
@@ -108,7 +108,7 @@ PRINT: dict[str, Any] = {
     "svg.hashsalt": "cdpr",
     "savefig.dpi": 300,
 }
-# What files say of themselves: who drew them, and no date, so that the same figure has the same bytes.
+# Metadata of saved files. Dates are omitted, so that equal figures give equal bytes.
 SAID: dict[str, dict[str, str | None]] = {
     "svg": {"Creator": DRAWN_BY, "Date": None},
     "pdf": {"Creator": DRAWN_BY, "CreationDate": None},
@@ -117,12 +117,16 @@ SAID: dict[str, dict[str, str | None]] = {
 
 
 class Chart(Figure):
-    """A matplotlib figure that notebooks can show although pyplot is not loaded."""
+    """Matplotlib figure that notebooks can display without pyplot."""
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """Save as matplotlib does, fit for print: fonts embedded as TrueType in PDF and PS, as outlines in SVG.
+        """Save the figure for print: fonts are embedded as TrueType in PDF and PS, and converted to outlines in SVG.
 
-        The same figure gives the same bytes as SVG, PDF and PNG.
+        Equal figures give equal bytes as SVG, PDF and PNG.
+
+        Args:
+            fname: as in matplotlib.
+            options: as in matplotlib; `metadata` is merged with the default metadata.
         """
         named = os.path.splitext(fname)[1][1:] if isinstance(fname, str | os.PathLike) else ""
         kind = str(options.get("format") or named).lower()
@@ -138,7 +142,7 @@ Draw = TypeVar("Draw", bound=Callable[..., Chart])
 
 
 def styled(draw: Draw) -> Draw:
-    """Let a function draw in our style, whatever the reader's is, and bear values that are not finite."""
+    """Decorate a drawing function: use the fixed style and ignore warnings about non-finite values."""
 
     @wraps(draw)
     def within(*args: Any, **options: Any) -> Chart:
@@ -151,9 +155,12 @@ def styled(draw: Draw) -> Draw:
 def inline_svg(figure: Figure, key: str, label: str, *, both: bool = True) -> str:
     """Return `figure` as an `<svg>` element for HTML.
 
-    `key` keeps its ids apart from those of other figures on the page; `label` is what a screen reader says. With
-    `both`, our colours are what the page says that they are on its ground; without, those of light ground, which
-    programs other than browsers understand.
+    Args:
+        figure: figure to convert.
+        key: prefix that makes the ids unique on the page.
+        label: description for screen readers.
+        both: use CSS variables, which follow the page's light or dark mode; otherwise use the light colours, which also
+            programs other than browsers understand.
     """
     buffer = StringIO()
     with mpl.rc_context({**STYLE, "svg.hashsalt": f"cdpr {key}"}), _any_letter():
@@ -166,7 +173,7 @@ def inline_svg(figure: Figure, key: str, label: str, *, both: bool = True) -> st
         f'aria-label="{escape(label)}" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
     )
     text = root + text[text.index(">", text.index("<svg ")) + 1 :]
-    # Ids such as line2d_7 are never referred to, nor unique on a page; indents are a tenth of the file.
+    # Nothing refers to ids such as line2d_7, and they are not unique on a page. Indentation is a tenth of the file.
     text = re.sub(r' id="[a-z0-9.]+_\d+"', "", text)
     text = re.sub(r"\n +", "\n", text)
     text = re.sub(r' d="[^"]*"', _two_decimals, text)
@@ -174,7 +181,7 @@ def inline_svg(figure: Figure, key: str, label: str, *, both: bool = True) -> st
 
 
 def text_width(text: str, size: float) -> float:
-    """Width of a line of text in letters of `size` pt, in."""
+    """Return the width of a line of text at font size `size` (pt), in."""
     with mpl.rc_context(STYLE), _any_letter():
         width, _, _ = TextToPath().get_text_width_height_descent(text, FontProperties(size=size), ismath=False)
     return float(width) / 72.0
@@ -182,12 +189,12 @@ def text_width(text: str, size: float) -> float:
 
 @contextmanager
 def _any_letter() -> Iterator[None]:
-    """Letters that matplotlib's font lacks are no reason to warn: in a browser text stays text."""
+    """Suppress warnings about glyphs that matplotlib's font lacks: browsers render the text with their own fonts."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
 
 
 def _two_decimals(data: re.Match[str]) -> str:
-    """Cut coordinates to 0.01 pt, which nobody can see and which halves the file."""
+    """Truncate coordinates to 0.01 pt, which is invisible and halves the file."""
     return re.sub(r"(?<=\.\d\d)\d+", "", data[0])

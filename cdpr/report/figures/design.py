@@ -1,4 +1,4 @@
-"""Figures of a design: how it came closer to its goal, and its Pareto front."""
+"""Figures of a design: convergence of its goal, and its Pareto front."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cdpr.model.robot import Array
 from cdpr.report.figures.svg import OnPage
 from cdpr.report.marks import CABLES, INK, SOFT
 
-WIDTH, HEIGHT = 6.4, 3.2  # in, of the sheet
+WIDTH, HEIGHT = 6.4, 3.2  # in, sheet
 LEFT, RIGHT, LOWER, ABOVE = 0.95, 0.2, 0.6, 0.25  # in, margins
-AIR = 0.05  # around values, of their extent
-FEW = 40  # robots of a front whose marks do not hide its line
-LOWEST = 5.0  # per cent of values that may be cut off at the bad end, which random candidates reach far into
+AIR = 0.05  # around the values, relative to their extent
+FEW = 40  # robots on a front above which small markers are used
+LOWEST = 5.0  # per cent of values that may be cut off at the bad end, where random candidates scatter widely
 
 DOT: dict[str, Any] = {"color": SOFT, "linestyle": "", "marker": "o", "markersize": 2.2, "zorder": 2}
 LINE: dict[str, Any] = {"color": CABLES[0], "linewidth": 1.8, "zorder": 3}
@@ -26,7 +26,7 @@ CHOSEN: dict[str, Any] = {"color": INK, "linestyle": "", "marker": "*", "markers
 
 
 def convergence(found: Designed) -> OnPage:
-    """Draw the goal of each feasible candidate, and the best so far; of a design with one goal."""
+    """Draw the goal of each feasible candidate, and the best value so far, of a design with one goal."""
     number, value = _feasible(found, 0)
     better = np.minimum if found.design.section.wanted[0].way == "minimise" else np.maximum
     best = better.accumulate(value) if len(value) else value
@@ -44,7 +44,7 @@ def convergence(found: Designed) -> OnPage:
 
 
 def pareto(found: Designed, first: int, second: int) -> OnPage:
-    """Draw two goals of all feasible candidates, of those that none dominates, and of the robot as it is."""
+    """Draw two goals: all feasible candidates, the Pareto front, the initial robot and the best one."""
     _, x = _feasible(found, first)
     _, y = _feasible(found, second)
     front = np.array([found.goals(row) for row in found.front], dtype=float).reshape(-1, len(found.goals(found.before)))
@@ -63,14 +63,14 @@ def pareto(found: Designed, first: int, second: int) -> OnPage:
 
 
 def _feasible(found: Designed, goal: int) -> tuple[Array, Array]:
-    """Numbers and values of a goal of the candidates that keep all constraints, each (k,)."""
+    """Return the numbers and goal values of the feasible candidates, each (k,)."""
     rows = [row for row in found.rows[1:] if row.score.feasible]
     values = [found.goals(row)[goal] for row in rows]
     return np.array([row.number for row in rows], dtype=float), np.array(values, dtype=float)
 
 
 def _span(values: Array, kept: Array) -> tuple[float, float]:
-    """The range of what must be seen, and of most of the rest."""
+    """Return an axis range that contains all of `kept` and most of `values`."""
     if not len(values):
         return 0.0, 1.0
     ends = np.percentile(values, [LOWEST, 100.0 - LOWEST])

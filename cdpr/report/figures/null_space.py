@@ -1,7 +1,7 @@
-"""The picture of `cdpr tension`: all tensions that balance a wrench, their limits, and what each solver chose.
+"""Figure of `cdpr tension`: all tensions that balance a wrench, their limits, and each solver's result.
 
-Drawn where these tensions have one dimension (tension over x) or two (the plane of x): t = t_0 + N x. Where they have
-more, the range of each tension.
+The tensions are t = t_0 + N x. One-dimensional sets are drawn as tension over x, two-dimensional sets in the plane of
+x. For more dimensions the range of each tension is drawn.
 """
 
 from __future__ import annotations
@@ -20,30 +20,34 @@ from cdpr.report.figures.null_space_panel import BAD, GOOD, Group, Panel, write_
 from cdpr.report.marks import INK, SOFT
 from cdpr.report.text.aligned import vector
 
-# Inches.
+# Lengths in inches.
 SIDE = 5.6  # of the large panel
-SMALL = 2.3  # of the small one
+SMALL = 2.3  # of the small panel
 LEFT, BOTTOM, TOP, GAP = 0.75, 0.55, 0.95, 0.35
 COLUMN = 3.0
-LETTERS = 38  # of a line in the column
-SPACE = 0.07  # between two entries of the legend
+LETTERS = 38  # per line of the column
+SPACE = 0.07  # between two legend entries
 
-# Answers closer than this share of the panel cannot be told apart, and share a badge.
+# Results closer than this fraction of the panel share a badge.
 SAME = 0.004
 
-# A part of the picture smaller than this share of the whole is shown large, and the whole beside it.
+# If the region of interest is smaller than this fraction of the whole, it is enlarged beside the whole.
 CLOSE_UP = 0.3
 
 PADDING = 0.18
 
-# Answers farther from x = 0 than so many times the largest limit or corner are nonsense that would hide all the rest.
+# Results farther from x = 0 than this multiple of the largest limit or corner are left out; they would hide the rest.
 FAR = 100.0
 
 
 def draw_null_space(figures: dict[str, Any]) -> str:
-    """Return the picture as SVG, the same for equal figures; `figures` as `distribution.comparison.describe` returns.
+    """Return the figure as SVG; equal data give equal bytes.
 
-    Raises PluginError without matplotlib.
+    Args:
+        figures: data that `distribution.comparison.describe` returns.
+
+    Raises:
+        PluginError: if matplotlib is missing.
     """
     label = f"Admissible tensions of {figures['robot']} and what each solver chose"
     return inline_svg(chart(figures), "tension", label)
@@ -51,7 +55,7 @@ def draw_null_space(figures: dict[str, Any]) -> str:
 
 @styled
 def chart(figures: dict[str, Any]) -> Chart:
-    """Draw the admissible set with limits and answers; a close-up too where they differ much in size."""
+    """Draw the admissible set with limits and results; add a close-up if their sizes differ much."""
     r = figures["null_space"]["dimension"]
     if r > 2:
         return _ranges(figures)
@@ -68,7 +72,7 @@ def chart(figures: dict[str, Any]) -> Chart:
     height = TOP + max(SIDE + BOTTOM, column)
     width = LEFT + SIDE + GAP + COLUMN
     page = Chart(figsize=(width, height))
-    beside = part.ROOM  # at the right of the large panel, for its own labels
+    beside = part.ROOM  # space at the right of the large panel for its own labels
     panels = [_panel(page, (LEFT, height - TOP - SIDE), np.array((SIDE - beside, SIDE)), (low, high))]
     x, y = LEFT + SIDE + GAP, height - TOP
     if close:
@@ -101,7 +105,7 @@ def _ranges(figures: dict[str, Any]) -> Chart:
 
 
 def _in_view(figures: dict[str, Any], corners: Array) -> tuple[list[dict[str, Any]], list[str]]:
-    """The answers that can be drawn, and the names of solvers whose answers are too far off."""
+    """Return the results within view, and the names of solvers whose results are too far away."""
     limits = [abs(cable[key]) for cable in figures["cables"] for key in ("tension_min_N", "tension_max_N")]
     reach = FAR * max(1.0, *limits, float(np.abs(corners).max(initial=0.0)))
     answers = [answer for answer in figures["solvers"] if answer["null_space_N"] is not None]
@@ -112,9 +116,16 @@ def _in_view(figures: dict[str, Any], corners: Array) -> tuple[list[dict[str, An
 def windows(
     corners: Array, answers: Sequence[dict[str, Any]], safest: Sequence[float] | None, r: int
 ) -> tuple[tuple[Array, Array], tuple[Array, Array] | None]:
-    """Return the window of everything and, where it would hide a part, that of a close-up; each low, high (r,).
+    """Return the window of the whole figure and that of a close-up, or None if no close-up is needed.
 
-    `safest` stands for the admissible set where that is empty.
+    Args:
+        corners: (k, r), corners of the admissible set, N.
+        answers: results of the solvers.
+        safest: (r,), used if the admissible set is empty.
+        r: dimension of the null space.
+
+    Returns:
+        Low and high corner of each window, each (r,).
     """
     zone = corners if len(corners) else np.array(safest or []).reshape(-1, r)
     everything = np.concatenate([zone, np.array([a["null_space_N"] for a in answers]).reshape(-1, r)])
@@ -125,7 +136,7 @@ def windows(
     if len(focus) and _extent(focus) >= CLOSE_UP * _extent(zone):
         focus = np.concatenate([focus, zone])
     size = _extent(focus) if len(focus) else 0.0
-    # Nothing but points has no size of its own.
+    # Coinciding points have no extent.
     least = 1e-3 * max(1.0, float(np.abs(everything).max()))
     close = size > least and size < CLOSE_UP * _extent(everything)
     return _window(everything, least), _window(focus, least) if close else None
@@ -136,7 +147,7 @@ def _extent(points: Array) -> float:
 
 
 def _window(points: Array, least: float) -> tuple[Array, Array]:
-    """A padded square (or interval) about the points."""
+    """Return a padded square (or interval) around the points."""
     low, high = points.min(axis=0), points.max(axis=0)
     half = (0.5 + PADDING) * max(float((high - low).max()), least)
     middle = (low + high) / 2
@@ -144,7 +155,7 @@ def _window(points: Array, least: float) -> tuple[Array, Array]:
 
 
 def _groups(answers: Sequence[dict[str, Any]], near: float) -> list[Group]:
-    """Gather answers that coincide, in the order of the solvers."""
+    """Group coinciding results, in the order of the solvers."""
     groups: list[Group] = []
     for answer in answers:
         x = np.array(answer["null_space_N"])
@@ -175,7 +186,7 @@ def _panel(page: Chart, corner: tuple[float, float], size: Array, window: tuple[
 def _legend(
     page: Chart, entries: list[tuple[Group, list[str]]], corner: tuple[float, float], notes: list[str], *, empty: bool
 ) -> None:
-    """Write who is who from the corner downwards."""
+    """Write the legend of solvers downwards from the corner."""
     x, y = corner[0] + 0.14, corner[1] - 0.1
     inches = page.dpi_scale_trans
     what = "no tensions are admissible" if empty else "shaded: the admissible tensions"

@@ -1,4 +1,4 @@
-"""Tension over x where one cable is redundant: an interval, limits across it, answers as numbered verticals."""
+"""One-dimensional null space: tension over x, the admissible interval, limits and numbered results."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from cdpr.report.figures.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, G
 from cdpr.report.figures.placing import spread_out
 from cdpr.report.marks import INK, SOFT, cable_looks, shorten
 
-ROOM = 1.0  # in, at the right of the panel: names of the cables
-BADGES = 0.24  # in, between two badges
-LEAST = 0.155  # in, between two names
+ROOM = 1.0  # in, at the right of the panel for cable names
+BADGES = 0.24  # in, minimum distance of two badges
+LEAST = 0.155  # in, minimum distance of two names
 
 
 def draw(
     panel: Panel, figures: dict[str, Any], corners: Array, groups: list[tuple[int, Group]], *, detailed: bool
 ) -> None:
-    """Draw the interval, each cable's tension and limits, and the numbered answers; in detail also their names."""
+    """Draw the interval, each cable's tension and limits, and the numbered results; `detailed` adds labels."""
     axes, (low,), (high,) = panel.axes, panel.low, panel.high
     N, start = (np.array(figures["null_space"][key]) for key in ("basis", "particular_N"))
     slope = N[:, 0]
@@ -62,13 +62,13 @@ def draw(
 
 
 def frame(panel: Panel, close: Panel) -> None:
-    """Show which part another panel shows."""
+    """Mark the part that another panel enlarges."""
     for x in (close.low[0], close.high[0]):
         panel.axes.axvline(x, color=INK, linewidth=1.0, zorder=9)
 
 
 def _heights(ends: Array, limits: Array) -> tuple[float, float]:
-    """Range of the vertical axis: the tensions in the window, and limits that are not far off."""
+    """Return the range of the vertical axis: the tensions in the window and nearby limits."""
     low, high = float(ends.min()), float(ends.max())
     room = max(high - low, 1.0)
     for value in limits.ravel():
@@ -80,7 +80,7 @@ def _heights(ends: Array, limits: Array) -> tuple[float, float]:
 def _limits(
     panel: Panel, limits: Array, looks: list[dict[str, Any]], view: tuple[float, float], *, detailed: bool
 ) -> None:
-    """Draw each limit as one horizontal line, in the cable's colour where it is of one only; none of locked cables."""
+    """Draw each limit as a horizontal line, in the cable's colour if it is unique; skip locked cables."""
     free = np.flatnonzero(limits[0] < limits[1])
     labels: list[tuple[float, str, str]] = []
     for values, name in zip(limits, ("t_min", "t_max"), strict=True):
@@ -100,7 +100,7 @@ def _limits(
 
 
 def _badges(panel: Panel, groups: list[tuple[int, Group]], top: float) -> None:
-    """Write the numbers above the panel, moved apart, each tied to its line."""
+    """Write the numbers above the panel, spread out, each connected to its line."""
     width = float(panel.high[0] - panel.low[0])
     places = [float((group.x[0] - panel.low[0]) / width * panel.size[0]) for _, group in groups]
     for (number, group), place in zip(groups, spread_out(places, BADGES, 0.0, float(panel.size[0])), strict=True):
@@ -117,7 +117,7 @@ def _badges(panel: Panel, groups: list[tuple[int, Group]], top: float) -> None:
 def _names(
     panel: Panel, figures: dict[str, Any], right: Array, looks: list[dict[str, Any]], view: tuple[float, float]
 ) -> None:
-    """Write each cable's name where its line leaves the panel at the right."""
+    """Write each cable's name at the right end of its line."""
     scale = panel.size[1] / (view[1] - view[0])
     places = [float((t - view[0]) * scale) for t in right]
     for i, place in enumerate(spread_out(places, LEAST, 0.0, float(panel.size[1]))):
@@ -134,7 +134,7 @@ def _ends(
     panel: Panel, figures: dict[str, Any], corners: Array, start: Array, slope: Array, limits: Array,
     view: tuple[float, float],
 ) -> None:  # fmt: skip
-    """Say which cables reach which limit at the ends of the interval."""
+    """Label the ends of the interval with the cables that reach a limit there."""
     inch = (panel.high[0] - panel.low[0]) / panel.size[0]
     for k, x in enumerate(corners[:, 0]):
         t = start + slope * x

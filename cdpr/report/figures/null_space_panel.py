@@ -1,4 +1,4 @@
-"""What the pictures of a null space with one and with two dimensions share."""
+"""Common parts of one- and two-dimensional null-space figures."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LABEL: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.7, 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Answers that coincide."""
+    """Results that coincide."""
 
     x: Array  # (r,)
     solvers: list[str]
@@ -34,12 +34,12 @@ class Panel:
     size: Array  # (2,)
 
     def shows(self, x: Array) -> bool:
-        """Whether the window holds x."""
+        """Return True if the window contains x."""
         return bool(np.all((x >= self.low) & (x <= self.high)))
 
 
 def write_badge(on: Axes | Chart, point: tuple[float, float], number: int, good: bool, transform: Any) -> None:
-    """Write a number in a circle."""
+    """Draw a number in a circle."""
     colour = GOOD if good else BAD
     look = {"boxstyle": "circle,pad=0.22", "facecolor": "white", "edgecolor": colour, "linewidth": 1.0}
     on.text(

@@ -1,4 +1,4 @@
-"""The plane of x where two cables are redundant: a polygon, limits as straight lines, answers as numbered dots."""
+"""Two-dimensional null space: the admissible polygon, limits as straight lines and numbered results."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from cdpr.report.marks import INK, SOFT, cable_looks, shorten
 
 ROOM = 0.0
 LETTER = 0.056  # in, mean width of a letter of a limit's label
-SHORTEST = 0.35  # in: a line that crosses less of the panel gets no label
+SHORTEST = 0.35  # in: shorter lines get no label
 
 
 def draw(
     panel: Panel, figures: dict[str, Any], corners: Array, groups: list[tuple[int, Group]], *, detailed: bool
 ) -> None:
-    """Draw the polygon, the limits and the numbered answers; in detail also what each limit is."""
+    """Draw the polygon, the limits and the numbered results; `detailed` adds labels."""
     axes = panel.axes
     if len(corners):
         path = Path(np.concatenate([corners, corners[:1]]), closed=True)
@@ -51,13 +51,13 @@ def draw(
 
 
 def frame(panel: Panel, close: Panel) -> None:
-    """Show which part another panel shows."""
+    """Mark the part that another panel enlarges."""
     (a, b), (c, d) = close.low, close.high
     panel.axes.add_artist(Line2D([a, c, c, a, a], [b, b, d, d, b], color=INK, linewidth=1.0, zorder=9))
 
 
 def _limits(panel: Panel, figures: dict[str, Any], corners: Array, taken: Taken, *, detailed: bool) -> None:
-    """Draw where each cable is at a limit; those that bound the polygon stronger, and labelled first."""
+    """Draw the limits of each cable; emphasise those that bound the polygon and label them first."""
     N, start = (np.array(figures["null_space"][key]) for key in ("basis", "particular_N"))
     cables = figures["cables"]
     looks = [plain(look) for look in cable_looks([cable["name"] for cable in cables])]
@@ -82,13 +82,13 @@ def _limits(panel: Panel, figures: dict[str, Any], corners: Array, taken: Taken,
 
 
 def _touches(corners: Array, g: Array, b: float) -> bool:
-    """Whether the line g . x = b bounds the polygon: two of its corners lie on it."""
+    """Return True if two corners of the polygon lie on the line g . x = b, that is, if the line bounds it."""
     near = 1e-9 * max(1.0, abs(b), float(np.abs(corners).max(initial=0.0)))
     return int(np.count_nonzero(np.abs(corners @ g - b) <= near)) >= 2
 
 
 def _crossing(panel: Panel, g: Array, b: float) -> Array | None:
-    """The part (2, 2) of the line g . x = b within the panel, if any."""
+    """Return the segment (2, 2) of the line g . x = b within the panel, or None."""
     square = float(g @ g)
     if square == 0.0:
         return None

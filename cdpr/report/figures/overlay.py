@@ -1,4 +1,4 @@
-"""What went wrong and when, drawn over every time history: shaded intervals and numbered events."""
+"""Overlay of time histories: shaded intervals and numbered events."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from cdpr.report.plots.overlay import Shade
 from cdpr.report.plots.panel import Entry
 
 EVENT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": ":"}
-APART = 0.07  # of the time axis: room that the number of an event needs
+APART = 0.07  # minimum distance of event numbers, relative to the time axis
 
 
 def overlay_entries(run: Run | None, shades: Sequence[Shade]) -> list[Entry]:
-    """Legend of what `draw_overlay` draws."""
+    """Return the legend entries of the overlay."""
     entries: list[Entry] = [
         (shade.name, {"color": shade.colour.light, "linewidth": 7.0, "solid_capstyle": "butt"}) for shade in shades
     ]
@@ -30,7 +30,15 @@ def overlay_entries(run: Run | None, shades: Sequence[Shade]) -> list[Entry]:
 def draw_overlay(
     frame: Frame, run: Run | None, shades: Sequence[Shade], span: tuple[float, float], *, numbered: bool
 ) -> None:
-    """Shade intervals over the time `span`, s; draw a line at each event of a run and, if asked, its number."""
+    """Shade intervals and draw a line at each event of a run.
+
+    Args:
+        frame: frame to draw on.
+        run: source of the events; None if nothing was simulated.
+        shades: intervals to shade.
+        span: first and last time, s; events outside are drawn at its ends.
+        numbered: write the numbers of the events above the frame.
+    """
     for shade in shades:
         rings = [np.array(((a, 0.0), (a, 1.0), (b, 1.0), (b, 0.0))) for a, b in shade.intervals]
         frame.area(rings, {"facecolor": shade.colour.light, "linewidth": 0, "zorder": 0.5}, "y")
@@ -45,7 +53,7 @@ def draw_overlay(
 
 
 def number_groups(times: Sequence[float], apart: float) -> list[tuple[float, str]]:
-    """Return where which numbers stand: '1', or '2–4' for (ascending) times less than `apart` apart."""
+    """Return positions and labels of event numbers: '1', or '2–4' for events closer than `apart` to a first one."""
     groups: list[tuple[float, int, int]] = []
     for number, time in enumerate(times, 1):
         if groups and time - groups[-1][0] < apart:

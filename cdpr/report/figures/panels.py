@@ -1,4 +1,4 @@
-"""Time histories: panels under one another on one time axis."""
+"""Time histories: stacked panels on one time axis."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cdpr.report.plots.overlay import FEW, Shade, span
 from cdpr.report.plots.overlay import shades as shades_of
 from cdpr.report.plots.panel import Entry, Panel, calm_until, shown, view
 
-# Inches. All figures of one run have the same width and the same time axis, one above the other.
+# Lengths in inches. All figures of a run have the same width and time axis, so that they align.
 WIDTH, LEFT, TOP, BOTTOM, GAP = 7.6, 0.85, 0.24, 0.46, 0.2
 
 LIMIT: dict[str, Any] = {"color": SOFT, "linestyle": (0, (6.0, 3.0)), "linewidth": 1.0}
@@ -30,10 +30,16 @@ def stack(
     span_of: tuple[float, float] = (0.0, 0.0),
     shades: Sequence[Shade] = (),
 ) -> S:
-    """Draw `panels` under one another, each with its legend; the first explains the overlay too.
+    """Draw `panels` below one another, each with its legend; the first legend includes the overlay.
 
-    Where nothing was simulated there is no run: `span_of` is the first and the last time, s, and `shades` what lies
-    under the panels.
+    Args:
+        run: simulated run; None if nothing was simulated.
+        panels: panels from top to bottom.
+        make: constructor of the sheet.
+        title: text above the panels.
+        foot: text below the panels.
+        span_of: first and last time (s) if there is no run.
+        shades: shaded intervals if there is no run.
     """
     if run is not None:
         span_of, shades = span(run), shades_of(run)
@@ -65,7 +71,7 @@ def stack(
 
 
 def draw_panel(frame: Frame, run: Run | None, panel: Panel, beside: float, ticks: int = 9) -> None:
-    """Draw curves, limits and at most so many ticks of time of one panel; its label stands `beside` it, in."""
+    """Draw the curves and limits of a panel, with at most `ticks` time ticks and the label `beside` the axis (in)."""
     low, high, note = view(panel, None if run is None else calm_until(run))
     dot = {"marker": "o", "markersize": 3.0} if run is not None and len(run.rows) <= FEW else {}
     for curves in panel.curves:
@@ -87,7 +93,7 @@ def draw_panel(frame: Frame, run: Run | None, panel: Panel, beside: float, ticks
 
 
 def limit_entries(run: Run | None, panel: Panel) -> list[Entry]:
-    """Legend of the limits of a panel."""
+    """Return the legend entries of a panel's limits."""
     low, high, _ = view(panel, None if run is None else calm_until(run))
     entries: list[Entry] = []
     for limit in panel.limits:

@@ -1,4 +1,4 @@
-"""Figures for print: as wide as a column, letters of 8 pt, legends above the panels."""
+"""Figures for print: column width, 8 pt text and legends above the panels."""
 
 from __future__ import annotations
 
@@ -18,26 +18,30 @@ from cdpr.report.marks import shorten
 from cdpr.report.plots.overlay import shades, span
 from cdpr.report.plots.panel import Entry, Panel
 
-WIDTHS = {"ieee": 3.5, "ieee-wide": 7.16}  # in: one column of IEEE's journals, and two
+WIDTHS = {"ieee": 3.5, "ieee-wide": 7.16}  # in: one and two columns of IEEE journals
 UNITS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.0}  # in
-NARROWEST, WIDEST = 2.0, 40.0  # in: less holds no legend, more is a mistake
+NARROWEST, WIDEST = 2.0, 40.0  # in: narrower figures have no room for a legend, wider ones are probably mistakes
 
-LETTERS = 8.0  # pt, what IEEE asks of figures
+LETTERS = 8.0  # pt, as IEEE requires
 
-# Inches.
+# Lengths in inches.
 LEFT, RIGHT, BOTTOM, GAP = 0.62, 0.1, 0.4, 0.1
-TICK, LABEL, EDGE = 0.12, 0.13, 0.02  # from an axis to the numbers of its ticks, of a turned label, and beyond it
-NUMBERS = 0.17  # of events, above the first panel
-LEAST_NAME = 5  # letters that a name keeps in a legend
-LINE, SAMPLE, APART = 0.145, 0.22, 0.14  # of a legend: from line to line, of a line, between two entries
-LEAST, SHARE = 1.05, 0.2  # of a panel's height: at least, and of the width
-A_TICK = 0.55  # of the time axis that the number of a tick takes
+TICK, LABEL, EDGE = 0.12, 0.13, 0.02  # from an axis to its tick numbers, height of a rotated label, and outer margin
+NUMBERS = 0.17  # height of the event numbers above the first panel
+LEAST_NAME = 5  # letters: names are not shortened further
+LINE, SAMPLE, APART = 0.145, 0.22, 0.14  # of a legend: line spacing, length of a sample line, distance of two entries
+LEAST, SHARE = 1.05, 0.2  # height of a panel: minimum, and fraction of the width
+A_TICK = 0.55  # width of the time axis per tick
 
 
 def inches(width: str | float) -> float:
-    """Return a width in inches: a name in `WIDTHS`, a number of inches, or one with its unit, "88 mm".
+    """Return a width in inches.
 
-    Raises CdprError.
+    Args:
+        width: a name in `WIDTHS`, a number of inches, or a number with a unit, such as "88 mm".
+
+    Raises:
+        CdprError: if the width is invalid or out of range.
     """
     allowed = f"{', '.join(WIDTHS)}, a number of inches from {NARROWEST:g} to {WIDEST:g}, or one with its unit: '88 mm'"
     value = np.nan
@@ -45,7 +49,7 @@ def inches(width: str | float) -> float:
         found = re.fullmatch(r"\s*([0-9]+\.?[0-9]*|\.[0-9]+)\s*([a-z]*)\s*", width, re.ASCII)
         if width in WIDTHS:
             value = WIDTHS[width]
-        elif found and (found[2] or "in") in UNITS:  # a command line has texts alone
+        elif found and (found[2] or "in") in UNITS:  # command lines pass numbers as text
             value = float(found[1]) * UNITS[found[2] or "in"]
     elif isinstance(width, Real) and not isinstance(width, bool):
         value = float(width)
@@ -55,9 +59,9 @@ def inches(width: str | float) -> float:
 
 
 def on_paper(run: Run, panels: Sequence[Panel], width: float) -> Chart:
-    """Draw panels under one another in a figure of this width, in, with legends above them and no title.
+    """Draw panels below one another in a figure of this width (in), with legends above them and no title.
 
-    The margin at the left grows where numbers at the ticks are long.
+    The left margin grows if tick numbers are long.
     """
     drawn = _drawn(run, panels, width, LEFT, [False] * len(panels))
     left = max(LEFT, *map(_room, drawn.axes))
@@ -66,7 +70,7 @@ def on_paper(run: Run, panels: Sequence[Panel], width: float) -> Chart:
 
 
 def _room(axes: Axes) -> float:
-    """Return what the numbers at the ticks of values and the label beside them need, in."""
+    """Return the width (in) of the tick numbers and the label of the vertical axis."""
     low, high = axes.get_ylim()
     places = [place for place in axes.yaxis.get_majorticklocs() if low <= place <= high]
     texts = axes.yaxis.get_major_formatter().format_ticks(places)
@@ -76,7 +80,7 @@ def _room(axes: Axes) -> float:
 
 
 def _drawn(run: Run, panels: Sequence[Panel], width: float, left: float, powers: Sequence[bool]) -> Chart:
-    """Draw with this margin, and with room above those panels whose numbers have a power of ten in common."""
+    """Draw with left margin `left`, and with space above panels whose tick numbers share a power of ten."""
     under, across = shades(run), span(run)
     inner = width - left - RIGHT
     tall = [max(LEAST, SHARE * inner, text_width(panel.label, LETTERS) + 0.06) for panel in panels]
@@ -120,7 +124,7 @@ def _rows(entries: Sequence[Entry], width: float) -> list[list[Entry]]:
 
 
 def _fitted(entry: Entry, width: float) -> Entry:
-    """Cut the middle out of a name that is wider than the legend."""
+    """Shorten a name that is wider than the legend."""
     text, look = entry
     while _takes((text, look)) > width and len(text) > LEAST_NAME:
         text = shorten(text, len(text) - 1)
@@ -128,7 +132,7 @@ def _fitted(entry: Entry, width: float) -> Entry:
 
 
 def _sample(entry: Entry) -> float:
-    """Room for the line of an entry; a remark on the one before has none."""
+    """Return the width of an entry's sample line; remarks have none."""
     return 0.0 if entry[1].get("linestyle") == "" else SAMPLE + 0.05
 
 
@@ -137,7 +141,7 @@ def _takes(entry: Entry) -> float:
 
 
 def _write(sheet: OnChart, rows: Sequence[Sequence[Entry]], left: float, top: float) -> None:
-    """Write a legend below `top`, in from the lower edge of the figure."""
+    """Write a legend below `top`, in inches from the lower edge of the figure."""
     for row, entries in enumerate(rows):
         x, y = left, top - (row + 0.5) * LINE
         for entry in entries:

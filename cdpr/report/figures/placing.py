@@ -1,4 +1,4 @@
-"""Where labels go: of several places each takes the one with the fewest neighbours. Lengths in inches."""
+"""Label placement: each label takes the candidate position with the least overlap. Lengths in inches."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 
 from cdpr.model.robot import Array
 
-HALF = 0.075  # of a line of small text
+HALF = 0.075  # half the height of a line of small text
 BADGE = 0.1  # radius of a numbered circle
-ANGLES = np.radians(np.arange(16) * 22.5 + 45.0)  # first to the upper right
+ANGLES = np.radians(np.arange(16) * 22.5 + 45.0)  # the first candidate is at the upper right
 RADII = (0.24, 0.36, 0.5, 0.66, 0.84)
 
 
 class Taken:
-    """The discs that labels, dots and edges of a panel of a given size cover."""
+    """Discs covered by labels, dots and the edges of a panel of a given size."""
 
     def __init__(self, size: Array) -> None:
         self._size = size
@@ -23,12 +23,12 @@ class Taken:
         self._radii = np.zeros(0)
 
     def add(self, centres: Array, radius: float) -> None:
-        """Cover discs (k, 2)."""
+        """Add covered discs with these centres (k, 2)."""
         self._centres = np.concatenate([self._centres, centres])
         self._radii = np.concatenate([self._radii, np.full(len(centres), radius)])
 
     def cost(self, centres: Array, radius: float) -> float:
-        """How much discs (k, 2) overlap with what is covered, or leave the panel."""
+        """Return how much discs at these centres (k, 2) overlap covered discs or leave the panel."""
         away = np.linalg.norm(centres[:, None] - self._centres[None], axis=2)
         overlap = float(np.maximum(radius + self._radii - away, 0.0).sum())
         out = np.maximum(np.maximum(radius - centres, centres + radius - self._size), 0.0)
@@ -50,7 +50,7 @@ def place_badges(taken: Taken, points: Array) -> Array:
 
 
 def place_along(taken: Taken, start: Array, end: Array, width: float) -> tuple[Array, float]:
-    """Return centre (2,) and angle (degrees) of a text `width` long on the segment, preferably near one of its ends."""
+    """Return the centre (2,) and angle (degrees) of a text of this width on the segment, preferably near an end."""
     length = float(np.linalg.norm(end - start))
     along = (end - start) / max(length, 1e-9)
     spread = np.linspace(-0.5, 0.5, max(int(width / HALF), 2))[:, None] * width * along
@@ -66,7 +66,7 @@ def place_along(taken: Taken, start: Array, end: Array, width: float) -> tuple[A
 
 
 def spread_out(positions: Sequence[float], least: float, low: float, high: float) -> list[float]:
-    """Move positions within low..high apart until they differ by `least`, each as little as the order allows."""
+    """Move positions apart within low..high until they differ by `least`, preserving their order with small shifts."""
     order = sorted(range(len(positions)), key=lambda i: (positions[i], i))
     blocks: list[tuple[list[int], float]] = []  # members and centre
     for i in order:

@@ -1,4 +1,4 @@
-"""The picture of `cdpr tension` where the admissible tensions have more dimensions than paper: each cable's range."""
+"""Figure of `cdpr tension` for null spaces of more than two dimensions: the range of each tension."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from cdpr.report.figures.placing import spread_out
 from cdpr.report.marks import INK, PALE, SOFT, shorten
 from cdpr.report.text.aligned import vector
 
-# Inches.
+# Lengths in inches.
 WIDTH = 5.6  # of the panel
-LANE = 0.46  # of a cable
+LANE = 0.46  # height of a cable's row
 BAR = 0.11  # half the height of a range
 LEFT, BOTTOM, TOP, GAP, COLUMN = 1.15, 0.55, 0.8, 0.3, 3.0
 BADGE = 0.19  # between two numbers
-LETTERS = 38  # of a line in the column
+LETTERS = 38  # per line of the column
 RANGE: dict[str, Any] = {"facecolor": ADMISSIBLE, "edgecolor": GOOD, "linewidth": 0.9, "zorder": 2}
-LIMITS_BEYOND = 3.0  # a limit farther than so many times the widest range is not shown
+LIMITS_BEYOND = 3.0  # a limit farther away than this multiple of the widest range is not shown
 
 
 @styled
 def chart(figures: dict[str, Any], groups: Sequence[Group], notes: Sequence[str]) -> Chart:
-    """Draw limits and range of each cable, and the answers, numbered, above their tensions."""
+    """Draw the limits and range of each cable, and the numbered results above their tensions."""
     cables, m = figures["cables"], figures["m"]
-    ranges = np.array(figures["ranges_N"], dtype=float)  # null where nothing is admissible
+    ranges = np.array(figures["ranges_N"], dtype=float)  # NaN if nothing is admissible
     N, c = (np.array(figures["null_space"][key]) for key in ("basis", "particular_N"))
     tensions = np.array([c + N @ group.x for group in groups]).reshape(-1, m)
     limits = np.array([[cable["tension_min_N"], cable["tension_max_N"]] for cable in cables])
@@ -78,7 +78,7 @@ def chart(figures: dict[str, Any], groups: Sequence[Group], notes: Sequence[str]
 
 
 def _window(ranges: Array, tensions: Array, limits: Array) -> tuple[float, float]:
-    """What holds all ranges and answers, and the limits that are not far off."""
+    """Return the window of all ranges, results and nearby limits."""
     values = np.concatenate([ranges[np.isfinite(ranges)], tensions.ravel()])
     if not len(values):
         values = limits.ravel()
@@ -98,7 +98,7 @@ def _column(
     page: Chart, groups: Sequence[Group], entries: Sequence[Sequence[str]], notes: Sequence[str],
     corner: tuple[float, float], *, empty: bool,
 ) -> None:  # fmt: skip
-    """Write who is who from the corner downwards."""
+    """Write the legend of solvers downwards from the corner."""
     x, y = corner[0] + 0.04, corner[1] - 0.1
     inches = page.dpi_scale_trans
     what = "no tensions are admissible" if empty else "bars: what each tension may be, alone"

@@ -1,4 +1,4 @@
-"""The time histories of a run, drawn. Each function returns a matplotlib figure; none needs pyplot."""
+"""Time histories of a run as matplotlib figures, without pyplot."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cdpr.report.plots.pick import pick
 def plot(
     run: Run, names: Sequence[str], cables: str | int | Sequence[str | int] | None, width: str | float | None
 ) -> Chart:
-    """Draw panels of a run: see `Run.plot`."""
+    """Draw panels of a run; see `Run.plot`."""
     across = None if width is None else inches(width)
     chosen = pick(run, names or ("position", "position_error", "orientation_error", "tension"), cables)
     if across is not None:
@@ -27,7 +27,7 @@ def plot(
 
 
 def _heading(run: Run) -> tuple[str, str]:
-    """What was run, and its first events."""
+    """Return the title (names of the scenario and its parts) and the list of the first events."""
     head = run.header
     title = " · ".join((head.scenario, head.robot, head.backend, head.controller, head.solver))
     notes = [f"{i} {event.kind} at {event.time:.4g} s" for i, event in enumerate(events(run)[:4], 1)]
@@ -38,5 +38,5 @@ def _heading(run: Run) -> tuple[str, str]:
 
 @styled
 def charted(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") -> Chart:
-    """Draw panels under one another on the time axis of a run, with what happened in it."""
+    """Draw panels below one another on the time axis of a run, with its events and shaded intervals."""
     return stack(run, panels, OnChart, title, foot).chart

@@ -1,4 +1,4 @@
-"""The robot in space: frame, cables, platform and path in parallel projection, with lines in the plane."""
+"""Parallel projection of the robot: frame, cables, platform and path."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from cdpr.view import Pictures, Subject, colours, solid
 from cdpr.view.shapes import CUBE, EDGES, radius_around, world_origin
 
 LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
-# Of the eye. In a truly isometric view corners of a symmetric frame would hide one another.
+# Viewing direction. In a truly isometric view, corners of a symmetric frame would coincide.
 AZIMUTH, ELEVATION = np.radians(-62.0), np.radians(18.0)
 VERTICAL = 0.3  # in, margin above and below
-FAR = 1e8  # m: nothing is as large
+FAR = 1e8  # m: larger positions are ignored
 
-BOX: dict[str, Any] = {"color": colours.GRID.light, "linewidth": 1.0}  # around anchors, where no frame is known
+BOX: dict[str, Any] = {"color": colours.GRID.light, "linewidth": 1.0}  # around the anchors, if the frame is unknown
 FRAME: dict[str, Any] = {"color": PALE, "linewidth": 1.2}
 START: dict[str, Any] = {"color": PALE, "linewidth": 0.7}
 PATH: dict[str, Any] = {"color": INK, "linewidth": 1.7}
@@ -37,23 +37,29 @@ DESIRED_PATH: dict[str, Any] = {"color": colours.DESIRED.light, "linewidth": 1.0
 
 
 def write_svg(scene: Pictures, file: pathlib.Path, label: str) -> None:
-    """Draw the scene into a file, whose folder must exist; OutputError where it cannot be written."""
+    """Draw the scene into a file.
+
+    Args:
+        scene: robot and its frames over time.
+        file: output file; its folder must exist.
+        label: description for screen readers.
+
+    Raises:
+        OutputError: if the file cannot be written.
+    """
     replace_markup(file, draw(scene).markup(label, both=False))
 
 
-@np.errstate(all="ignore")  # a run that diverged ends in inf and NaN
+@np.errstate(all="ignore")  # a diverged run ends in inf and NaN
 def draw(scene: Pictures, region: Surface | None = None) -> OnPage:
-    """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way.
-
-    A `region` is drawn behind them.
-    """
+    """Draw the robot in its first and last frame and the path in between; `region` is drawn behind it."""
     subject = scene.subject
     A = subject.anchors[:, :3]
     wanted = scene.way if scene.desired_way is None else scene.desired_way
-    sane = np.concatenate([A, wanted[(np.abs(wanted) < FAR).all(axis=1)]])  # not where NaN either
+    sane = np.concatenate([A, wanted[(np.abs(wanted) < FAR).all(axis=1)]])  # excludes NaN
     size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
     middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
-    shown = np.linalg.norm(scene.position - middle, axis=1) < size  # false also where not finite
+    shown = np.linalg.norm(scene.position - middle, axis=1) < size  # False also if not finite
     rows = [int(k) for k in np.flatnonzero(shown & np.isfinite(scene.orientation).all(axis=1))]
     ends_of_frame = subject.frame.reshape(-1, 3)
     fixed = np.concatenate([A, ends_of_frame])
@@ -95,7 +101,7 @@ def draw(scene: Pictures, region: Surface | None = None) -> OnPage:
 
 
 def _projection(extent: Array) -> Array:
-    """Rows: rightwards, upwards and towards the eye, world axes, (3, 3). A planar robot is seen square on."""
+    """Return the projection (3, 3) with rows right, up and towards the viewer; planar robots are viewed face-on."""
     flat = np.flatnonzero(extent < 1e-6 * max(float(extent.max()), 1e-9))
     if len(flat) == 1:
         x, y, z = np.eye(3)
@@ -105,13 +111,13 @@ def _projection(extent: Array) -> Array:
 
 
 def _height(points: Array, width: float) -> float:
-    """Height of a figure whose drawing fills `width`, in."""
+    """Return the height (in) of a figure whose drawing fills `width` (in)."""
     across, up = np.ptp(points, axis=0)
     return float(np.clip(2.0 * VERTICAL + width * up / max(across, 1e-9), LOWEST, HIGHEST))
 
 
 def _fit(frame: Frame, points: Array, room: Array, margin: Array) -> float:
-    """Show all points with one scale in both directions; return the length that is 0.15 in on paper, m."""
+    """Set one scale for both directions so that all points are visible; return the length of 0.15 in on paper, m."""
     low, high = points.min(axis=0), points.max(axis=0)
     scale = float(np.max((high - low) / (room - 2.0 * margin))) or 1.0  # m per inch
     start, stop = (low + high - scale * room) / 2, (low + high + scale * room) / 2
@@ -128,7 +134,7 @@ def _segments(frame: Frame, view: Array, pairs: Sequence[tuple[Array, Array]], *
 
 
 def _world_axes(frame: Frame, view: Array, size: float) -> Entry:
-    """Draw the world's axes x, y and z at its origin; they are the scale too."""
+    """Draw the world axes at the origin; they also serve as the scale."""
     power = 10.0 ** np.floor(np.log10(0.12 * size))
     length = float(power * max(step for step in (1, 2, 5) if step * power <= 0.12 * size))
     for name, colour, direction in zip("xyz", AXES, np.eye(3), strict=True):
@@ -178,7 +184,7 @@ def _motion(frame: Frame, scene: Pictures, view: Array, rows: list[int]) -> list
 
 
 def _platform(frame: Frame, subject: Subject, view: Array, p: Array, R: Array, look: dict[str, Any]) -> None:
-    """Draw the platform's shape, or spokes to its anchors where none is known."""
+    """Draw the platform's shape, or lines to its anchors if the shape is unknown."""
     outline = {**look, "linewidth": 0.8}
     body = solid(subject.shape)
     if body is None:
@@ -191,12 +197,12 @@ def _platform(frame: Frame, subject: Subject, view: Array, p: Array, R: Array, l
     for face in body.faces:
         ring = corners[list(face)]
         outwards = np.cross(ring[1] - ring[0], ring[2] - ring[1]) @ view[2] > 0.0
-        if outwards or (look["facecolor"] == "none" and not body.curved):  # else it is hidden
+        if outwards or (look["facecolor"] == "none" and not body.curved):  # other faces are hidden
             frame.area([ring @ view[:2].T], outline)
 
 
 def _hull(points: Array) -> Array:
-    """Return the corners of the convex hull of points (k, 2) in the plane, in their order around it."""
+    """Return the corners of the convex hull of points (k, 2), counter-clockwise."""
     ordered = sorted(map(tuple, points.tolist()))
     halves = []
     for chain in (ordered, ordered[::-1]):
@@ -210,12 +216,12 @@ def _hull(points: Array) -> Array:
 
 
 def _left(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
-    """Twice the area of a triangle, positive where c lies to the left of the way from a to b."""
+    """Return twice the signed area of a triangle, positive if c is left of the line from a to b."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def _anchor_labels(points: Array, names: list[str], near: float) -> list[tuple[Array, str]]:
-    """Return where which names stand; anchors less than `near` apart in the view share a label."""
+    """Return positions and texts of anchor labels; anchors less than `near` apart in the view share a label."""
     labels: list[tuple[Array, str]] = []
     left = list(range(len(points)))
     while left:
@@ -226,7 +232,7 @@ def _anchor_labels(points: Array, names: list[str], near: float) -> list[tuple[A
 
 
 def _write_labels(frame: Frame, labels: list[tuple[Array, str]], middle: Array, reach: float) -> None:
-    """Write labels a little further from the middle than what they name."""
+    """Write labels slightly farther from `middle` than their points."""
     for point, name in labels:
         away = point - middle
         x, y = point + reach * away / (float(np.linalg.norm(away)) or 1.0)

@@ -1,4 +1,4 @@
-"""Slices through a workspace: the cells that are inside, coloured by their value, in the frame of the robot."""
+"""Slices through a workspace: cells inside it, coloured by value, together with the robot's frame."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from cdpr.report.marks import INK, PALE
 from cdpr.view import colours
 from cdpr.workspace import Workspace
 
-WIDTH, LARGEST = 5.2, 4.2  # in, of the sheet, and of the picture's longer side
+WIDTH, LARGEST = 5.2, 4.2  # in, width of the sheet, and longer side of the drawing
 LEFT, LOWER, ABOVE = 0.62, 0.55, 0.25  # in, margins
-BAR, BESIDE = 0.16, 0.85  # in, width of the scale of colours, and how far it is from the picture
-SHADES = 9  # colours
+BAR, BESIDE = 0.16, 0.85  # in, width of the colour bar, and its distance from the drawing
+SHADES = 9  # number of colours
 UNDECIDED: dict[str, Any] = {"facecolor": PALE, "edgecolor": PALE, "linewidth": 0.3, "zorder": 1.5}
 FRAME: dict[str, Any] = {"color": PALE, "linewidth": 1.2, "zorder": 3}
 ANCHORS: dict[str, Any] = {"color": INK, "linestyle": "", "marker": "s", "markersize": 4, "zorder": 4}
 
 
 def draw(found: Workspace, robot: Robot, axis: int, place: float) -> OnPage:
-    """Draw the cells in which the plane `axis` = `place` (m) lies."""
+    """Draw the cells of the slice `axis` = `place` (m)."""
     region = found.region
     across, up = (i for i in range(3) if i != axis)
     index = int(np.argmin(np.abs(region.axes[axis] - place)))
@@ -70,12 +70,12 @@ def draw(found: Workspace, robot: Robot, axis: int, place: float) -> OnPage:
 
 
 def _lines(robot: Robot) -> Array:
-    """Edges (k, 6) of the frame, m, where one is drawn."""
+    """Return the edges (k, 6) of the frame, m; empty if the robot has none."""
     return robot.frame.edges if robot.frame is not None else np.empty((0, 6))
 
 
 def _rings(cells: NDArray[np.bool_], x: Array, y: Array) -> list[Array]:
-    """Rectangles (4, 2) that cover cells (nx, ny) between these edges: one for each row of neighbours."""
+    """Return rectangles (4, 2) that cover the cells (nx, ny): one for each row of neighbouring cells."""
     rings = []
     padded = np.pad(cells, ((1, 1), (0, 0))).astype(np.int8)
     for j in range(cells.shape[1]):

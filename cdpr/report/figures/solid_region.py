@@ -1,4 +1,4 @@
-"""Surface of a workspace in parallel projection, shaded by its slope, for paper and pages without script."""
+"""Surface of a workspace in parallel projection, shaded by slope, for print and pages without script."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from cdpr.model.robot import Array
 from cdpr.report.figures.surface import Frame
 from cdpr.view import colours
 
-Surface = tuple[Array, NDArray[np.int64]]  # corners (k, 3), m, and triangles (t, 3), anticlockwise from outside
+Surface = tuple[Array, NDArray[np.int64]]  # corners (k, 3), m, and triangles (t, 3), counter-clockwise from outside
 
-MOST = 4000  # triangles; of finer surfaces corners are merged
-MERGED = 40  # cells along the longest side, whose corners become one
-SLABS = 12  # of depth, from the farthest to the nearest
+MOST = 4000  # triangles; corners of finer surfaces are merged
+MERGED = 40  # cells along the longest side; corners in a cell are merged
+SLABS = 12  # depth layers, drawn from far to near
 
 
 def draw_surface(frame: Frame, view: Array, surface: Surface) -> None:
-    """Draw the side of a surface that faces the eye; `view` (3, 3) projects: rightwards, upwards, towards the eye."""
+    """Draw the visible side of a surface; `view` (3, 3) projects onto right, up and towards the viewer."""
     corners, triangles = _coarse(*surface)
     places = corners @ view.T
     a, b, c = (places[triangles[:, k]] for k in range(3))
@@ -30,12 +30,12 @@ def draw_surface(frame: Frame, view: Array, surface: Surface) -> None:
         tone = np.minimum((facing[slab] * len(colours.SURFACE)).astype(int), len(colours.SURFACE) - 1)
         for k, colour in enumerate(colours.SURFACE):
             rings = [places[triangles[i], :2] for i in slab[tone == k]]
-            if rings:  # an edge of its own colour closes the gaps between triangles
+            if rings:  # an edge of the same colour closes the gaps between triangles
                 frame.area(rings, {"facecolor": colour, "edgecolor": colour, "linewidth": 0.4, "zorder": 0.8})
 
 
 def _coarse(corners: Array, triangles: NDArray[np.int64]) -> Surface:
-    """Return a surface of fewer triangles, where there are too many."""
+    """Return a surface with fewer triangles if there are too many."""
     if len(triangles) <= MOST:
         return corners, triangles
     size = float(np.ptp(corners, axis=0).max()) / MERGED

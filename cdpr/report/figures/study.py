@@ -1,4 +1,4 @@
-"""Small multiples of a study: one figure of the runs over its axes."""
+"""Small multiples of a study: one figure of all runs over the study's axes."""
 
 from __future__ import annotations
 
@@ -19,42 +19,43 @@ from cdpr.report.plots.panel import room_for
 from cdpr.report.text.study import Figure, Record, label_text
 from cdpr.study.points import Label
 
-# Inches.
-ALONE_WIDE, WIDTH = 5.2, 9.0  # of a figure of one panel, which has half a page, and of more
-ALONE, HEIGHT = 2.4, 1.75  # of panels that stand in one row, and in more
+# Lengths in inches.
+ALONE_WIDE, WIDTH = 5.2, 9.0  # width of a figure with one panel, which takes half a page, and with more
+ALONE, HEIGHT = 2.4, 1.75  # height of panels in a single row, and in several rows
 LEFT, TOP, UNTITLED, BOTTOM = 0.75, 0.4, 0.15, 0.55
 GAP, ROW_GAP = 0.25, 0.62
-ACROSS = 4  # panels in a row
+ACROSS = 4  # panels per row
 
-# Lines that lie upon each other are all seen: the first is broad, each that follows narrower and broken, and each has
-# a mark of its own, smaller than the one below. Widths in pt; the widest is at most three times the narrowest, so that
-# none seems to matter more.
-BROAD, MORE, THIN, ONLY = 2.2, 0.25, 1.4, 1.4  # the first one, what it is wider for each line, the last one, one alone
-LARGE, GROWTH, SMALL = 8.5, 0.3, 3.8  # the first one's mark, what it is larger for each line, the last one's
-FULL = 2.6  # in: in narrower panels lines and marks are smaller
+# Coinciding lines remain visible: the first is broad, later ones are narrower and dashed, and later markers smaller.
+# Widths in pt; the widest line is at most three times the narrowest, so that no line looks more important.
+BROAD, MORE, THIN, ONLY = 2.2, 0.25, 1.4, 1.4  # first width, increment per line, last width, width of a single line
+LARGE, GROWTH, SMALL = 8.5, 0.3, 3.8  # size of the first marker, increment per line, size of the last marker
+FULL = 2.6  # in: lines and markers are smaller in narrower panels
 MARKS = "osD^vPX*"
 DASHES: tuple[Any, ...] = ((0, (2.2, 1.6)), (0, (4.0, 2.4)), (0, (1.2, 2.2)))
 
-BESIDE = 0.1  # from one line's dots to the next one's, where x is a row of names
+BESIDE = 0.1  # offset between the dots of two lines, if x is categorical
 
-MOST_NAMES = 24  # on x
-DOTS = 3000  # of a figure
+MOST_NAMES = 24  # on the x axis
+DOTS = 3000  # per figure
 
 DECADE = 30.0  # largest ratio on a linear scale
-FEW = 3.0  # decades on a scale that has ticks at 2 and 5, too
-TICKS = 6  # intervals between those of a scale, at most ...
-NAME = 0.45  # ... and in, for the name of each
-MARK = 0.055  # height of a row of crosses, of the panel's
-ABOVE, BELOW = 0.05, 0.3  # in: of a title above its frame, of what x is below it
-CROWDED, TURNED = 30, 35.0  # letters of names on x, beyond which they are turned, by degrees
+FEW = 3.0  # decades up to which a logarithmic scale has ticks at 2 and 5
+TICKS = 6  # largest number of tick intervals
+NAME = 0.45  # in, width of a tick's name
+MARK = 0.055  # height of a row of crosses, relative to the panel
+ABOVE, BELOW = 0.05, 0.3  # in: distance of a title above its frame, and of the x label below it
+CROWDED, TURNED = 30, 35.0  # total letters on the x axis above which names are rotated, and the angle in degrees
 
 
 @dataclass(frozen=True)
 class Scale:
-    """What an edge of the panels stands for: values, or their decadic logarithms.
+    """Scale of a panel edge: linear or logarithmic.
 
     Attributes:
-        low, high: at the ends; logarithms on a logarithmic scale.
+        low: lower end; its decadic logarithm on a logarithmic scale.
+        high: upper end; its decadic logarithm on a logarithmic scale.
+        logarithmic: True for a logarithmic scale.
     """
 
     low: float
@@ -63,7 +64,7 @@ class Scale:
 
     @classmethod
     def of(cls, values: Sequence[float], least: float = 0.0) -> Scale:
-        """Return one that has some air around values; what is less than `least` has no magnitude."""
+        """Return a scale with a margin around `values`; ranges below `least` are treated as noise."""
         low, high = min(values), max(values)
         if low > 0.0 and high > least and high / low > DECADE:
             first, last = math.log10(low), math.log10(high)
@@ -77,17 +78,17 @@ class Scale:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Both ends."""
+        """Lower and upper end."""
         return self.low, self.high
 
     def at(self, value: float) -> float:
-        """Return where a value stands."""
+        """Return the coordinate of a value; NaN if it has no logarithm."""
         if not self.logarithmic:
             return value
         return math.log10(value) if value > 0.0 else nan
 
     def ticks(self, most: int) -> dict[float, str]:
-        """Return the names of ticks, about `most` intervals apart, by where they stand."""
+        """Return the labels of about `most` ticks, by coordinate."""
         if not self.logarithmic:
             return {tick: f"{tick + 0.0:.6g}" for tick in ticks_within(self.low, self.high, most)}
         parts = (1, 2, 5) if self.high - self.low < FEW else (1,)
@@ -98,9 +99,13 @@ class Scale:
 
 
 def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: int = DOTS) -> OnPage:
-    """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all.
+    """Draw one quantity of all runs: a panel per combination of `layout.panels`, all with the same scales.
 
-    Of more runs than about `dots` the least and the greatest of their neighbourhoods are drawn.
+    Args:
+        layout: axes of the figure.
+        records: cases of the study.
+        figure: quantity to draw.
+        dots: approximate largest number of points; of more, only local minima and maxima are drawn.
     """
     drawn = panels(layout, records, figure)
     most = min(MOST_PLACES, max(LEAST_PLACES, dots // sum(map(len, drawn.values()))))
@@ -147,7 +152,7 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
 
 
 def _look(i: int, count: int, scale: float) -> dict[str, Any]:
-    """How line i of so many looks, and its marks."""
+    """Return the style of line `i` of `count`, and of its markers."""
     share, broad, large = i / (count - 1) if count > 1 else 1.0, BROAD + MORE * count, LARGE + GROWTH * count
     return {
         "color": CABLES[i % len(CABLES)],
@@ -159,13 +164,13 @@ def _look(i: int, count: int, scale: float) -> dict[str, Any]:
 
 
 def _across(layout: Layout, records: Sequence[Record], count: int) -> int:
-    """Panels in a row: one for each place on the last axis, if these are not too many."""
+    """Return the number of panels per row: one for each value of the last axis, if these are few."""
     last = len({record[layout.panels[-1]] for record in records}) if layout.panels else 1
     return last if 1 < last <= ACROSS else min(ACROSS, count)
 
 
 def _draw(frame: Frame, layout: Layout, curve: Curve, look: Look, aside: float, x: Along, y: Scale, row: int) -> None:
-    """Dots, joined through the middle where a place has several; crosses at the top for cases without a figure."""
+    """Draw dots, joined through medians if a place has several; draw crosses at the top for cases without value."""
     at = [x.places[place] + aside for place in curve.x]
     middle = [y.at(sorted(values)[len(values) // 2]) for values in curve.values]
     joined = {} if layout.numeric and not layout.scattered else {"linestyle": ""}
@@ -183,17 +188,17 @@ def _draw(frame: Frame, layout: Layout, curve: Curve, look: Look, aside: float, 
 
 @dataclass(frozen=True)
 class Along:
-    """What lies along x: where each place stands, and what the edge says."""
+    """The x axis: coordinate of each value, range and tick labels."""
 
     places: Mapping[Label, float]
     span: tuple[float, float]
     ticks: Mapping[float, str]
     turned: float = 0.0
-    room: float = 0.0  # in, which turned names take below
+    room: float = 0.0  # in, height of rotated names
 
 
 def _along(layout: Layout, drawn: Mapping[str, Sequence[Curve]], wide: float) -> Along:
-    """Along panels so wide, in."""
+    """Return the x axis of panels of width `wide`, in."""
     places = dict.fromkeys(at for curves in drawn.values() for curve in curves for at in (*curve.x, *curve.lost))
     if layout.numeric:
         numbers = {place: float(place or 0.0) for place in places}

@@ -1,4 +1,4 @@
-"""Which axis of a study lies along x, which makes the lines and which the panels."""
+"""Assignment of a study's axes to the x axis, lines and panels of a figure."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from cdpr.report.text.study import Figure, Record, label_text, value
 from cdpr.study.plan import Grid
 from cdpr.study.points import Label, Point
 
-MOST_LINES = len(CABLES)  # colours
+MOST_LINES = len(CABLES)  # one colour each
 MOST_PANELS = 12
-MOST_PLACES = 400  # of a curve: more cannot be told apart
-LEAST_PLACES = 8  # however many curves share what a page may hold
+MOST_PLACES = 400  # per curve: more are indistinguishable
+LEAST_PLACES = 8  # per curve, even if many curves share a page
 
-WITHOUT_FIGURES = ("diverged", "failed", "died", "hung", "not run")  # their figures would say nothing
+WITHOUT_FIGURES = ("diverged", "failed", "died", "hung", "not run")  # statuses whose values are meaningless
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The axes of one part of a study in a figure; what has no place is laid on top of each other."""
+    """Axes of one part of a study in a figure; runs that differ only in other axes coincide."""
 
     x: str
-    numeric: bool  # x is a scale, not a row of names
-    scattered: bool  # neighbours on x are not neighbours in anything else: no lines
+    numeric: bool  # x is a numeric scale, not categorical
+    scattered: bool  # x is random: points are not connected
     line: str | None
     panels: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One colour in one panel: for each place on x the figures there, and the places of cases that have none."""
+    """Curve in one panel: the values at each x, and the x of cases without a value."""
 
     label: Label
     x: tuple[Label, ...]
@@ -40,7 +40,7 @@ class Curve:
 
 
 def layouts(grid: Grid) -> list[Layout]:
-    """Return how to draw one part of a study, several ways where several axes run together; none for a single case."""
+    """Return the layouts of one part of a study: one per numeric axis along x; none for a single case."""
     groups = sorted((column for column in grid.columns if len(column) > 1), key=len, reverse=True)
     if not groups:
         return []
@@ -65,7 +65,7 @@ def layouts(grid: Grid) -> list[Layout]:
 
 
 def panels(layout: Layout, records: Sequence[Record], figure: Figure) -> dict[str, list[Curve]]:
-    """Return the curves of each panel, by its title."""
+    """Return the curves of each panel, by title."""
     out: dict[str, list[Curve]] = {}
     for place in dict.fromkeys(tuple(record[axis] for axis in layout.panels) for record in records):
         inside = [record for record in records if tuple(record[axis] for axis in layout.panels) == place]
@@ -95,7 +95,7 @@ def _curve(layout: Layout, records: Sequence[Record], label: Label, figure: Figu
 
 
 def thinned(curve: Curve, most: int = MOST_PLACES) -> Curve:
-    """Return a curve of at most so many places: of each part of x those of the least and the greatest figure."""
+    """Return a curve of at most about `most` points: the minimum and maximum of each section of x."""
     lost = curve.lost[:: -(-len(curve.lost) // most) or 1]
     if len(curve.x) <= most:
         return replace(curve, lost=lost)
@@ -109,7 +109,7 @@ def thinned(curve: Curve, most: int = MOST_PLACES) -> Curve:
 
 
 def _numeric(group: Sequence[Point]) -> list[str]:
-    """The axes of a group along which all places are numbers."""
+    """Return the axes of a group along which all values are numbers."""
     return [
         axis
         for axis in group[0].labels

@@ -1,10 +1,10 @@
-"""What figures are drawn on, whatever that is: a sheet, and frames on it that have axes.
+"""Drawing interface of figures, independent of the backend: sheets and frames with axes.
 
-There are two: `svg` writes pages in a hundredth of the time that matplotlib takes, and needs no package for it; `chart`
-is matplotlib's, for figures that readers change, and for print. Looks are dictionaries of matplotlib's names: color,
-linestyle, linewidth, solid_capstyle, marker, markersize and zorder of lines; facecolor, edgecolor, linewidth and zorder
-of areas; color, fontsize (pt), fontweight, ha, va, zorder of texts. The `thing` of a
-line, "kind:name", has one colour throughout a page.
+There are two backends. `svg` writes pages a hundred times faster than matplotlib and without any package. `chart` uses
+matplotlib, for editable figures and for print. Styles are dictionaries with matplotlib's names: color, linestyle,
+linewidth, solid_capstyle, marker, markersize and zorder of lines; facecolor, edgecolor, linewidth and zorder of areas;
+color, fontsize (pt), fontweight, ha, va and zorder of texts. Lines with the same `thing`, "kind:name", have the same
+colour throughout a page.
 """
 
 from __future__ import annotations
@@ -17,53 +17,60 @@ from numpy.typing import ArrayLike
 from cdpr.model.robot import Array
 
 Look = Mapping[str, Any]
-Box = tuple[float, float, float, float]  # left, lower edge, width and height, in, from the lower left of the sheet
+Box = tuple[float, float, float, float]  # left, bottom, width and height, in, from the lower left of the sheet
 
-LETTERS, LABEL = 8.5, 9.0  # pt, of texts and of what an axis says that it shows
-STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times a power of ten
+LETTERS, LABEL = 8.5, 9.0  # pt, of texts and of axis labels
+STEPS = (1, 2, 2.5, 5, 10)  # tick steps, times a power of ten
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class Frame(Protocol):
-    """A part of a sheet with a scale. Lines and areas end at its edges."""
+    """Part of a sheet with a scale. Lines and areas are clipped at its edges."""
 
     def scale(self, *, x: tuple[float, float] | None = None, y: tuple[float, float] | None = None) -> None:
-        """What the edges stand for."""
+        """Set the data range of the axes."""
 
     def line(self, x: ArrayLike, y: ArrayLike, look: Look, across: str = "") -> None:
-        """A line through points, with gaps at NaN; `across` names what is a share (0 to 1) of the frame: "x" or "y"."""
+        """Draw a line through points, with gaps at NaN.
+
+        Args:
+            x: coordinates.
+            y: coordinates.
+            look: style.
+            across: axes ("", "x", "y" or "xy") whose coordinates are fractions (0 to 1) of the frame.
+        """
 
     def area(self, rings: Sequence[Array], look: Look, across: str = "") -> None:
-        """An area between closed rings of points (k, 2), the first of which is not said again."""
+        """Fill the area between closed rings of points (k, 2), without repeating the first point."""
 
     def text(self, x: float, y: float, text: str, look: Look, across: str = "", *, halo: bool = False) -> None:
-        """Text, which may stand outside; `across` also "xy", a `halo` keeps away what is behind."""
+        """Draw text, which may lie outside; `halo` hides the background behind it."""
 
     def time_axis(self, ticks: int) -> None:
-        """At most so many ticks along the lower edge."""
+        """Set at most `ticks` ticks on the lower edge."""
 
     def label_time(self, label: str, below: float) -> None:
-        """Say at the lower edge what its ticks are, and under it, `below` (in), what the axis shows."""
+        """Write numbers at the ticks of the lower edge, and the label `below` it (in)."""
 
     def value_axis(self, label: str, beside: float, *, powers: bool) -> None:
-        """Ticks at the left edge, with `powers` those of ten; `beside` it, in, what the axis shows."""
+        """Set the ticks of the left edge, exponents of ten if `powers`, and the label `beside` it (in)."""
 
     def bare(self) -> None:
-        """No axes."""
+        """Hide the axes."""
 
 
 class Sheet(Protocol):
-    """A figure; lengths are in inches from its lower left."""
+    """Figure with lengths in inches from its lower left."""
 
     def frame(self, box: Box) -> Frame:
-        """A part with axes."""
+        """Add a frame with axes."""
 
     def line(self, x: Sequence[float], y: Sequence[float], look: Look) -> None:
-        """A line that no frame cuts."""
+        """Draw a line that is not clipped by any frame."""
 
     def text(self, x: float, y: float, text: str, look: Look) -> None:
-        """Text outside frames."""
+        """Draw text outside the frames."""
 
 
 S = TypeVar("S", bound=Sheet)
-Make = Callable[[float, float], S]  # makes a sheet of this width and height, in
+Make = Callable[[float, float], S]  # constructor of a sheet of this width and height, in

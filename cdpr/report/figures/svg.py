@@ -1,4 +1,4 @@
-"""Sheets and frames written as SVG, for pages: plain lines, areas and texts, and axes with ticks at round numbers."""
+"""SVG implementation of `surface.Sheet` and `surface.Frame`, for pages."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from cdpr.report.figures.surface import LABEL, LETTERS, STEPS, SUPERSCRIPT, Box,
 from cdpr.report.marks import INK, PALE
 from cdpr.view import colours
 
-PT = 72.0  # of an inch
+PT = 72.0  # per inch
 GRID: Look = {"color": colours.GRID.light, "linewidth": 0.6, "zorder": 0.6}
 SPINE: Look = {"color": PALE, "linewidth": 0.7, "zorder": 2.5}
-PAD = 3.0  # pt, from an axis to the numbers of its ticks
-HALO = 2.0  # pt
-LARGEST = 1.7  # px for each pt: on a broader page letters would be larger than its text
-VALUES = 6  # intervals between the ticks of values, at most
-# Powers of ten of numbers that are written out; others have one in common, which stands beside the axis.
+PAD = 3.0  # pt, from an axis to its tick numbers
+HALO = 2.0  # pt, width of the background behind text
+LARGEST = 1.7  # px per pt: limits the size on wide pages, so that letters do not exceed the page's text
+VALUES = 6  # largest number of tick intervals of the vertical axis
+# Exponents of ten that are written out; other numbers share a power of ten beside the axis.
 TIME, VALUE = range(-2, 6), range(-4, 5)
 
-# Marks of half a point around their place, as the paths of an SVG go; those that are open are drawn as lines.
+# Marker shapes of unit size, relative to their position, as SVG paths; open shapes are drawn as lines.
 MARKS = {
     "s": "m-.45-.45h.9v.9h-.9z",
     "D": "m0-.6l.6.6l-.6.6l-.6-.6z",
@@ -39,22 +39,22 @@ MARKS = {
 NUMBER = re.compile(r"-?\d*\.?\d+")
 CROSS, STROKE = "m-.5-.5l1 1m0-1l-1 1", 1.2  # pt
 
-DASHES = {"--": (4.0, 2.0), ":": (1.0, 1.65)}  # in widths of the line
+DASHES = {"--": (4.0, 2.0), ":": (1.0, 1.65)}  # in line widths
 ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 LOWER = {
     "top": 0.76,
     "center": 0.36,
     "baseline": 0.0,
     "bottom": -0.24,
-}  # baselines, in sizes of letters below the place
+}  # baselines, in font sizes below the position
 
-FAR = 1e5  # pt: what lies beyond has left every frame
-NEAR = 0.05  # pt: a point this near to the line between its neighbours is not missed ...
-ROUNDS = 4  # ... and how often those that are left are looked at again
+FAR = 1e5  # pt: points beyond lie outside every frame
+NEAR = 0.05  # pt: points this close to the line between their neighbours are left out
+ROUNDS = 4  # passes over the remaining points
 
 
 class OnPage:
-    """A sheet that becomes an `<svg>` element."""
+    """Sheet that is written as an `<svg>` element."""
 
     def __init__(self, width: float, height: float) -> None:
         self._width, self._height = PT * width, PT * height
@@ -62,23 +62,25 @@ class OnPage:
         self._parts: list[str] = []
 
     def frame(self, box: Box) -> _Frame:
-        """A part with axes."""
+        """Add a frame with axes."""
         x, y, width, height = (PT * length for length in box)
         self._frames.append(_Frame(x, self._height - y - height, width, height))
         return self._frames[-1]
 
     def line(self, x: Sequence[float], y: Sequence[float], look: Look) -> None:
-        """A line that no frame cuts."""
+        """Draw a line that is not clipped by any frame."""
         self._parts.append(_line(np.stack([PT * np.asarray(x), self._height - PT * np.asarray(y)], axis=1), look))
 
     def text(self, x: float, y: float, text: str, look: Look) -> None:
-        """Text outside frames."""
+        """Draw text outside the frames."""
         self._parts.append(_text(PT * x, self._height - PT * y, text, look))
 
     def markup(self, label: str, *, both: bool = True) -> str:
-        """Return the element; `label` is what a screen reader says.
+        """Return the `<svg>` element.
 
-        With `both`, our colours are what the page says that they are on its ground; without, those of light ground.
+        Args:
+            label: description for screen readers.
+            both: use CSS variables, which follow the page's light or dark mode; otherwise use the light colours.
         """
         parts = [*(frame.markup() for frame in self._frames), *self._parts]
         text = (
@@ -93,12 +95,12 @@ class OnPage:
 
 
 class _Frame:
-    """A frame of such a sheet; pt from the upper left."""
+    """Frame of an SVG sheet; pt from the upper left."""
 
     def __init__(self, left: float, top: float, width: float, height: float) -> None:
         self._left, self._top, self._size = left, top, np.array((width, height))
         self._low, self._high = np.zeros(2), np.ones(2)
-        self._parts: list[tuple[float, Any]] = []  # what is cut at the edges, by its zorder
+        self._parts: list[tuple[float, Any]] = []  # clipped at the edges, with their zorder
         self._texts: list[Any] = []
 
     def scale(self, *, x: tuple[float, float] | None = None, y: tuple[float, float] | None = None) -> None:
@@ -147,7 +149,7 @@ class _Frame:
         self._texts.append(lambda: _text(x, y, label, {"ha": "center", "fontsize": LABEL}, _turned(x, y, 90)))
 
     def axis(self, which: int, ticks: Sequence[float], names: Sequence[str] = (), *, turned: float = 0.0) -> None:
-        """Ticks with these names, if any, along the lower (0) or the left edge (1); `turned` by degrees, if crowded."""
+        """Draw ticks, with names if any, on the lower (0) or left edge (1); `turned` rotates names (degrees)."""
         self._grid(which, ticks)
         self._name(which, ticks, names, turned)
 
@@ -168,10 +170,10 @@ class _Frame:
                 self._write(x, below, name, "right" if turned else "center", "top", turned=turned)
 
     def bare(self) -> None:
-        """Nothing is drawn that is not asked for."""
+        """Do nothing: axes are drawn only on request."""
 
     def markup(self) -> str:
-        """Return what was drawn."""
+        """Return the frame's content as SVG."""
         width, height = self._size
         inside = "\n".join(draw() for _, draw in sorted(self._parts, key=lambda part: part[0]))
         texts = "\n".join(write() for write in self._texts)
@@ -179,7 +181,7 @@ class _Frame:
         return f'<svg {place} overflow="hidden">\n{inside}\n</svg>\n{texts}'
 
     def _placed(self, points: Array, across: str) -> Array:
-        """Return where points (..., 2) stand, pt from the frame's upper left."""
+        """Return the coordinates of points (..., 2), pt from the frame's upper left."""
         shares = points.astype(float)
         for k, axis in enumerate("xy"):
             if axis not in across:
@@ -197,7 +199,7 @@ class _Frame:
 
 
 def ticks_within(low: float, high: float, most: int, *, whole: bool = False) -> list[float]:
-    """Return round numbers from `low` to `high`, `most` intervals apart at most; none where there is no range."""
+    """Return round numbers from `low` to `high` with at most `most` intervals; none if the range is empty."""
     raw = (high - low) / most
     if not (isfinite(raw) and raw > 0.0):
         return []
@@ -208,17 +210,17 @@ def ticks_within(low: float, high: float, most: int, *, whole: bool = False) -> 
     first, last = low / step, high / step
     if not (step > 0.0 and isfinite(first) and isfinite(last)):
         return []
-    # Far out they are rounded, beyond the ends and to each other.
+    # At large magnitudes, rounding moves ticks beyond the ends or makes them equal.
     found = dict.fromkeys(k * step for k in range(-floor(-first + 1e-9), floor(last + 1e-9) + 1))
     return [tick for tick in found if low - 1e-9 * step <= tick <= high + 1e-9 * step]
 
 
 def numbers(ticks: Sequence[float], plain: range) -> tuple[list[str], str]:
-    """Return ticks as they are written, and the power of ten that they have in common, if any."""
+    """Return the ticks as text, and their common power of ten, if any."""
     largest = max(map(abs, ticks), default=0.0)
     power = floor(log10(largest) + 1e-9) if largest > 0.0 else 0
     shift = 0 if power in plain else power
-    # In two steps: a power of ten below 1e-308 is no number.
+    # In two steps: a power of ten below 1e-308 underflows.
     scaled = [tick * 10.0 ** (-shift // 2) * 10.0 ** (-shift - -shift // 2) for tick in ticks]
     digits = next((d for d in range(12) if all(abs(each - round(each, d)) < 1e-6 * 10.0**-d for each in scaled)), 12)
     names = [f"{round(each, digits) + 0.0:.{digits}f}".replace("-", "−") for each in scaled]
@@ -244,7 +246,7 @@ def _line(points: Array, look: Look) -> str:
 
 
 def _marks(points: Array, marker: str, size: float, colour: str) -> str:
-    """Marks so large, pt, at points."""
+    """Return markers of this size (pt) at the points."""
     if marker == "o":
         dots = "".join(f'<circle cx="{x:.5g}" cy="{y:.5g}" r="{size / 2:.3g}"/>' for x, y in points)
         return f'<g style="fill: {colour}">{dots}</g>'
@@ -255,7 +257,7 @@ def _marks(points: Array, marker: str, size: float, colour: str) -> str:
 
 
 def _strokes(points: Array, known: NDArray[np.bool_]) -> list[str]:
-    """Return the paths of lines through points, with gaps where they are not known."""
+    """Return the paths of lines through points, with gaps where they are unknown."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8)))
     strokes = []
     for first, end in edges.reshape(-1, 2):
@@ -291,7 +293,7 @@ def _area(rings: Sequence[Array], look: Look) -> str:
 
 
 def _turned(x: float, y: float, degrees: float) -> str:
-    """What turns a text to the left about its place."""
+    """Return the SVG attribute that rotates text counter-clockwise about its position."""
     return f' transform="rotate(-{degrees:g} {x:.5g} {y:.5g})"'
 
 

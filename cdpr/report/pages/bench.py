@@ -1,4 +1,4 @@
-"""The report of a benchmark of tension solvers: one HTML page, its figures as SVG, and the figures as JSON."""
+"""Report of a solver benchmark: an HTML page, one SVG per robot, and the data as JSON."""
 
 from __future__ import annotations
 
@@ -49,10 +49,15 @@ CAPTION = (
 
 
 def write_bench(figures: Mapping[str, Any], folder: Path) -> None:
-    """Write bench.json, bench.html and one SVG per robot into `folder`, made if need be.
+    """Write bench.json, bench.html and one SVG per robot into `folder`, which is created if necessary.
 
-    `figures` is what `cdpr.bench.run` returns. Raises PluginError without matplotlib, after bench.json is written, and
-    OutputError where a file cannot be written.
+    Args:
+        figures: result of `cdpr.bench.run`.
+        folder: output folder.
+
+    Raises:
+        PluginError: if matplotlib is missing; bench.json is written before.
+        OutputError: if a file cannot be written.
     """
     make_folder(folder)
     replace(folder / "bench.json", json.dumps(figures, indent=1, allow_nan=False) + "\n")
@@ -63,7 +68,7 @@ def write_bench(figures: Mapping[str, Any], folder: Path) -> None:
 
 
 def drawings(figures: Mapping[str, Any]) -> dict[str, str]:
-    """SVG texts by file name, in the order of the robots."""
+    """Return the SVG texts by file name, in the order of the robots."""
     from cdpr.report.figures import bench as bench_plots
     from cdpr.report.figures.canvas import inline_svg
 
@@ -85,7 +90,7 @@ def render(figures: Mapping[str, Any], drawn: list[str]) -> str:
         name = escape(robot["name"])
         links[f"robot{k}"] = robot["name"]
         parts.append(section(f"robot{k}", f"<h2>{name}</h2>\n<p>{escape(facts(robot))}.</p>\n{_results(robot)}"))
-        # Wider than this its letters would be larger than the page's.
+        # On wider figures, letters would be larger than the page's text.
         drawing = f'<div style="max-width: 58rem">{colours.on_either_ground(svg)}</div>'
         parts.append(figure(f"figure{k}", f"{name}: time, coverage, jumps", drawing, CAPTION))
     if hard := figures.get("adversaries"):

@@ -1,4 +1,4 @@
-"""The report of a comparison: compare.json, and one HTML page with overlays and differences."""
+"""Report of a comparison: compare.json, and an HTML page with overlaid runs and their differences."""
 
 from __future__ import annotations
 
@@ -58,9 +58,10 @@ solver that may jump between several answers leaves the pose to be judged. Times
 
 
 def write_comparison(result: Comparison, folder: Path) -> None:
-    """Write compare.json and compare.html into `folder`, made if need be.
+    """Write compare.json and compare.html into `folder`, which is created if necessary.
 
-    Raises OutputError where a file cannot be written.
+    Raises:
+        OutputError: if a file cannot be written.
     """
     make_folder(folder)
     replace(folder / "compare.json", json.dumps(result.figures, indent=1, allow_nan=False) + "\n")
@@ -108,7 +109,7 @@ ORDERS = (
 
 
 def _why(figures: Figures) -> str:
-    """Who disagrees, and why."""
+    """Return the reasons of a disagreement or of a missing verdict, as HTML."""
     reasons = []
     for group in figures["groups"]:
         reasons += [group["problem"]] if group["problem"] else []
@@ -125,7 +126,7 @@ def _why(figures: Figures) -> str:
 
 
 def _apart(row: Figures, judge: str) -> str:
-    """How far a run is from the judge, of which no more can be said."""
+    """Return the largest differences between a run and the judge, for runs that are not judged."""
     most = [
         f"{number(found['max'])} {QUANTITIES[name].unit} in {QUANTITIES[name].title}"
         for name, found in row["differences"].items()
@@ -163,13 +164,13 @@ def _rows(row: Figures) -> list[tuple[str, ...]]:
 
 
 def engine_looks(figures: Figures) -> dict[str, dict[str, Any]]:
-    """Return how each engine looks in all figures of the page, by its label; the judge is the first."""
+    """Return the style of each engine on the page, by label; the judge is the first."""
     labels = [row["label"] for group in figures["groups"] for row in group["engines"]]
     return overlaid_looks("engine", list(dict.fromkeys([figures["judge"]["backend"], *labels])))
 
 
 def _drawings(group: Group, k: int, judge: str, looks: plots.Looks) -> list[str]:
-    """The figures of one solver's runs."""
+    """Return the figures of one solver's runs as HTML."""
     if not _drawable(group):
         return []
     assert group.judge is not None
@@ -181,7 +182,7 @@ def _drawings(group: Group, k: int, judge: str, looks: plots.Looks) -> list[str]
 
 
 def player_data(result: Comparison) -> dict[str, Any] | None:
-    """Return what the player shows: the runs of the first solver in one scene, and all panels; None of no runs."""
+    """Return the player data: the runs of the first solver in one scene, and all panels; None if there are no runs."""
     groups = [(k, group) for k, group in enumerate(result.groups, 1) if _drawable(group)]
     if not groups:
         return None
@@ -204,7 +205,7 @@ def _drawable(group: Group) -> bool:
 
 
 def _verdict(result: Comparison, looks: plots.Looks) -> str:
-    """Return one row an engine, with the largest share of its bound."""
+    """Return a table with one row per engine and its largest ratio of difference to bound."""
     rows, judge = [], result.figures["judge"]["backend"]
     for group, found in zip(result.groups, result.figures["groups"], strict=True):
         if group.judge is not None:

@@ -1,4 +1,4 @@
-"""The page of a design: the robot before and after, figures, how it came to its goal, the Pareto front."""
+"""Report of a design: the robot before and after, its figures, convergence and the Pareto front."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from cdpr.report.plots.survey import pose_pictures
 from cdpr.report.text.design import chosen, claim, figures, members, remarks, variables
 from cdpr.view import Pictures, Subject
 
-PAIRS = 3  # of goals that are drawn
-FEW_ROWS = 12  # of a table that is not folded
+PAIRS = 3  # plotted pairs of goals
+FEW_ROWS = 12  # rows of a table that is shown unfolded
 
 CONVERGED = "Dots are candidates that keep all constraints, the line is the best so far, the diamond the robot before."
 DOMINATED = (
@@ -36,7 +36,11 @@ DOMINATED = (
 
 
 def write_design(found: Designed, path: Path) -> None:
-    """Write the page. Raises OutputError where it cannot be written."""
+    """Write the page.
+
+    Raises:
+        OutputError: if the file cannot be written.
+    """
     replace_markup(path, render_design(found))
 
 
@@ -79,13 +83,13 @@ def _remarks(known: dict[str, Any]) -> str:
 
 
 def _robots(found: Designed, best: str) -> tuple[dict[str, Any] | None, list[str], list[str]]:
-    """What the player shows, and the best robot in space, to be turned, and that before, each as a figure."""
+    """Return the player data, the figure of the best robot, and that of the initial robot."""
     before = _shown(found.design.robot)
     still = still_scene(before, f"{found.design.name}: before")
     stills = [figure("before", "Before", still, _caption(found.design.robot))]
     try:
         robot = found.robot(found.best)
-    except CdprError:  # no candidate is a robot
+    except CdprError:  # no candidate is a valid robot
         return None, [], stills
     shown, arrays = _shown(robot), Arrays()
     data = page_data(None, [scene(shown, arrays)], {}, arrays, (0.0, 0.0), [])
@@ -102,7 +106,7 @@ def _caption(robot: Robot) -> str:
 
 
 def _charts(found: Designed) -> tuple[list[str], dict[str, str]]:
-    """Figures of the search, and their names for the navigation."""
+    """Return the figures of the search, and their names for the navigation."""
     goals, name = found.design.section.wanted, found.design.name
     if len(goals) == 1:
         svg = convergence(found).markup(f"{name}: convergence")

@@ -1,4 +1,4 @@
-"""The page of a robot at a pose, or of a motion that is followed without simulating it."""
+"""Page of a robot at a pose, or of a motion evaluated without simulation."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     """Return the page as HTML.
 
     Args:
-        title: what is looked at.
-        figures: what `cdpr info` tells.
-        shown: one picture, or those of the survey.
-        survey: of the motion, where there is one.
+        title: title of the page.
+        figures: result of `cdpr info`.
+        shown: one frame, or the frames of the survey.
+        survey: survey of the motion, if there is one.
     """
     arrays = Arrays()
     found = {} if survey is None else survey_panels(survey, shown.subject.cables)
@@ -52,7 +52,7 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
 
 
 def _banner(survey: Survey) -> str:
-    """What must be known of a motion that the robot cannot follow."""
+    """Return a warning banner if the robot cannot follow the motion."""
     if survey.feasible.all():
         return ""
     share, first = 100 * (1 - survey.feasible.mean()), survey.time[np.argmin(survey.feasible)]

@@ -1,7 +1,7 @@
-"""What notebooks show of runs, robots, scenarios and simulations: a few facts, and the player in a frame of its own.
+"""Notebook display of runs, robots, scenarios and simulations: a table of facts and an embedded player.
 
-The frame is a page within the page (`srcdoc`), with the script of a report: what several cells show cannot collide, and
-nothing is asked for. Where a notebook lets no frame through, the facts remain.
+The player is an iframe with its own document (`srcdoc`) and the script of a report. Therefore outputs of several cells
+cannot interfere, and no network access is needed. If a notebook blocks iframes, the table of facts is still shown.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ if TYPE_CHECKING:
 
 OWN = Path(__file__).with_name("notebook.css")
 MOST_SAMPLES = 400  # of a motion that is not simulated
-TALL, LOW = "32rem", "24rem"  # of a frame with plots and without
+TALL, LOW = "32rem", "24rem"  # height of a frame with and without plots
 
-PLOTS = "plots"  # address of the panels
+PLOTS = "plots"  # id of the panels
 
 
 def of_run(run: Run) -> str:
-    """Return a run as HTML: how it ended, its figures, and the player with tensions and errors."""
+    """Return a run as HTML: its end, its key figures, and the player with tensions and errors."""
     head = run.header
-    with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
+    with np.errstate(all="ignore"):  # a diverged run ends in inf and NaN
         told = tables.ending(run, sentence(run, histories(run).outline.position))
         facts = [
             ("Scenario", head.scenario),
@@ -62,7 +62,7 @@ def of_run(run: Run) -> str:
 
 
 def of_robot(robot: Robot) -> str:
-    """Return a robot as HTML: its sizes, and its picture at home."""
+    """Return a robot as HTML: its properties, and a scene of its home pose."""
     pose, source = home_pose(robot)
     low, high = robot.tension_min, robot.tension_max
     facts = [
@@ -78,7 +78,7 @@ def of_robot(robot: Robot) -> str:
 
 
 def of_scenario(scenario: Scenario) -> str:
-    """Return a scenario as HTML: what is to be run, and its desired motion, which is not simulated."""
+    """Return a scenario as HTML: its properties, and a player of the desired motion, without simulation."""
     simulation, robot = scenario.simulation, scenario.robot
     events = [f"{event.type} at {event.time:g} s" for event in scenario.events]
     facts = [
@@ -91,7 +91,7 @@ def of_scenario(scenario: Scenario) -> str:
     ]
     try:
         motion = scenario.desired
-    except CdprError as error:  # a run would say so, too: what is shown is the motion without events
+    except CdprError as error:  # a run would fail too; show the motion without events
         facts.append(("Cannot be run", str(error)))
         motion = scenario.planned
     steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
@@ -107,7 +107,7 @@ def of_scenario(scenario: Scenario) -> str:
 
 
 def of_simulation(simulation: Simulation) -> str:
-    """Return a simulation as HTML: how far it is, and the robot at its present time."""
+    """Return a simulation as HTML: its progress, and a scene of its current state."""
     scenario, state, desired = simulation.scenario, simulation.state, simulation.desired
     period = scenario.simulation.control_step
     scale, unit = unit_for([error := float(np.linalg.norm(desired[:3] - state[:3]))], "m")
@@ -118,7 +118,7 @@ def of_simulation(simulation: Simulation) -> str:
         ("Time", f"{simulation.time:.6g} of {simulation.steps * period:.6g} s{', done' * simulation.done}"),
         ("Position error", f"{number(scale * error)} {unit}"),
     ]  # fmt: skip
-    tension = simulation.tension[None] if simulation.time > 0.0 else None  # before the first step none is known
+    tension = simulation.tension[None] if simulation.time > 0.0 else None  # tensions are unknown before the first step
     if tension is not None:
         facts.append(("Tensions", f"{number(float(tension.min()))} to {number(float(tension.max()))} N"))
     shown = pictures(
@@ -151,14 +151,14 @@ def _table(facts: Sequence[tuple[str, str]]) -> str:
 
 
 def _still(title: str, shown: Pictures) -> str:
-    """A frame with one picture."""
+    """Return an iframe with a single scene frame."""
     arrays = Arrays()
     time = float(shown.time[0])
     return _frame(title, page_data(None, [scene(shown, arrays)], {}, arrays, (time, time)))
 
 
 def _frame(title: str, data: Mapping[str, Any]) -> str:
-    """A page within the page."""
+    """Return an iframe with the player."""
     plotted = bool(data["figures"])
     parts = [hall([figure("robot", "", "", "", live=assets.stage(data))], "hall")]
     if plotted:
@@ -169,7 +169,7 @@ def _frame(title: str, data: Mapping[str, Any]) -> str:
         f'<meta name="color-scheme" content="light dark"><style>{css}</style></head><body class="embedded">'
         f'<main class="theatre{" plotted" * plotted}">{"".join(parts)}</main>{assets.script(data)}</body></html>'
     )
-    # Scripts alone are allowed within: the page has an origin of its own and cannot reach the notebook.
+    # Only scripts are allowed: the document has an opaque origin and cannot access the notebook.
     return (
         f'<iframe title="{escape(title)}" sandbox="allow-scripts" loading="lazy" '
         f'style="width: 100%; height: {TALL if plotted else LOW}; border: 0" srcdoc="{escape(page)}"></iframe>'

@@ -1,4 +1,4 @@
-"""The frame of every report: one HTML page that needs nothing else, and no network."""
+"""Layout of all reports: a self-contained HTML page without network access."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ def page(
     parts: Iterable[str],
     data: Mapping[str, Any] | None = None,
 ) -> str:
-    """Return a whole page.
+    """Return a complete page.
 
     Args:
-        title: text.
-        subtitle: text.
+        title: plain text.
+        subtitle: plain text.
         banner: HTML.
         links: names of the parts by their ids, for the navigation.
         parts: HTML.
-        data: what the player shows, where the page has one.
+        data: player data, if the page has a player.
     """
     navigation = [f'<li><a href="#{key}">{escape(name)}</a></li>' for key, name in links.items()]
     return Template(PAGE.read_text(encoding="utf-8")).substitute(
@@ -46,33 +46,42 @@ def page(
 
 
 def is_page(content: bytes) -> bool:
-    """Tell whether this is a page of ours: its head says so, before its title, where nobody else's text stands."""
+    """Return True if `content` is a page of cdpr.
+
+    Only the head before the title is checked, because it contains no user text.
+    """
     head, title, _ = content.partition(b"<title>")
     return bool(title) and head.startswith(BEGINS) and MADE_BY in head
 
 
 def style() -> str:
-    """Return the style that all pages have."""
+    """Return the style of all pages."""
     dark = "".join(f" --of-{light[1:]}: {dark};" for light, dark in colours.DARK.items())
     figures = f"@media screen and (prefers-color-scheme: dark) {{ :root {{{dark} }} }}\n"
     return assets.ground() + STYLE.read_text(encoding="utf-8") + figures
 
 
 def banner(mood: str, claim: str, rest: str = "") -> str:
-    """What must be known first, in HTML: a claim and what follows it; the mood is "good", "warn" or "bad"."""
+    """Return a banner as HTML: a claim, followed by `rest`; `mood` is "good", "warn" or "bad"."""
     return f'<p class="banner {mood}" role="status"><strong>{claim}</strong>{rest}</p>'
 
 
 def section(key: str, body: str) -> str:
-    """A part as wide as the page."""
+    """Return a part as wide as the page."""
     return f'<section id="{key}" class="wide">\n{body}\n</section>'
 
 
 def figure(key: str, title: str, svg: str, caption: str, *, live: str = "", minor: bool = False, kind: str = "") -> str:
-    """Return a figure with its caption, in a box of the style `kind`; all but `key` is HTML.
+    """Return a figure with its caption.
 
-    `live` is what the script fills, instead of which `svg` is shown on paper and without script; a `minor` figure is
-    left out on paper.
+    Args:
+        key: id of the figure.
+        title: HTML.
+        svg: HTML; shown in print and without scripts if `live` is given.
+        caption: HTML.
+        live: HTML that the script fills.
+        minor: omit the figure in print.
+        kind: CSS class of the box.
     """
     still = f'<div class="scroll{" static" * bool(live)}">{svg}</div>\n' if svg else ""
     kind = f"{kind} minor".strip() if minor else kind
@@ -83,31 +92,31 @@ def figure(key: str, title: str, svg: str, caption: str, *, live: str = "", mino
 
 
 def hall(figures: Iterable[str], kind: str) -> str:
-    """Return figures in one box of the style `kind`."""
+    """Return figures in a box of the CSS class `kind`."""
     return f'<div class="{kind}">\n' + "\n".join(figures) + "\n</div>"
 
 
 def theatre(scene: str, gallery: Iterable[str] = ()) -> str:
-    """Return the scene with its plots beside it, in a box of their own: while these scroll, the scene stays in view."""
+    """Return the scene with its plots beside it in a separate box: while the plots scroll, the scene stays in view."""
     beside = list(gallery)
     inside = [hall([scene], "hall" if beside else "hall alone"), *([hall(beside, "gallery")] if beside else [])]
     return hall(inside, "theatre wide")
 
 
 def panels(key: str) -> str:
-    """Where the script puts the panels of this name."""
+    """Return the placeholder that the script fills with the panels of this name."""
     return f'<div class="panels live" data-panels="{key}"></div>\n'
 
 
 def swatch(look: Mapping[str, Any]) -> str:
-    """Return a sample of the colour of a look, for tables."""
+    """Return a colour sample for tables."""
     light = look["color"]
     of = f' data-thing="{escape(look["thing"])}"' if "thing" in look else ""
     return f'<span class="key paired" style="--light:{light};--dark:{colours.DARK.get(light, light)}"{of}></span>'
 
 
 def table(rows: Iterable[tuple[str, ...]], titles: tuple[str, ...] = (), *, numeric: bool = True) -> str:
-    """Return rows of HTML cells; the first cell of each is its heading. A table wider than its place scrolls."""
+    """Return a table of HTML cells; the first cell of each row is its heading. Tables that are too wide scroll."""
     kind = ' class="n"' if numeric and titles else ""
     out = ['<div class="scroll"><table>']
     if titles:

@@ -1,4 +1,4 @@
-"""The report of a run: one HTML file that needs nothing else, and no network: it plays, and prints on two pages."""
+"""Report of a run: a self-contained HTML file without network access, with a player; it prints on two pages."""
 
 from __future__ import annotations
 
@@ -25,27 +25,31 @@ from cdpr.report.plots.histories import histories
 from cdpr.report.plots.panel import Panel
 from cdpr.report.text.sentence import sentence
 
-SPACE = "Robot"  # the figure that shows it in space
+SPACE = "Robot"  # name of the 3D figure
 
 
 class Drawing(NamedTuple):
-    """A figure of the report."""
+    """Figure of the report."""
 
-    name: str  # in the navigation and, in lower case, the address on the page
+    name: str  # in the navigation and, in lower case, the id on the page
     title: str
-    panels: Callable[[Run], Sequence[Panel]] | None  # None for the robot in space
-    caption: str  # HTML: what is drawn and what to look for
-    minor: bool = False  # left out on paper
+    panels: Callable[[Run], Sequence[Panel]] | None  # None for the 3D scene
+    caption: str  # HTML: what the figure shows and how to read it
+    minor: bool = False  # omitted in print
 
 
 def write_report(run: Run, path: str | Path, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({})) -> None:
-    """Write the report of `run` to the file `path`, whose folder must exist.
+    """Write the report of a run to a file.
 
-    What `cdpr.workspace.path.flown` tells of it is in the summary, where it is given as `least`.
+    Equal runs give equal bytes, except for the row of wall-clock times.
 
-    The same run gives the same bytes, but for the row of wall-clock times.
+    Args:
+        run: finished run.
+        path: output file; its folder must exist.
+        least: result of `cdpr.workspace.path.flown`, added to the summary.
 
-    Raises OutputError where the file cannot be written.
+    Raises:
+        OutputError: if the file cannot be written.
     """
     replace_markup(Path(path), render(run, least))
 
@@ -53,7 +57,7 @@ def write_report(run: Run, path: str | Path, least: Mapping[str, Mapping[str, An
 def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({})) -> str:
     """Return the report as HTML."""
     head = run.header
-    with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
+    with np.errstate(all="ignore"):  # a diverged run ends in inf and NaN
         chosen = drawings(run) if len(run.rows) else []
         data = player_data(run, chosen) if len(run.rows) else None
         figures = {drawing.name: _figure(run, drawing, data) for drawing in chosen}
@@ -79,7 +83,7 @@ def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({
 
 
 def player_data(run: Run, chosen: Sequence[Drawing]) -> dict[str, Any]:
-    """Return what the player shows of a run."""
+    """Return the player data of a run."""
     arrays = Arrays()
     figures = {drawing.name.lower(): drawing.panels(run) for drawing in chosen if drawing.panels is not None}
     return page_data(run, [scene_of_run(run, arrays)], figures, arrays)
@@ -100,7 +104,7 @@ def _figure(run: Run, drawing: Drawing, data: dict[str, Any] | None) -> str:
 
 
 def _date(run: Run) -> str:
-    """When a run in a folder began."""
+    """Return the start date of a run that is stored in a folder."""
     known = None if run.folder is None else run_json.read(Path(run.folder))
     started = str((known or {}).get("started", ""))
     return f"; {started[:10]}" if started else ""

@@ -1,4 +1,4 @@
-"""The page of sizes, which prints on one sheet."""
+"""Report of a sizing, which prints on one sheet."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cdpr.report.text.sizing import CABLES, POWERS, cells, duties
 
 
 def render_sizing(figures: Mapping[str, Any]) -> str:
-    """Return what `Sizing.plain` says as a page."""
+    """Return the result of `Sizing.plain` as an HTML page."""
     sound = not any(each["infeasible"] or each["exceeded"] for each in figures["duties"])
     words = "All within the robot's limits" if sound else "Not all is within the robot's limits"
     parts = []

@@ -1,4 +1,4 @@
-"""Figures as they stand on paper and where no script runs."""
+"""Static figures for print and for pages without scripts."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from cdpr.report.plots.pictures import pictures_of
 from cdpr.view import Pictures
 
 
-@np.errstate(all="ignore")  # a run that diverged ends in inf and NaN
+@np.errstate(all="ignore")  # a diverged run ends in inf and NaN
 def still(run: Run, panels: Sequence[Panel] | None, title: str) -> str:
-    """Return a figure of a run as SVG: panels, or without any the robot in space."""
+    """Return a figure of a run as SVG: its panels, or the 3D view if `panels` is None."""
     if panels is None:
         return still_scene(pictures_of(histories(run).outline), title)
     return stack(run, panels, OnPage).markup(title)
 
 
 def still_scene(shown: Pictures, title: str, region: Surface | None = None) -> str:
-    """Return a robot in space as SVG, in front of the surface of a region."""
+    """Return the 3D view of a robot as SVG, in front of the surface of a workspace."""
     return sketch.draw(shown, region).markup(title)
 
 
 def still_panels(panels: Sequence[Panel], span_of: tuple[float, float], shades: Sequence[Shade], title: str) -> str:
-    """Return panels of what was not simulated, over `span_of` (s), as SVG."""
+    """Return panels of data that were not simulated, over `span_of` (s), as SVG."""
     return stack(None, panels, OnPage, span_of=span_of, shades=shades).markup(title)

@@ -1,4 +1,4 @@
-"""The report of a study: one HTML page with small multiples, some cases that play, and the table."""
+"""Report of a study: an HTML page with small multiples, a player of some cases, and the table."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from cdpr.study.plan import Grid
 
 MOST_ROWS = 1000  # of the table on the page
 MOST_FIGURES = 24
-DOTS = 12_000  # of all figures together
-FEW_ROWS = 12  # of a table that is not folded
+DOTS = 12_000  # in all figures together
+FEW_ROWS = 12  # rows of a table that is shown unfolded
 
 
 class Wanted(NamedTuple):
-    """A figure of the page."""
+    """Figure of the page."""
 
     key: str
     layout: Layout
@@ -32,7 +32,11 @@ class Wanted(NamedTuple):
 
 
 def write_study(results: Results, path: Path) -> None:
-    """Write the page. Raises OutputError where it cannot be written."""
+    """Write the page.
+
+    Raises:
+        OutputError: if the file cannot be written.
+    """
     replace_markup(path, render(results))
 
 
@@ -75,7 +79,7 @@ def render(results: Results) -> str:
 
 
 def _about(results: Results) -> str:
-    """Axes, versions, and what the figures leave out."""
+    """Return the axes, the versions and an explanation of the figures."""
     study = results.study
     rows = []
     for grid in study.blocks:
@@ -97,7 +101,7 @@ def _about(results: Results) -> str:
 
 
 def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[Wanted]:
-    """Return the figures of a part of a study in which there is something to see: not those that are always zero."""
+    """Return the figures of a part of a study, except those of quantities that are always zero."""
     return [
         Wanted(f"{key}figure{i}_{k}", layout, what)
         for i, layout in enumerate(layouts(grid), 1)
@@ -132,7 +136,7 @@ def _table(results: Results) -> str:
     titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), *messages)
     more = len(results.study.cases) - len(rows)
     rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
-    shown = tuple(escape(title).replace(".", ".<wbr>") for title in titles)  # the names of keys may take several lines
+    shown = tuple(escape(title).replace(".", ".<wbr>") for title in titles)  # allow line breaks in key names
     inside = f"{table(rows, shown)}{rest}"
     fold = " open" if len(rows) <= FEW_ROWS else ""
     return f"<h2>All cases</h2>\n<details{fold}><summary>{len(rows)} rows</summary>\n{inside}</details>"

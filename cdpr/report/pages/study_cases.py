@@ -1,4 +1,4 @@
-"""Some cases of a study, to be looked at: which ones, and their runs over one another."""
+"""Cases of a study that the player shows: their selection and their overlaid runs."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from cdpr.report.text.study import FIGURES, Figure, Record, label_text, value
 from cdpr.study import Results, StudyCase
 from cdpr.study.folder import RUNS_NAME
 
-MOST = 4  # cases; more over one another nobody can tell apart
-# By which figures cases are chosen where there are more: the case of the least, or of the greatest.
+MOST = 4  # cases; more overlaid runs are indistinguishable
+# Criteria of the selection among many cases: the case with the least or the greatest value.
 ERROR, LARGEST, SMALLEST = FIGURES[0], FIGURES[3], FIGURES[4]
 BY = ((ERROR, "greatest"), (ERROR, "least"), (LARGEST, "greatest"), (SMALLEST, "least"))
 
@@ -38,7 +38,7 @@ OVER = "Norms of the errors, and the largest and the smallest of the tensions in
 
 
 class Shown(NamedTuple):
-    """A case that is looked at."""
+    """Selected case."""
 
     case: StudyCase
     why: str
@@ -46,7 +46,7 @@ class Shown(NamedTuple):
 
 
 def choose(results: Results) -> tuple[list[Shown], list[str]]:
-    """Return the cases that the player shows, and what there is to tell of those that it cannot show."""
+    """Return the cases that the player shows, and remarks on cases that it cannot show."""
     records = dict(zip((case.id for case in results.study.cases), results.table.records(), strict=True))
     logged = [case for case in results.study.cases if (_folder(results, case) / LOG_NAME).is_file()]
     sound = [case for case in logged if results.rows[case.id].status in RESULTS]
@@ -86,7 +86,7 @@ def _told(results: Results, logged: int, sound: int) -> Iterator[str]:
 
 
 def _wanted(cases: Sequence[StudyCase], records: Mapping[str, Record]) -> Iterator[tuple[StudyCase, str]]:
-    """Yield cases and why they are worth a look, the most telling ones first; all where they are few."""
+    """Yield cases and the reason to show each, most informative first; all cases if there are few."""
     if len(cases) <= MOST:
         yield from ((case, "") for case in cases)
         return
@@ -103,7 +103,7 @@ def _wanted(cases: Sequence[StudyCase], records: Mapping[str, Record]) -> Iterat
 def _extreme(
     cases: Sequence[StudyCase], records: Mapping[str, Record], figure: Figure, word: str
 ) -> tuple[StudyCase, str] | None:
-    """The case whose figure is the least or the greatest, the first of equals; None where no case has it."""
+    """Return the case with the least or greatest value, the first of equals; None if no case has a value."""
     found = [(number, case) for case in cases if (number := value(records[case.id], figure)) is not None]
     if not found:
         return None
@@ -112,7 +112,7 @@ def _extreme(
 
 
 def names(cases: Sequence[StudyCase]) -> list[str]:
-    """What tells cases apart, numbered: their places on the axes on which they differ."""
+    """Return numbered names of cases: their values on the axes on which they differ."""
     axes = list(dict.fromkeys(axis for case in cases for axis in case.labels))
     differ = [axis for axis in axes if len({case.labels.get(axis) for case in cases}) > 1]
     found: list[str] = []
@@ -126,7 +126,7 @@ def names(cases: Sequence[StudyCase]) -> list[str]:
 
 
 def player(shown: Sequence[Shown]) -> tuple[dict[str, Any], str]:
-    """Return what the player shows, and its part of the page."""
+    """Return the player data, and the player's part of the page."""
     arrays = Arrays()
     runs = dict(zip(names([each.case for each in shown]), (each.run for each in shown), strict=True))
     looks = overlaid_looks("case", list(runs))
@@ -141,7 +141,7 @@ def player(shown: Sequence[Shown]) -> tuple[dict[str, Any], str]:
 
 
 def account(shown: Sequence[Shown], told: Sequence[str]) -> str:
-    """Return which cases are shown and why, and what is told of others, as HTML."""
+    """Return the table of shown cases with reasons, and the remarks, as HTML."""
     rows = []
     looks = overlaid_looks("case", names([each.case for each in shown]))
     for (name, look), each in zip(looks.items(), shown, strict=True):

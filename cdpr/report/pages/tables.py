@@ -1,4 +1,4 @@
-"""The text of a report as HTML: status, figures, events, cables. What comes from a scenario is escaped."""
+"""Text parts of a run's report as HTML: status, figures, events and cables. Texts of scenarios are escaped."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ BANNERS = {
 
 
 def ending(run: Run, happened: str = "") -> str:
-    """How the run ended, its message, and what happened in one sentence."""
+    """Return the banner: status of the run, its message, and `happened`, a sentence on the run."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
     said = [*reservations(run), *fallback(run), *lost(run)]
     if mood == "good" and said:
@@ -48,7 +48,7 @@ def ending(run: Run, happened: str = "") -> str:
 
 
 def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
-    """The figures of `Run.summary` and the `least` ones, in the units people read; wall-clock times in the last row."""
+    """Return the figures of `Run.summary` and `least` in readable units; the last row has wall-clock times."""
     figures = run.summary()
     out = "<h2>Summary</h2>\n"
     if not figures["samples"]:
@@ -90,7 +90,7 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _true(figures: dict[str, Any]) -> list[tuple[str, str]]:
-    """Rows on the tensions that the cables have, where these are not the commands, and on slack."""
+    """Return rows on true tensions, if these differ from the commands, and on slack cables."""
     rows = []
     if "cable_tension_N" in figures:
         felt = figures["cable_tension_N"]
@@ -109,7 +109,7 @@ def _clearance(figures: dict[str, Any]) -> str:
 
 
 def _bad_steps(run: Run) -> str:
-    if run.header.log_every > 1:  # their kinds are known of the logged ones alone
+    if run.header.log_every > 1:  # solver statuses are known only for logged steps
         figures = run.summary()
         return str(figures["infeasible_steps"] + figures["unanswered_steps"] or "none")
     found = histories(run).status
@@ -129,7 +129,7 @@ def _balance(figures: dict[str, Any]) -> str:
 
 
 def provenance(run: Run) -> str:
-    """What was run, by which versions, and which keys of the scenario had no effect."""
+    """Return the tables of settings, versions and unused scenario keys."""
     head = run.header
     rows = [
         ("Scenario", escape(head.scenario)),
@@ -149,7 +149,7 @@ def provenance(run: Run) -> str:
 
 
 def events(run: Run) -> str:
-    """The events with the numbers that mark them in the figures."""
+    """Return the numbered list of events."""
     out = "<h2>Events</h2>\n"
     if not run.events:
         return out + "<p>None.</p>"
@@ -165,7 +165,7 @@ def events(run: Run) -> str:
 
 
 def cables(run: Run) -> str:
-    """Limits and what each cable reached."""
+    """Return the limits and extreme values of each cable."""
     head = run.header
     rows = []
     tension, length = (histories(run)[what].values for what in ("tension", "length"))
@@ -177,7 +177,7 @@ def cables(run: Run) -> str:
 
 
 def scenario(run: Run) -> str:
-    """The resolved scenario, folded."""
+    """Return the resolved scenario, folded."""
     return (
         "<h2>Scenario</h2>\n<details><summary>The resolved scenario</summary>\n"
         f"<pre>{escape(run.header.scenario_yaml)}</pre></details>"

@@ -1,4 +1,4 @@
-"""The page of a workspace: it and its robot in space, slices through it, and what there is to say."""
+"""Page of a workspace: its 3D view with the robot, slices through it, and its figures."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from cdpr.view import Subject
 from cdpr.workspace import Workspace
 from cdpr.workspace.surface import surface
 
-Slice = tuple[int, float]  # axis, and where it is cut, m
+Slice = tuple[int, float]  # axis, and position of the plane, m
 
 
 def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = ()) -> str:
-    """Return the page as HTML, with these slices, or else with three through the middle of what is inside."""
+    """Return the page as HTML, with these slices, or by default with slices through the middle of the workspace."""
     title, arrays = f"{found.robot}: {found.kind.name} workspace", Arrays()
     shown = pose_pictures(home_pose(robot)[0], Subject.of_robot(robot))
     flat = len(found.region.moving) < 3
@@ -57,7 +57,7 @@ def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = (
 
 
 def _middle(found: Workspace) -> list[Slice]:
-    """Across each axis along which there are cells, through the middle of what is inside; of a plane that plane."""
+    """Return one slice per axis through the middle of the workspace; of a planar workspace its plane."""
     region = found.region
     if len(region.moving) < 3:
         axis = next(i for i in range(3) if i not in region.moving)

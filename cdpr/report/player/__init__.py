@@ -1,5 +1,5 @@
-"""The player of every page: a scene in space and plots that follow one time, as data and a script that draws them.
+"""Interactive player of HTML pages: a 3D scene and plots on one time axis.
 
-`data` turns runs into the one JSON block of a page; `script` holds the script and its style, inlined when a page is
-written. The script is our own and takes nothing from elsewhere.
+`data` converts runs into the JSON block of a page. The folder `script` holds the JavaScript and CSS, which are inlined
+into each page. The script has no dependencies.
 """

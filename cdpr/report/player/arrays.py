@@ -1,4 +1,4 @@
-"""Arrays in a page: one block of bytes in base64, and for each array where it stands in it."""
+"""Numeric arrays of a page: one base64 block, with the offset and type of each array."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 
 from cdpr.model.robot import Array
 
-STEPS = 65534  # of a quantised array; the number after them stands for what is not finite
-FLOAT32 = 3e38  # what is larger does not fit
-LARGEST = 1e307  # twice as much is a number, too
+STEPS = 65534  # of a quantised array; the next number marks values that are not finite
+FLOAT32 = 3e38  # values are clipped to the range of float32
+LARGEST = 1e307  # twice this value is still finite
 
 
 class Arrays:
-    """Collects arrays for a page."""
+    """Collector of the arrays of one page."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
         self._size = 0
 
     def coarse(self, values: Any) -> dict[str, Any]:
-        """Add an array (n,) in 65535 steps from its least to its largest value, 2 bytes a number: good for drawing."""
+        """Add an array (n,) quantised to 65535 steps between minimum and maximum, 2 bytes a value: for drawing."""
         values = np.asarray(values, dtype=np.float64).ravel()
         finite = np.isfinite(values)
         values = np.where(finite, np.clip(values, -LARGEST, LARGEST), values)
@@ -33,7 +33,7 @@ class Arrays:
         return {**self._add(steps, "u2"), "low": low, "scale": scale}
 
     def fine(self, values: Any) -> dict[str, Any]:
-        """Add an array (n,) as float32, 4 bytes a number: for values of many magnitudes."""
+        """Add an array (n,) as float32, 4 bytes a value: for values of very different magnitudes."""
         values = np.asarray(values, dtype=np.float64).ravel()
         return self._add(np.clip(values, -FLOAT32, FLOAT32).astype("<f4"), "f4")
 
@@ -42,12 +42,12 @@ class Arrays:
         return self._add(np.asarray(values).ravel().astype("u1"), "u1")
 
     def text(self) -> str:
-        """The block in base64."""
+        """Return all arrays as one base64 block."""
         return base64.b64encode(b"".join(self._parts)).decode()
 
     def _add(self, values: Array | Any, kind: str) -> dict[str, Any]:
         data = values.tobytes()
-        data += b"\0" * (-len(data) % 4)  # typed arrays begin at multiples of their size
+        data += b"\0" * (-len(data) % 4)  # typed arrays must be aligned to their element size
         entry = {"at": self._size, "n": len(values), "kind": kind}
         self._parts.append(data)
         self._size += len(data)

@@ -1,4 +1,4 @@
-"""Script and style of the player, as they are inlined into a page."""
+"""Player scripts and styles for inlining into HTML pages."""
 
 from __future__ import annotations
 
@@ -16,42 +16,42 @@ from cdpr.view import colours
 from cdpr.view.colours import Pair
 
 FOLDER = Path(__file__).with_name("script")
-# In this order: each uses what stands before it. All but the last draw, whoever says what.
+# Order matters: each file uses those before it. All files except player.js only draw.
 DRAWING = ("data.js", "camera.js", "gl.js", "flat.js", "scene.js", "stage.js", "plot.js")
 FILES = (*DRAWING, "player.js")
 
 
 def script(data: Mapping[str, Any]) -> str:
-    """Return data and script as HTML."""
+    """Return the data block and the player script as HTML."""
     return f"{block(data)}\n<script>\n{_code()}</script>"
 
 
 @cache
 def drawing() -> str:
-    """Return the part of the script that draws scenes and plots, for windows that say themselves what and when."""
+    """Return the drawing part of the script, for windows that control the time and the scene themselves."""
     return _joined(DRAWING)
 
 
 @cache
 def ground() -> str:
-    """Return the style of the ground of all pages: its colours by day and by night."""
+    """Return the base style of all pages, with light and dark colours."""
     return (FOLDER / "ground.css").read_text(encoding="utf-8")
 
 
 @cache
 def style() -> str:
-    """Return the style of what the script makes."""
+    """Return the style of the player's elements."""
     return (FOLDER / "player.css").read_text(encoding="utf-8")
 
 
 def stage(data: Mapping[str, Any]) -> str:
-    """Return the scene as HTML, with legend and, where there is more than one picture, transport."""
+    """Return the scene as HTML with its legend; playback controls are included if a scene has several frames."""
     several = any(scene["time"]["n"] > 1 for scene in data["scenes"])
     return _text("stage.html").substitute(legend=_legend(data), transport=transport() if several else "")
 
 
 def transport() -> str:
-    """Return what starts, stops and seeks, as HTML."""
+    """Return the playback controls (play, pause, seek) as HTML."""
     return _text("transport.html").template
 
 

@@ -1,4 +1,4 @@
-"""The one JSON block of a page: scenes, panels, events; the same for the same runs."""
+"""JSON block of a page: scenes, panels and events. Equal runs give equal bytes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cdpr.view import State, colours
 
 MOST_EVENTS = 200
 
-# What stands on light ground, and in its place on dark ground.
+# Dark-mode replacement of each light-mode colour.
 DARKER = {
     pair.light: pair.dark for pair in (colours.INK, colours.SOFT, *colours.AXES, *colours.DESIRED_AXES, *colours.CABLES)
 }
@@ -44,15 +44,15 @@ def page_data(
     span_of: tuple[float, float] = (0.0, 0.0),
     shades: Sequence[Shade] = (),
 ) -> dict[str, Any]:
-    """Return what the script needs.
+    """Return the data for the player script.
 
     Args:
-        run: whose events and shades are shown; None where nothing was simulated.
-        scenes: what is drawn in space, in one picture.
-        figures: panels under the addresses of their figures on the page.
-        arrays: those of the scenes; the panels' are added.
-        span_of: first and last time (s) where there is no run.
-        shades: what lies under the panels where there is no run.
+        run: source of events and shaded intervals; None if nothing was simulated.
+        scenes: scenes that are drawn in one 3D view.
+        figures: panels by the id of their figure on the page.
+        arrays: arrays of the scenes; the panels' arrays are added.
+        span_of: first and last time (s) if there is no run.
+        shades: shaded intervals if there is no run.
     """
     start, stop = span_of if run is None else span(run)
     return {
@@ -71,7 +71,7 @@ def page_data(
 
 
 def block(data: Mapping[str, Any]) -> str:
-    """Return the block for a page: no text in it can end it or begin another."""
+    """Return the data as an HTML block; special characters are escaped, so that no text can close the element."""
     text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     for sign in "<>&":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
@@ -111,7 +111,7 @@ def _lines(panel: Panel, curves: Curves, arrays: Arrays, *, exact: bool) -> Iter
     names = [*curves.names, *([""] * curves.points.time.shape[1])]
     looks = zip(names, cycle(curves.colours), cycle(curves.dashes), strict=False)
     for (time, values), (name, colour, dashes) in zip(columns, looks, strict=False):
-        # Of values of many magnitudes, as a run that diverges has, 65535 steps would show the largest alone.
+        # A diverging run has values of many magnitudes; 65535 steps would resolve only the largest.
         keep = arrays.fine if exact else arrays.coarse
         yield {
             "name": " ".join(str(name).split()),

@@ -1,4 +1,4 @@
-"""The scene of a page: a robot and its pictures, as the script takes them."""
+"""Scene data of a page: a robot and its frames over time, as the player script expects them."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from cdpr.view.colours import DARK
 from cdpr.view.shapes import radius_around, world_origin
 
 UNMARKED: Mapping[str, Any] = MappingProxyType({})
-MOST_OUTLINES = 40  # pictures with the outlines of exits, which turn slowly
-FAR = 1.0  # times the robot's size: what is farther out is not looked at
+MOST_OUTLINES = 40  # frames with outlines of the cable exits, which turn slowly
+FAR = 1.0  # in robot sizes; positions farther away do not enlarge the view
 
 
 def scene_of_run(run: Run, arrays: Arrays, label: str = "", look: Mapping[str, Any] = UNMARKED) -> dict[str, Any]:
-    """Return the scene of a run, which must have a row; of several, `look` tells it apart."""
+    """Return the scene of a run with at least one row; `look` marks one of several runs."""
     marked = {"thing": look["thing"], "colour": [look["color"], DARK[look["color"]]]} if look else {}
     return scene(pictures_of(run, frames(run)), arrays, label) | marked
 
 
 def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
-    """Return pictures as plain data; what is long goes into `arrays`."""
+    """Return the scene as plain data; long arrays are added to `arrays`."""
     subject = shown.subject
     sane = np.isfinite(np.concatenate([shown.position, shown.orientation], axis=1)).all(axis=1)
     out: dict[str, Any] = {
@@ -63,7 +63,7 @@ def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
 
 
 def _bounded(values: Array) -> Array:
-    """What a run that diverged ends in must not take the steps of all that led to it."""
+    """Clip outliers of a diverging run, so that the quantisation still resolves all other values."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return values
@@ -80,11 +80,11 @@ def _body(subject: Subject, arrays: Arrays) -> dict[str, Any] | None:
 
 
 def _bounds(shown: Pictures, sane: Any) -> list[list[float]]:
-    """Corners of a box around frame, anchors and the platform's way."""
+    """Return two opposite corners of a box around the frame, the anchors and the platform's path."""
     subject = shown.subject
     fixed = np.concatenate([subject.anchors[:, :3], np.asarray(subject.frame).reshape(-1, 3)])
     wanted = shown.position[:1] if shown.desired_way is None else shown.desired_way
-    known = np.concatenate([fixed, wanted[np.isfinite(wanted).all(axis=1)]])  # one anchor alone has no size
+    known = np.concatenate([fixed, wanted[np.isfinite(wanted).all(axis=1)]])  # a single anchor has no extent
     middle, size = known.mean(axis=0), float(np.linalg.norm(np.ptp(known, axis=0))) or 1.0
     way = np.concatenate([shown.position[sane], shown.way[sane]]) if subject.led else shown.position[sane]
     way = way[np.linalg.norm(way - middle, axis=1) < FAR * size]
@@ -96,7 +96,7 @@ def _bounds(shown: Pictures, sane: Any) -> list[list[float]]:
 
 
 def _flat_axis(subject: Subject, way: Array) -> int | None:
-    """The axis along which frame, anchors and way have no extent: such a robot is seen square on."""
+    """Return the axis along which frame, anchors and path have no extent; a planar robot is viewed along it."""
     fixed = (subject.anchors[:, :3], np.asarray(subject.frame).reshape(-1, 3), way)
     extent = np.ptp(np.concatenate(fixed), axis=0)
     flat = np.flatnonzero(extent < 1e-6 * max(float(extent.max()), 1e-9))
@@ -104,7 +104,7 @@ def _flat_axis(subject: Subject, way: Array) -> int | None:
 
 
 def _outlines(shown: Pictures, arrays: Arrays) -> dict[str, Any]:
-    """Lines that show the exits, at some of the pictures."""
+    """Return the outlines of the cable exits in some of the frames."""
     rows = np.unique(np.rint(np.linspace(0, len(shown.time) - 1, MOST_OUTLINES)).astype(int))
     drawn = [shown.subject.exit_lines(shown.ends[k]) for k in rows]
     sizes: Sequence[int] = [len(line) for line in drawn[0]]

@@ -1,4 +1,4 @@
-"""Runs of a study over one another: how far each is from where it should be, and its tensions."""
+"""Overlaid runs of a study: pose errors and extreme tensions."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from cdpr.report.plots.histories import Points, histories
 from cdpr.report.plots.panel import Curves, Entry, Panel, calm_until
 
 PANELS = (
-    # label, quantity of `histories` (its first column), least range
+    # label, quantity of `histories` (its first column), smallest range
     ("position error (mm)", "position_error", LEAST_ERROR),
     ("orient. error (mrad)", "orientation_error", LEAST_ERROR),
     ("largest tension (N)", "highest", 1.0),
     ("smallest tension (N)", "lowest", 1.0),
 )
-BEYOND = 10.0  # times what a run that diverges came to while it was calm: more would flatten all others
+BEYOND = 10.0  # multiple of the largest value before divergence; larger values would flatten all other lines
 
 
 def overlay(runs: Mapping[str, Run]) -> list[Panel]:
-    """Return the panels of runs by their names: one line each."""
+    """Return the panels with one line for each run."""
     looks = overlaid_looks("case", list(runs))
     legend: list[Entry] = [(shorten(who), look) for who, look in looks.items()]
     return [
@@ -34,7 +34,7 @@ def overlay(runs: Mapping[str, Run]) -> list[Panel]:
 
 
 def _calm(run: Run, name: str) -> Points:
-    """A quantity without what a run that diverged ends in."""
+    """Return a quantity without the final values of a diverged run."""
     points = histories(run)[name].columns(slice(0, 1))
     until = calm_until(run)
     if until is None:

@@ -1,7 +1,7 @@
-"""Panels of a comparison: differences on a logarithmic axis, and poses and tensions of all runs over one another.
+"""Panels of a comparison: differences on a logarithmic axis, and overlaid poses and tensions.
 
-An engine has one colour, one width and one pattern in all panels; each component of a pose and each cable has a panel
-of its own.
+An engine has the same colour, width and dashes in all panels. Each component of the pose and each cable has its own
+panel.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from cdpr.report.marks import shorten
 from cdpr.report.plots.histories import Points, points, roll_pitch_yaw
 from cdpr.report.plots.panel import Curves, Entry, Limit, Panel
 
-Looks = Mapping[str, dict[str, Any]]  # of engines, by their labels
+Looks = Mapping[str, dict[str, Any]]  # styles of engines by label
 Drawing = tuple[str, Callable[[Group, str, Looks], list[Panel]], str]
 
-SMALL = 1.0  # in, height of a panel of many
+SMALL = 1.0  # in, height of small panels
 
-# That an axis of differences spans at least: with bounds so many that these are in view.
+# Smallest range of an axis of differences, in decades, without and with bounds; the latter keeps the bounds in view.
 DECADES = {False: 3.0, True: 8.0}
 
 
 def drawings(group: Group) -> dict[str, Drawing]:
-    """Return title, panels and caption of each figure by its name."""
+    """Return the title, panels and caption of each figure, by name."""
     found: dict[str, Drawing] = {
         "differences": (
             "Differences from the judge",
@@ -52,13 +52,13 @@ def drawings(group: Group) -> dict[str, Drawing]:
 
 
 def differences(group: Group, judge: str, looks: Looks) -> list[Panel]:
-    """Return the distance of each run from the judge's, one panel a quantity."""
+    """Return the distance of each run from the judge's run, one panel per quantity."""
     pairs = {label: (run, _judge(group)) for label, run in _others(group)}
     return list(_distances(group, pairs, looks))
 
 
 def beyond(group: Group, judge: str, looks: Looks) -> list[Panel]:
-    """Return the distance of each run from the judge's with the same scheme."""
+    """Return the distance of each run from the judge's run with the same scheme."""
     twins = {row.label: group.twins.get(row.engine.scheme) for row in group.rows if row.standard == "scheme"}
     pairs = {label: (run, twin) for label, run in _others(group) if (twin := twins.get(label)) is not None}
     return list(_distances(group, pairs, looks, bounds=True))
@@ -74,7 +74,7 @@ def pose(group: Group, judge: str, looks: Looks) -> list[Panel]:
 
 
 def tensions(group: Group, judge: str, looks: Looks) -> list[Panel]:
-    """Return the tensions, one panel a cable."""
+    """Return the tensions, one panel per cable."""
     cables = _judge(group).header.cables
     return _components(group, judge, looks, "{} (N)", cables, lambda run: run.tension, 1.0)
 
@@ -99,7 +99,7 @@ def _distances(
         for label, pair in pairs.items():
             values = apart(name, *pair)[1][:, None]
             if not bounds:
-                values = np.where(values > 0.0, values, np.nan)  # at the start all are one
+                values = np.where(values > 0.0, values, np.nan)  # all runs are equal at the start
             curves.append(Curves.of(_padded(values, group), label, looks[label]))
         allowed = (Limit("bound", (float(np.log10(quantity.allowed(_judge(group)))),)),) if bounds else ()
         title = f"{quantity.title} ({quantity.unit})"
@@ -115,7 +115,7 @@ def _components(
     values: Callable[[Run], Array],
     least: float,
 ) -> list[Panel]:
-    """Return a panel for each column of a quantity, with one line a run, the judge's first."""
+    """Return a panel for each column of a quantity, with one line per run; the judge's line is the first."""
     time = _judge(group).time
     found = {judge: points(time, values(_judge(group)))}
     found |= {name: _padded(values(run), group) for name, run in _others(group)}
@@ -137,7 +137,7 @@ def _legend(labels: Sequence[str], looks: Looks) -> list[Entry]:
 
 
 def _padded(values: Array, group: Group) -> Points:
-    """What to draw at the times of the judge's run; nothing where another ended early."""
+    """Return the values at the times of the judge's run, with NaN after the end of a shorter run."""
     time = _judge(group).time
     padded = np.full((len(time), values.shape[1]), np.nan)
     count = min(len(padded), len(values))

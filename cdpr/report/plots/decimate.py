@@ -1,4 +1,4 @@
-"""Fewer points and fewer intervals, without losing a peak."""
+"""Decimation of samples and intervals that preserves peaks."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from numpy.typing import NDArray
 from cdpr.model.robot import Array
 
 BINS = 600  # across the width of a figure; each gives two points
-LARGEST = 1e100  # beyond, axes overflow: not drawn, as what is not finite
+LARGEST = 1e100  # axes overflow beyond: such values are treated as non-finite
 
 
 class Extrema:
-    """The samples of c columns worth drawing: smallest and largest of each bin, and the first and last of all.
+    """Selection of the samples to plot: minimum and maximum of each bin, and the first and last sample.
 
-    Of K samples, which come in pieces of whole bins; the last piece may be shorter. Where they are few, all are taken.
+    The K samples of c columns are added in blocks of whole bins; only the last block may be shorter. Short series are
+    kept completely.
 
     Attributes:
-        last: which samples of the last piece were taken.
+        last: (p, c), indices of the selected samples of the last block.
     """
 
     def __init__(self, samples: int, bins: int = BINS) -> None:
@@ -28,7 +29,7 @@ class Extrema:
         self.last: NDArray[np.int64] = np.empty((0, 0), np.int64)
 
     def add(self, time: Array, values: Array) -> None:
-        """Take the samples that follow: times (n,), s, and values (n, c)."""
+        """Add the next samples: times (n,), s, and values (n, c)."""
         rows, columns = values.shape
         if self._all:
             index = np.repeat(np.arange(rows)[:, None], columns, axis=1)
@@ -45,14 +46,15 @@ class Extrema:
     def result(self) -> tuple[Array, Array]:
         """Return times and values, both (P, c) with P <= K or P <= 2 bins + 2.
 
-        Every point is a sample at its own time. What is not finite, or beyond LARGEST, becomes NaN; a bin of nothing
-        else gives NaN, a gap in the line.
+        Every point is a sample at its own time. Values that are not finite or beyond LARGEST become NaN. A bin of such
+        values
+        gives NaN, a gap in the line.
         """
         times, values = zip(*self._pieces, strict=True)
         return np.concatenate(times), np.concatenate(values)
 
     def _extreme(self, values: Array) -> NDArray[np.int64]:
-        """Return where each bin has its smallest and its largest value, the earlier one first, (2 bins, c)."""
+        """Return the indices (2 bins, c) of each bin's minimum and maximum, in order of time."""
         rows, size = len(values), self._size
         whole = rows - rows % size
         parts = [(first, values[first:stop]) for first, stop in ((0, whole), (whole, rows)) if stop > first]
@@ -66,10 +68,10 @@ def _drawable(values: Array) -> NDArray[np.bool_]:
 
 
 def _pairs(values: Array, size: int) -> NDArray[np.int64]:
-    """The same for whole bins of so many values (n, c)."""
-    bins = np.ascontiguousarray(values.T).reshape(values.shape[1], -1, size)  # neighbours in memory: four times faster
+    """Return the same for whole bins of `size` values (n, c)."""
+    bins = np.ascontiguousarray(values.T).reshape(values.shape[1], -1, size)  # contiguous bins are four times faster
     low, high = bins.argmin(axis=2), bins.argmax(axis=2)
-    # Where there is something that is not drawn, one of both is that.
+    # If a bin holds values that cannot be plotted, one of its extrema is such a value.
     ends = [_drawable(np.take_along_axis(bins, each[..., None], 2)) for each in (low, high)]
     mended = ~np.logical_and(*ends).all(axis=(1, 2))
     if mended.any():
@@ -82,16 +84,16 @@ def _pairs(values: Array, size: int) -> NDArray[np.int64]:
 
 
 def extrema(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """Return `Extrema` of all samples at once: times (K,), values (K, c), bins of equal sample count."""
+    """Return the result of `Extrema` for times (K,) and values (K, c), in bins of equal sample count."""
     found = Extrema(len(time), bins)
     found.add(time, values)
     return found.result()
 
 
 def intervals(flags: NDArray[np.bool_], bins: int = BINS) -> list[tuple[int, int]]:
-    """Return where `flags` (K,) holds, as half-open index ranges.
+    """Return the ranges in which `flags` (K,) is True, as half-open index intervals.
 
-    A range is at least two bins wide, so that a single sample shows; ranges less than that apart are joined.
+    A range is at least two bins wide, so that a single sample is visible. Ranges closer than that are joined.
     """
     size = -(-2 * len(flags) // bins)
     edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))

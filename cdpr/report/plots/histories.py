@@ -1,6 +1,6 @@
-"""The curves of a run's figures, with as few points as can be seen.
+"""Decimated time histories of a run.
 
-The rows of a long run stand on disk: they are read once, a piece at a time, for all figures.
+The rows of a long run are on disk. They are read once, block by block, for all figures.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cdpr.report.plots.decimate import BINS, Extrema
 
 
 class Points(NamedTuple):
-    """Columns of a quantity, each with the samples worth drawing."""
+    """Columns of a quantity, each reduced to the samples to plot."""
 
     time: Array  # (P, c), s
     values: Array  # (P, c)
@@ -33,18 +33,18 @@ class Points(NamedTuple):
 
 
 def points(time: Array, values: Array) -> Points:
-    """Return what is to be drawn of values (K, c) at times (K,), s."""
+    """Return the samples to plot of values (K, c) at times (K,), s."""
     bins = Extrema(len(time))
     bins.add(time, values)
     return Points(*bins.result())
 
 
 class Histories:
-    """What figures and tables need of the K rows of a run.
+    """Time histories of the K rows of a run, for figures and tables.
 
     Attributes:
-        status: what the solver's answer was found to be, (K,).
-        outline: the run, or of a long one those rows between which the platform goes straight on.
+        status: (K,), verified solver status of each row.
+        outline: the run, or for a long run the rows that are sufficient to draw the platform's path.
     """
 
     def __init__(self, run: Run) -> None:
@@ -65,22 +65,22 @@ class Histories:
         return self._points[name]
 
     def _stands_for(self, name: str) -> str:
-        """What stands for a quantity that is the same."""
+        """Return the name of the stored quantity: tensions of ideal cables equal the commands."""
         return "tension" if name == "cable_tension" and self._run.header.ideal_cables else name
 
     def _gather(self, names: Sequence[str]) -> None:
-        """Go through the run once."""
+        """Read the run once and decimate these quantities."""
         bins, attitude = Extrema(len(self._run.rows)), Attitude()
         status, outline = [self.status], []
-        places: dict[str, slice] = {}  # columns of each quantity: all go through the bins at once
+        places: dict[str, slice] = {}  # columns of each quantity: all are decimated together
         room = np.empty(0)
         for part, n in self._parts():
-            with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
+            with np.errstate(all="ignore"):  # a diverged run ends in inf and NaN
                 found = {name: attitude.follow(part) if name == "attitude" else _quantity(name)(part) for name in names}
             tables = [values[:, None] if values.ndim == 1 else values for values in found.values()]
             stops = np.cumsum([0, *(values.shape[1] for values in tables)]).tolist()
             places = {name: slice(*ends) for name, ends in zip(found, pairwise(stops), strict=True)}
-            room = room if room.size >= n * stops[-1] else np.empty(n * stops[-1])  # memory that is new costs as much
+            room = room if room.size >= n * stops[-1] else np.empty(n * stops[-1])  # allocation costs as much
             columns = room[: n * stops[-1]].reshape(stops[-1], n)
             for values, place in zip(tables, places.values(), strict=True):
                 columns[place] = values[:n].T
@@ -96,7 +96,7 @@ class Histories:
             self.outline = replace(self._run, rows=np.concatenate(outline))
 
     def _parts(self) -> Iterator[tuple[Run, int]]:
-        """Yield parts of n rows, whole bins, each with the row that follows, as some quantities look ahead; and n."""
+        """Yield parts of n rows (whole bins), each with the following row, which some quantities need; and n."""
         run, count = self._run, len(self._run.rows)
         size = count
         if not isinstance(self._run.rows, np.ndarray):
@@ -113,13 +113,13 @@ def _status(run: Run) -> NDArray[np.int8]:
 
 
 class Attitude:
-    """Roll, pitch, yaw, of the desired attitude and of the actual one, without jumps of a turn, part after part."""
+    """Roll, pitch and yaw of the desired and the actual attitude, unwrapped across successive parts of a run."""
 
     def __init__(self) -> None:
         self._last: Array | None = None
 
     def follow(self, run: Run) -> Array:
-        """Return them, (K, 6), degrees; the first row is the last one of the call before."""
+        """Return desired and actual angles (K, 6), degrees; the first row must be the last row of the previous call."""
         desired, actual = roll_pitch_yaw(run)
         if self._last is not None:
             turns = 2.0 * np.pi * np.rint((self._last - desired[0]) / (2.0 * np.pi))
@@ -129,14 +129,14 @@ class Attitude:
 
 
 def roll_pitch_yaw(run: Run) -> Array:
-    """Return roll, pitch, yaw, desired and actual, (2, K, 3), rad, without jumps of a turn."""
+    """Return roll, pitch, yaw, desired and actual, (2, K, 3), rad, unwrapped."""
     desired = np.unwrap(_rpy(run.desired_orientation), axis=0)
     apart = _rpy(run.orientation) - desired
     return np.stack([desired, desired + (apart + np.pi) % (2.0 * np.pi) - np.pi])
 
 
 def _rpy(q: Array) -> Array:
-    """Roll, pitch, yaw (K, 3), R = Rz(yaw) Ry(pitch) Rx(roll), of unit quaternions (K, 4)."""
+    """Return roll, pitch, yaw (K, 3) of unit quaternions (K, 4); R = Rz(yaw) Ry(pitch) Rx(roll)."""
     w, x, y, z = np.ascontiguousarray(q.T)
     roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
@@ -167,10 +167,10 @@ QUANTITIES: dict[str, Callable[[Run], Array]] = {
     "powers": lambda run: np.stack([run.cable_power, run.external_power], axis=1),
 }
 
-# What the page of one run does not show: gathered where somebody asks for one of them.
+# Quantities that the report of a run does not show; they are computed on first use.
 RARE = ("highest", "lowest", "friction")
 
-PLUGIN = "column "  # before the name of a plugin's column, which may be one of the above
+PLUGIN = "column "  # prefix of plugin columns, whose names may equal those above
 
 
 def _quantity(name: str) -> Callable[[Run], Array]:
@@ -181,7 +181,7 @@ _KNOWN: WeakKeyDictionary[Run, Histories] = WeakKeyDictionary()
 
 
 def histories(run: Run) -> Histories:
-    """Return those of a run; they are gathered once, for ten figures."""
+    """Return the cached histories of a run."""
     if run not in _KNOWN:
-        _KNOWN[run] = Histories(replace(run))  # another object: this one may go
+        _KNOWN[run] = Histories(replace(run))  # a copy, so that the cache does not keep the key alive
     return _KNOWN[run]

@@ -1,4 +1,4 @@
-"""What lies under every time history: the span of time, and where the solver had no valid answer."""
+"""Background of time histories: time range, and intervals without valid solver results."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from cdpr.report.plots.histories import histories
 from cdpr.tension import Status
 from cdpr.view import colours
 
-FEW = 25  # samples that are drawn as dots
+FEW = 25  # runs with at most this number of samples are drawn with dots
 
 
 def span(run: Run) -> tuple[float, float]:
-    """Range of the time axis, s: never empty, and with room for the dots of a run of a few samples."""
+    """Return the range of the time axis, s, never empty, with a margin for the dots of short runs."""
     room = 0.5 * run.header.log_step if len(run.rows) <= FEW else 0.0
     start, stop = run.span
     return start - room, stop + room
 
 
 class Shade(NamedTuple):
-    """Intervals of time that are shaded alike."""
+    """Time intervals with the same shading."""
 
     name: str
     colour: colours.Pair
@@ -30,13 +30,13 @@ class Shade(NamedTuple):
 
 
 def shades(run: Run) -> list[Shade]:
-    """Return where the solver had no valid answer."""
+    """Return the intervals without valid solver results."""
     found = (Shade(name, colours.SHADES[status], shaded(run, status)) for status, name in SHADES.items())
     return [shade for shade in found if shade.intervals]
 
 
 def shaded(run: Run, status: Status) -> list[tuple[float, float]]:
-    """Return the intervals (s) in which the solver's answers were of this status, wide enough to be seen."""
+    """Return the intervals (s) with this solver status, each wide enough to be visible."""
     step, last = run.header.log_step, run.span[1]
     found = []
     for first, end in intervals(histories(run).status == status):

@@ -1,4 +1,4 @@
-"""What a plot over time shows, whatever draws it: curves, limits and a legend."""
+"""Content of a plot over time, independent of the drawing backend: curves, limits and a legend."""
 
 from __future__ import annotations
 
@@ -14,41 +14,41 @@ from cdpr.model.robot import Array
 from cdpr.report.marks import SOFT, shorten
 from cdpr.report.plots.histories import Points
 
-LARGEST = 1e307  # of the values that tell a range, which is a number then
+LARGEST = 1e307  # largest value that determines a range, so that the range is finite
 
-# Of the size of what is drawn, the share that an axis spans at least. What differs by less looks alike to whoever reads
-# three digits; an axis zoomed into it would show round-off, and what solvers leave to chance, as if it were a result.
+# Smallest range of an axis, relative to the values. Smaller differences are invisible in three digits; zooming in would
+# show round-off and solver noise as if they were results.
 LEAST_SHARE = 1e-4
-LEAST_ROOM = 1e-15  # where all is zero
+LEAST_ROOM = 1e-15  # if all values are zero
 
-Entry = tuple[str, dict[str, Any]]  # text of a legend, and how the sample line looks
+Entry = tuple[str, dict[str, Any]]  # text of a legend entry, and style of its sample line
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Lines of one width: the columns of a quantity, with colours and dashes that repeat."""
+    """Lines of one width: the columns of a quantity, with repeating colours and dashes."""
 
     points: Points
     colours: Sequence[str]
     dashes: Sequence[Any] = ("-",)
     width: float = 1.2
     names: Sequence[str] = ()  # of the columns
-    group: str = ""  # what the columns are, where other panels have the same: "cable", ...
+    group: str = ""  # kind of the columns, shared with other panels: "cable", ...
 
     @classmethod
     def of(cls, points: Points, name: str, look: dict[str, Any]) -> Curves:
-        """Return one line with a look of `overlaid_looks`."""
+        """Return one line with a style of `overlaid_looks`."""
         kind = look["thing"].partition(":")[0]
         return cls(points, (look["color"],), (look["linestyle"],), look["linewidth"], (name,), kind)
 
     def thing(self, name: str) -> dict[str, str]:
-        """Return which thing the column `name` stands for, if it has one colour throughout a page."""
+        """Return the `thing` of column `name`, if it has the same colour throughout a page."""
         return {"thing": f"{self.group}:{name}"} if self.group not in ("", "over") and name else {}
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Horizontal lines, drawn only where they do not squash the curves; the legend says so if not."""
+    """Horizontal lines, drawn only if they do not flatten the curves; otherwise the legend says so."""
 
     label: str
     values: Sequence[float]
@@ -57,7 +57,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes.
+    """Axes with curves.
 
     The vertical axis never spans less than `least`, so that round-off does not fill a panel.
     """
@@ -69,11 +69,11 @@ class Panel:
     limits: tuple[Limit, ...] = ()
     log: bool = False
     height: float = 1.55  # in
-    name: str = ""  # by which `Run.plot` draws it alone
+    name: str = ""  # name for `Run.plot`
 
     @property
     def entries(self) -> Sequence[Entry]:
-        """Its legend; where it has none of its own because another panel's explains it, that of its lines."""
+        """The panel's legend, or one made from its lines if another panel's legend explains them."""
         if self.legend:
             return self.legend
         lines: list[Entry] = []
@@ -88,15 +88,15 @@ class Panel:
 
 
 def calm_until(run: Run) -> float | None:
-    """Time (s) up to which a run that diverged tells the range of an axis; None for any other."""
+    """Return the time (s) up to which a diverged run determines the range of an axis; None for other runs."""
     return run.span[0] + 0.75 * (run.span[1] - run.span[0]) if run.status == "diverged" else None
 
 
 def view(panel: Panel, calm: float | None) -> tuple[float, float, str]:
-    """Return the range of the vertical axis, and a note where it does not hold all.
+    """Return the range of the vertical axis, and a note if it does not contain all values.
 
-    A run that diverged ends in values that would flatten all that led to them: there the range is that of its
-    first three quarters, to the time `calm`, s, widened.
+    A diverged run ends in values that would flatten all earlier ones. Its range is that of the values before the time
+    `calm` (s), widened.
     """
     values = np.concatenate([shown(panel, curves).ravel() for curves in panel.curves])
     low, high = _range(values)
@@ -117,12 +117,12 @@ def view(panel: Panel, calm: float | None) -> tuple[float, float, str]:
 
 
 def room_for(low: float, high: float, least: float = 0.0) -> float:
-    """Return what an axis spans at least that shows values from `low` to `high`."""
+    """Return the smallest axis range for values from `low` to `high`."""
     return max(high - low, least, LEAST_SHARE * max(abs(low), abs(high)), LEAST_ROOM)
 
 
 def shown(panel: Panel, curves: Curves) -> Array:
-    """Return the values or, for a logarithmic axis, their powers of ten; there 0 counts as 1e-16."""
+    """Return the values, or for a logarithmic axis their decadic logarithms, with 0 replaced by 1e-16."""
     values = curves.points.values
     return np.log10(np.maximum(values, 1e-16)) if panel.log else values
 

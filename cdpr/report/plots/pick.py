@@ -1,4 +1,4 @@
-"""Panels of a run by name, of some of its cables by name or number."""
+"""Selection of a run's panels by name, and of cables by name or number."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from cdpr.report.plots.run import by_name, tension_limits
 
 Cables = str | int | Sequence[str | int]
 
-BY_CABLE = "cable"  # the group of curves that are one a cable
+BY_CABLE = "cable"  # group of curves with one curve per cable
 
 
 def pick(run: Run, names: Sequence[str], cables: Cables | None = None) -> list[Panel]:
     """Return the panels of these names.
 
     Args:
-        run: what is drawn.
-        names: as in `by_name`.
-        cables: names, or numbers from 1 on, of the cables that are shown; all unless given.
+        run: run to plot.
+        names: names as in `by_name`.
+        cables: names, or numbers starting at 1, of the cables to plot; all by default.
 
-    Raises CdprError for what does not exist, and says what does.
+    Raises:
+        CdprError: if a panel or a cable does not exist.
     """
     known = by_name(run)
     for name in names:
@@ -43,7 +44,11 @@ def pick(run: Run, names: Sequence[str], cables: Cables | None = None) -> list[P
 
 
 def numbers(run: Run, cables: Cables) -> list[int]:
-    """Return cables, counted from 0, by their names or their numbers, counted from 1. Raises CdprError."""
+    """Return cable indices (starting at 0) of names or numbers (starting at 1).
+
+    Raises:
+        CdprError: if a cable does not exist or none is given.
+    """
     known = run.header.cables
     given: list[Any] = [cables] if isinstance(cables, str) or not isinstance(cables, Iterable) else list(cables)
     found = []
@@ -62,14 +67,14 @@ def numbers(run: Run, cables: Cables) -> list[int]:
 
 
 def _whole(cable: Any) -> int | None:
-    """A whole number, also of numpy, or as it was typed: a command line has texts alone."""
+    """Return a whole number, also of NumPy types or as text from the command line; None otherwise."""
     if isinstance(cable, str):
         return int(cable) if cable.isascii() and cable.isdecimal() else None
     return int(cable) if isinstance(cable, Integral) and not isinstance(cable, bool) else None
 
 
 def _only(run: Run, panel: Panel, cables: Sequence[int]) -> Panel:
-    """Return a panel with these cables alone, each in the colour that it has among all."""
+    """Return a panel restricted to these cables, with unchanged colours."""
     if all(curves.group != BY_CABLE for curves in panel.curves):
         return panel
     curves = tuple(_columns(each, cables) if each.group == BY_CABLE else each for each in panel.curves)

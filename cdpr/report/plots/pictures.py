@@ -1,4 +1,4 @@
-"""The pictures of a run: what any viewer draws of its rows."""
+"""Frames of a run for 3D views."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from cdpr.log.run import Run
 from cdpr.scenario.events import limits_change
 from cdpr.view import Pictures, pictures
 
-RATE = 60.0  # Hz of simulated time: as often as screens change
-MOST = 1500  # pictures; between them the script goes straight on
+RATE = 60.0  # Hz in simulated time: the refresh rate of screens
+MOST = 1500  # frames; the player interpolates linearly between them
 
 
 def frames(run: Run) -> NDArray[np.int64]:
-    """Return the rows of a run that are drawn: evenly spaced ones, and at each event the row before it and its own."""
+    """Return the rows (n,) to draw: evenly spaced rows, and for each event the row before and the row at it."""
     last = len(run.rows) - 1
     count = min(last + 1, MOST, int(RATE * (run.span[1] - run.span[0])) + 2)
     even = np.rint(np.linspace(0, last, max(count, 2))).astype(np.int64)
@@ -25,7 +25,7 @@ def frames(run: Run) -> NDArray[np.int64]:
 
 
 def pictures_of(run: Run, rows: NDArray[np.int64] | None = None) -> Pictures:
-    """Return the pictures of a run's rows: of all, or of those with these numbers (n,)."""
+    """Return the frames of all rows of a run, or of the rows with these indices (n,)."""
     shown = run if rows is None else run.picked(rows)
     changes = [event.time for event in run.events if limits_change({event.kind})]
     return pictures(

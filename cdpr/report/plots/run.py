@@ -1,4 +1,4 @@
-"""The time histories of a run: the panels of each figure, one under the other."""
+"""Time histories of a run: the panels of each figure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cdpr.scenario.events import limits_change
 
 
 def pose(run: Run) -> list[Panel]:
-    """Position and attitude, desired and actual."""
+    """Return panels of position and attitude, desired and actual."""
     both = histories(run)["attitude"]
     desired, actual = both.columns(slice(0, 3)), both.columns(slice(3, 6))
     attitude = _desired_actual("attitude", "attitude (°)", desired, actual, 0.1, ("roll", "pitch", "yaw"))
@@ -23,21 +23,21 @@ def pose(run: Run) -> list[Panel]:
 
 
 def velocity(run: Run) -> list[Panel]:
-    """Velocity and angular velocity, desired and actual."""
+    """Return panels of velocity and angular velocity, desired and actual."""
     linear = _both(run, "velocity (m/s)", "velocity", 1e-3)
     angular = _both(run, "angular velocity (rad/s)", "angular_velocity", 1e-3)
     return [linear, angular]
 
 
 def acceleration(run: Run) -> list[Panel]:
-    """Acceleration and angular acceleration, desired and actual (means over each period)."""
+    """Return panels of acceleration and angular acceleration, desired and actual (means over each period)."""
     linear = _both(run, "acceleration (m/s²)", "acceleration", 1e-2)
     angular = _both(run, "angular accel. (rad/s²)", "angular_acceleration", 1e-2)
     return [linear, angular]
 
 
 def errors(run: Run) -> list[Panel]:
-    """Position and orientation error: components and norm."""
+    """Return panels of the position and orientation error: components and norm."""
     known = histories(run)
     return [
         _error("position_error", "position error (mm)", known["position_error"]),
@@ -46,7 +46,7 @@ def errors(run: Run) -> list[Panel]:
 
 
 def tensions(run: Run) -> list[Panel]:
-    """The tension of each cable, and the limits; where cables are not ideal, also how commands differ."""
+    """Return the tensions and their limits; for non-ideal cables also the difference between command and tension."""
     tension = tension_panel(run, height=3.0)
     if run.header.ideal_cables:
         return [tension]
@@ -55,13 +55,13 @@ def tensions(run: Run) -> list[Panel]:
 
 
 def cables(run: Run) -> list[Panel]:
-    """The cables' lengths and their rates."""
+    """Return panels of the cable lengths and their rates."""
     length = Panel("cable length (m)", (_per_cable(run, "length"),), _cable_entries(run), 1e-3, name="length")
     return [length, Panel("length rate (m/s)", (_per_cable(run, "rate"),), least=1e-3, name="rate")]
 
 
 def distribution(run: Run) -> list[Panel]:
-    """How far the tensions stay from their limits, and how well they balance the wanted wrench."""
+    """Return panels of the distance to the tension limits, and of the residual wrench."""
     margin, residual = (Curves(histories(run)[name], (INK,), names=(name,)) for name in ("margin", "residual"))
     limit = Limit("at a limit (0 N)", (0.0,))
     return [
@@ -71,7 +71,7 @@ def distribution(run: Run) -> list[Panel]:
 
 
 def energy(run: Run) -> list[Panel]:
-    """The external wrench, if there is one, energies and works, powers, and what no work explains."""
+    """Return panels of the external wrench (if any), energies and works, powers, and the unexplained energy."""
     known = histories(run)
     energies, powers, external = known["energies"], known["powers"], known["external"]
     panels = []
@@ -96,7 +96,7 @@ def energy(run: Run) -> list[Panel]:
 
 
 def plugins(run: Run) -> list[Panel]:
-    """What the plugins recorded of their own: a panel for each column."""
+    """Return a panel for each column that plugins recorded."""
     return [_column(run, column) for column in run.header.columns]
 
 
@@ -118,7 +118,7 @@ def _components(names: Sequence[str]) -> list[Entry]:
 def _desired_actual(
     name: str, label: str, desired: Points, actual: Points, least: float, names: Sequence[str] = "xyz"
 ) -> Panel:
-    """Desired over actual, thinner, darker and dashed: where they agree both can be seen."""
+    """Return a panel with desired over actual values: thinner, darker and dashed, so that both remain visible."""
     lines = (
         Curves(actual, AXES, width=1.6, names=names, group="axis"),
         Curves(desired, DARK, (DESIRED,), 0.9, [f"{name} desired" for name in names], "over"),
@@ -136,7 +136,7 @@ def _both(run: Run, label: str, name: str, least: float) -> Panel:
 
 
 def position_panel(run: Run) -> Panel:
-    """The position, desired and actual."""
+    """Return the panel of the position, desired and actual."""
     return _both(run, "position (m)", "position", 1e-3)
 
 
@@ -160,14 +160,14 @@ def _cable_entries(run: Run) -> list[Entry]:
 
 
 def tension_panel(run: Run, height: float) -> Panel:
-    """The tension of each cable and its limits."""
+    """Return the panel of the cable tensions and their limits."""
     lines = (_per_cable(run, "cable_tension"),)
     limits = tension_limits(run, range(len(run.header.cables)))
     return Panel("cable tension (N)", lines, _cable_entries(run), 1.0, limits, height=height, name="tension")
 
 
 def tension_limits(run: Run, cables: Sequence[int]) -> tuple[Limit, ...]:
-    """The limits of the tensions of these cables, counted from 0."""
+    """Return the tension limits of these cables, counted from 0."""
     head = run.header
     first = " at first" if limits_change({event.kind for event in run.events}) else ""
     both = (("t_min", head.tension_min), ("t_max", head.tension_max))
@@ -175,7 +175,7 @@ def tension_limits(run: Run, cables: Sequence[int]) -> tuple[Limit, ...]:
 
 
 def _limit(name: str, cables: Sequence[int], values: Sequence[float]) -> Limit:
-    """One grey line if the cables share the limit, else one for each value, coloured as its first cable."""
+    """Return one grey line if the cables share the limit; otherwise one per value, in the colour of its first cable."""
     first = {values[i]: i for i in reversed(cables)}
     distinct = sorted(first)
     if len(distinct) == 1:
@@ -188,5 +188,5 @@ FIGURES = (plugins, pose, velocity, acceleration, errors, tensions, cables, dist
 
 
 def by_name(run: Run) -> dict[str, Panel]:
-    """Return every panel of a run by its name."""
+    """Return all panels of a run by name."""
     return {panel.name: panel for figure in FIGURES for panel in figure(run)}

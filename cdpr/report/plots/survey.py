@@ -1,4 +1,4 @@
-"""What a motion asks of a robot, followed without simulating it: the panels, and the pictures."""
+"""Panels and frames of a motion evaluated without simulation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cdpr.view import Pictures, Subject, colours, pictures
 
 
 def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str, list[Panel]]]:
-    """Return titles and panels of figures by their addresses."""
+    """Return the title and panels of each figure, by id."""
 
     def by_cable(label: str, values: Array, least: float, height: float = 1.55) -> Panel:
         looks = cable_looks(cables)
@@ -53,7 +53,7 @@ def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str,
 
 
 def unheld(survey: Survey) -> list[Shade]:
-    """Return where no tensions are admissible."""
+    """Return the intervals without admissible tensions."""
     ends, last = np.append(survey.time, survey.time[-1]), len(survey.time)
     rows = intervals(survey.status != Status.OK)
     found = [(float(ends[first]), float(ends[min(stop, last)])) for first, stop in rows]
@@ -61,11 +61,11 @@ def unheld(survey: Survey) -> list[Shade]:
 
 
 def survey_pictures(survey: Survey, subject: Subject) -> Pictures:
-    """Return the pictures of a motion."""
+    """Return the frames of a motion."""
     pose = survey.desired
     return pictures(subject, survey.time, pose[:, :3], pose[:, 3:7], tension=survey.tension)
 
 
 def pose_pictures(at: Array, subject: Subject) -> Pictures:
-    """Return the picture of a robot in one pose (7,)."""
+    """Return the single frame of a robot at a pose (7,)."""
     return pictures(subject, np.zeros(1), at[None, :3], at[None, 3:7])

@@ -1,4 +1,4 @@
-"""Aligned text for people: rows, tables, vectors, attitudes."""
+"""Formatting of aligned text: rows, tables, vectors, attitudes and numbers."""
 
 from __future__ import annotations
 
@@ -11,27 +11,34 @@ from typing import Any
 
 from cdpr.problems import printable
 
-WIDTH = 120  # letters in a line
-BETWEEN_WORDS = re.compile(r" (?![^(]*\))")  # of a heading: not within a unit, such as (N m)
-WIDEST = 100_000  # of a table: what stands in it is told whole
-ROUNDING = 1e-12  # of the largest number of a vector: far more than sums of a few numbers lose
+WIDTH = 120  # characters per line
+BETWEEN_WORDS = re.compile(r" (?![^(]*\))")  # in a heading, except inside a unit such as (N m)
+WIDEST = 100_000  # width of a table: cells are never truncated
+ROUNDING = 1e-12  # relative to the largest number of a vector: much more than the round-off of short sums
 
 
 def row(name: str, value: str) -> str:
-    """One line of a list of facts."""
+    """Return one line of a list of facts."""
     return f"  {name:<21}{value}"
 
 
 def wrapped(text: str, indent: int) -> list[str]:
-    """`text` in lines of at most WIDTH letters, all but the first indented."""
+    """Return `text` as lines of at most WIDTH characters, all but the first indented."""
     return textwrap.wrap(text, WIDTH, subsequent_indent=" " * indent)
 
 
 def table(rows: Iterable[Sequence[str]], left: int = 1, *, indent: str = "  ", ruled: bool = False) -> Iterator[str]:
-    """Yield the rows as lines, the first `left` columns flush left and the others flush right.
+    """Yield the rows as lines; the first `left` columns are left-aligned, the others right-aligned.
 
-    Nothing wraps, is cut off or coloured, wherever it goes: a table in a file is that on the screen. Letters count as
-    wide as a terminal shows them. A table that is `ruled` has its first row above a rule, a word below the other.
+    Cells are never wrapped, truncated or coloured, so that a file shows the same as a terminal. Character widths are
+    those
+    of a terminal.
+
+    Args:
+        rows: cells; newlines split a cell.
+        left: number of left-aligned columns.
+        indent: prefix of each line.
+        ruled: put a rule below the first row, and break its headings at each space.
     """
     from rich import box
     from rich.console import Console
@@ -60,18 +67,18 @@ def table(rows: Iterable[Sequence[str]], left: int = 1, *, indent: str = "  ", r
 
 
 def vector(values: Sequence[float]) -> str:
-    """Six digits of each number in brackets; what is rounding beside the largest is 0."""
+    """Return a vector with six digits per number; round-off is written as 0."""
     return "[" + ", ".join(f"{value:.6g}" for value in unrounded(values)) + "]"
 
 
 def unrounded(values: Sequence[float]) -> list[float]:
-    """Return numbers of one kind with 0 for those that are rounding beside the largest."""
+    """Return the numbers with 0 for those that are round-off relative to the largest."""
     least = ROUNDING * max(map(abs, values), default=0.0)
     return [0.0 if abs(value) <= least else value for value in values]
 
 
 def turned(q: Sequence[float]) -> str:
-    """Roll, pitch, yaw of a quaternion w, x, y, z, as the end of a sentence."""
+    """Return roll, pitch, yaw of a quaternion (w, x, y, z) as the end of a sentence."""
     w, x, y, z = q
     roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
@@ -81,29 +88,29 @@ def turned(q: Sequence[float]) -> str:
 
 
 def number(value: float | None) -> str:
-    """`digits` as a page has it, with the sign that is as wide as a plus."""
+    """Return `digits` with a typographic minus sign, for pages."""
     return digits(value).replace("-", "−")
 
 
 def digits(value: float | None) -> str:
-    """Four significant digits; powers of ten only for the very small and the very large. None is not finite."""
+    """Return a number with four significant digits; "not finite" for None, inf and NaN."""
     if value is None or not math.isfinite(value):
         return "not finite"
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
 
 
-# Of lengths and angles: below this they are told in thousandths.
+# Lengths and angles below this are written in thousandths.
 WHOLE = 1.0
 
 
 def unit_for(values: Iterable[float], unit: str) -> tuple[float, str]:
-    """Return the factor and the unit in which people read such errors: m or mm, rad or mrad, by the largest."""
+    """Return the factor and unit for displaying values: m or mm, rad or mrad, depending on the largest."""
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     return (1.0, unit) if largest >= WHOLE else (1e3, f"m{unit}")
 
 
 def condition_number(value: float | None, robot: dict[str, Any]) -> str:
-    """The condition number of W and, where it depends on one, the characteristic length; None is infinite."""
+    """Return the condition number of W (None is infinite) and, if it matters, the characteristic length."""
     number = "infinite" if value is None else f"{value:.4g}"
     if not any(name.startswith("r") for name in robot["dof"]):
         return number

@@ -1,4 +1,4 @@
-"""The figures of a benchmark as text: what terminal, page and README show."""
+"""Benchmark results as text, for terminal, page and README."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NOTHING = "-"
 
 
 def percent(share: float | None) -> str:
-    """A share; 100 % and 0 % only where that is exact."""
+    """Return a fraction as percentage; 0 % and 100 % only if exact."""
     if share is None:
         return NOTHING
     if 0.0 < share < 1.0:
@@ -23,17 +23,17 @@ def percent(share: float | None) -> str:
 
 
 def digits(value: float | None, count: int = 3) -> str:
-    """So many significant digits, powers of ten only for the very small and the very large."""
+    """Return a number with `count` significant digits, with exponent only if very small or very large."""
     return NOTHING if value is None else f"{value:.{count}g}" if not 10**count <= abs(value) < 1e6 else f"{value:.0f}"
 
 
 def power(value: float | None) -> str:
-    """What only the power of ten matters of."""
+    """Return only the order of magnitude."""
     return NOTHING if value is None else "0" if value == 0.0 else f"{value:.0e}"
 
 
 def span(values: tuple[float, float] | None, text: Callable[[float], str]) -> str:
-    """The least and the most of something."""
+    """Return the minimum and maximum."""
     if values is None:
         return NOTHING
     low, high = (text(value) for value in values)
@@ -41,14 +41,14 @@ def span(values: tuple[float, float] | None, text: Callable[[float], str]) -> st
 
 
 def jumps(found: Row) -> str:
-    """Paths with a jump of those that could be followed, and the largest jump."""
+    """Return the number of paths with a jump, of all paths followed, and the largest jump."""
     if not found["paths"]:
         return NOTHING
     largest = f" ({digits(found['largest_N'], 2)} N)" if found["largest_N"] is not None else ""
     return f"{found['with_jump']}/{found['paths']}{largest}"
 
 
-# Of a solver on problems made to mislead.
+# Columns of a solver on adversarial problems.
 MISLED: dict[str, Callable[[Row], str]] = {
     "wrong": lambda row: str(row["misclassified"]),
     "bad OK": lambda row: str(row["invalid_ok"]),
@@ -60,7 +60,7 @@ MISLED: dict[str, Callable[[Row], str]] = {
     "asked": lambda row: str(row["problems"]),
 }
 
-# Title and what stands below it, of a solver on one robot.
+# Columns of a solver on one robot: heading and text of a cell.
 COLUMNS: dict[str, Callable[[Row], str]] = {
     "coverage": lambda row: percent(row["coverage"]),
     "wrong": lambda row: str(row["misclassified"]),
@@ -105,7 +105,7 @@ OVERVIEW: dict[str, Callable[[Row], str]] = {
 
 
 def _redundancy(row: Row) -> str:
-    """What the solver declares, or else what it was measured on."""
+    """Return the redundancy that the solver declares, otherwise that of its measurements."""
     declared = row["max_redundancy"]
     if declared is None:
         return span(row["redundancy"], lambda value: f"{value:.0f}")
@@ -113,7 +113,7 @@ def _redundancy(row: Row) -> str:
 
 
 def facts(robot: Row) -> str:
-    """One line on a robot and its problems."""
+    """Return a line on a robot and its problems."""
     undecided = f", {robot['edge']} on the edge" if robot.get("edge") else ""
     undecided += f", {robot['undecided']} undecided" if robot["undecided"] else ""
     return (
@@ -123,10 +123,10 @@ def facts(robot: Row) -> str:
 
 
 def cells(row: Row, columns: Columns = COLUMNS) -> list[str]:
-    """The cells of one solver on one robot; none where it was not measured."""
+    """Return the cells of a solver on one robot; empty if it was not measured."""
     return [text(row) for text in columns.values()] if row["outcome"] == "measured" else []
 
 
 def overview_cells(row: Row) -> list[str]:
-    """The cells of one solver over all robots; none where it could not be asked."""
+    """Return the cells of a solver over all robots; empty if it could not run."""
     return [text(row) for text in OVERVIEW.values()] if not row["problem"] else []

@@ -1,4 +1,4 @@
-"""A comparison in words and aligned tables, for a terminal of 80 columns."""
+"""Comparison as text and aligned tables, for a terminal of 80 columns."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Figures = Mapping[str, Any]
 
 
 def lines(figures: Figures) -> Iterator[str]:
-    """Yield the lines: the verdict first, then one table an engine, the orders, and what could not run."""
+    """Yield the lines: the verdict, a table per engine, the orders, and engines that did not run."""
     yield from _wrapped(f"{VERDICTS[figures['agrees']]}: {subject(figures)}")
     if figures["agrees"] is None and different_solvers(figures):
         yield DIFFERENT_SOLVERS
@@ -41,12 +41,12 @@ def lines(figures: Figures) -> Iterator[str]:
 
 
 def different_solvers(figures: Figures) -> bool:
-    """Return whether finished runs with different tension solvers were compared."""
+    """Return True if finished runs with different tension solvers were compared."""
     return any(", " in group["solver"] for group in figures["groups"])
 
 
 def subject(figures: Figures) -> str:
-    """What was compared."""
+    """Return a description of the compared runs."""
     judge = figures["judge"]
     return (
         f"{figures['scenario']}, {figures['duration_s']:g} s, control {1e3 * figures['control_step_s']:g} ms, "
@@ -56,13 +56,13 @@ def subject(figures: Figures) -> str:
 
 
 def _compared(figures: Figures) -> str:
-    """How many samples were compared, where logs are thinned: what happens between them is not seen."""
+    """Return the number of compared samples, if logs contain only a part of them."""
     part = figures.get("compared")
     return f"; compared are {part['logged_samples']} of {part['samples']} samples, as logged" if part else ""
 
 
 def outcome(row: Figures) -> str:
-    """Outcome of one engine with its reason, what it declares and what a step cost."""
+    """Return the outcome of an engine with its reason, declared scheme and order, and time per step."""
     text = row["outcome"].upper() if row["outcome"] in ("disagrees", "failed") else row["outcome"]
     text += f": {row['reason']}" if row["reason"] else ""
     facts = [row["scheme"].replace("_", " ")] if row["scheme"] else []
@@ -72,7 +72,7 @@ def outcome(row: Figures) -> str:
 
 
 def notes(row: Figures) -> Iterator[str]:
-    """Return remarks beside the tables: how little a limit proves, other statuses, other vertices."""
+    """Yield remarks beside the tables: limits of the check, differing solver statuses and vertices."""
     if row["standard"] == "order" and row["differences"]:
         yield LIMIT_ALONE
     for key, what in (("statuses", "another solver status"), ("vertices", "tensions at another vertex")):
@@ -83,7 +83,7 @@ def notes(row: Figures) -> Iterator[str]:
 
 
 def among(group: Figures) -> Iterator[str]:
-    """What the judge's tensions were, what is left untested, and how far engines of one scheme are apart."""
+    """Yield the judge's tensions, features that the scenario does not cover, and differences within schemes."""
     tension = group["judge_tension_N"]
     if tension:
         span = f"{tension['min'] or 0:.5g} to {tension['max'] or 0:.5g} N"
@@ -102,7 +102,7 @@ def among(group: Figures) -> Iterator[str]:
 
 
 def order_cells(measured: Figures) -> list[str]:
-    """One engine's row in the table of orders."""
+    """Return an engine's row in the table of orders."""
     order = "-" if measured["order"] is None else f"{measured['order']:.3f}"
     control = "" if measured["control_step"] is None else f"{1e3 * measured['control_step']:g}"
     steps = " ".join(f"{1e3 * step:g}" for step in measured["steps"])
@@ -111,20 +111,20 @@ def order_cells(measured: Figures) -> list[str]:
 
 
 def order_reasons(group: Figures, *, failed: bool = False) -> Iterator[str]:
-    """Yield why orders are not as declared or could not be measured; only of runs that failed, if wanted."""
+    """Yield the reasons why orders differ from declared ones or were not measured; only of failed runs if `failed`."""
     for measured in group["orders"]:
         if measured["reason"] and (measured["outcome"] == "failed" or not failed):
             yield f"measured order of {measured['backend']}: {measured['outcome']}: {measured['reason']}"
 
 
 def truth_error(group: Figures) -> Iterator[str]:
-    """Yield how exact the run is that errors are measured from."""
+    """Yield the accuracy of the reference run for measured orders."""
     known = [each["truth_error"] for each in group["orders"] if each["truth_error"] is not None]
     if known:
         yield f"orders inform and are not judged; the error of the truth itself is at most about {digits(max(known))} m"
 
 
-# Faults that shrink with the step, or are small beside what it does.
+# Note on faults that vanish with the step or are small compared with its error.
 LIMIT_ALONE = (
     "judged by its limit for a vanishing step, because the judge offers no scheme that it declares: commands that act "
     "a step late, or a friction of 1e-4 1/s, may not show"
@@ -150,15 +150,15 @@ def _rows(row: Figures) -> Iterator[list[str]]:
 
 
 def check_cells(check: Figures) -> list[str]:
-    """The figure that was judged, and its bounds."""
+    """Return the judged value and its bound."""
     mark = "" if check["agrees"] else " !"
     return [f"{digits(check['value'])}{mark}", digits(check["high"])]
 
 
 def worst(row: Figures) -> tuple[float, str] | None:
-    """Return the largest share of what is allowed, and its quantity; above 1 the engine disagrees.
+    """Return the largest ratio of a value to its bound, and its quantity; None if nothing is judged.
 
-    None where nothing is judged.
+    Above 1 the engine disagrees.
     """
     shares = [
         (check["value"] / check["high"], title)

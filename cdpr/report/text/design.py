@@ -1,4 +1,4 @@
-"""What came of a design in lines and tables."""
+"""Result of a design as lines and tables."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from cdpr.report.text.aligned import digits, table
 
 BEST = "best"
 COMPROMISE = "compromise"
-ROWS = 20  # of a front that are printed
+ROWS = 20  # printed rows of a Pareto front
 
 
 def chosen(found: Mapping[str, Any]) -> str:
-    """Return what the best candidate is called: of several goals it is one of many."""
+    """Return the name of the best candidate: "compromise" if there are several goals."""
     return COMPROMISE if found["front"] else BEST
 
 
 def claim(found: Mapping[str, Any]) -> tuple[str, str]:
-    """Return the mood of what came of it, "good", "warn" or "bad", and say it."""
+    """Return the mood ("good", "warn" or "bad") and a summary of the result."""
     count = found["candidates"]
     if not found["feasible"]:
         return "bad", f"None of {count} candidates keeps all constraints; the one nearest to it is shown"
@@ -31,20 +31,20 @@ def claim(found: Mapping[str, Any]) -> tuple[str, str]:
 
 
 def figures(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
-    """Return heading and rows of the table of figures before and after."""
+    """Return the heading and rows of the table of figures before and after."""
     rows: list[tuple[str, ...]] = [("figure", "before", chosen(found))]
     for name, unit in found["units"].items():
         title = f"{name} ({unit})" if unit else name
         rows.append((title, *(number(found[which]["figures"][name]) for which in ("before", "best"))))
     for k, goal in enumerate(found["goals"]):
-        if goal.partition(" ")[2] in found["units"]:  # a figure, which stands above, and no sum
+        if goal.partition(" ")[2] in found["units"]:  # a single figure, which is listed above
             continue
         rows.append((goal, *(number(found[which]["goals"][k]) for which in ("before", "best"))))
     return rows
 
 
 def variables(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
-    """Return heading and rows of the table of variables; where the robot has them is the value that it starts with."""
+    """Return the heading and rows of the table of variables, with initial values if the robot has them."""
     rows: list[tuple[str, ...]] = [("variable", "start", chosen(found), "from", "to", "keys")]
     for each in found["variables"]:
         low, high = map(digits, each["bounds"])
@@ -54,7 +54,7 @@ def variables(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
 
 
 def members(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
-    """Return heading and rows of the table of the front, by the first goal."""
+    """Return the heading and rows of the table of the Pareto front, sorted by the first goal."""
     names = [each["name"] for each in found["variables"]]
     rows = [("number", *found["goals"], *names)]
     for each in sorted(found["front"], key=lambda row: row["goals"]):
@@ -64,7 +64,7 @@ def members(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
 
 
 def remarks(found: Mapping[str, Any]) -> list[str]:
-    """Return what else there is to know: what is not kept, before and after, and what could not be made."""
+    """Return remarks: violated constraints, missing values and refused candidates."""
     told = []
     for which, title in (("before", "before"), ("best", chosen(found))):
         row = found[which]
@@ -80,14 +80,14 @@ def remarks(found: Mapping[str, Any]) -> list[str]:
 
 
 def lines(found: Mapping[str, Any]) -> list[str]:
-    """Return what `Designed.plain` says as lines for a terminal."""
+    """Return the result of `Designed.plain` as lines for a terminal."""
     optimizer = found["optimizer"]
     told = [f"{found['name']}: {optimizer['type']}, seed {optimizer['seed']}", f"{claim(found)[1]}.", ""]
     told += [*table(figures(found), ruled=True), ""]
     told += table([row[:-1] for row in variables(found)], ruled=True)
     if found["front"]:
         head, *rows = members(found)
-        some = sorted({round(k * (len(rows) - 1) / (ROWS - 1)) for k in range(ROWS)})  # all along the front
+        some = sorted({round(k * (len(rows) - 1) / (ROWS - 1)) for k in range(ROWS)})  # evenly spaced along the front
         told += ["", *table([head, *(rows[k] for k in some)], ruled=True)]
         told += [f"and {len(rows) - len(some)} more in the folder"] * (len(rows) > len(some))
     notes = remarks(found)
@@ -95,5 +95,5 @@ def lines(found: Mapping[str, Any]) -> list[str]:
 
 
 def number(value: float | None) -> str:
-    """Return a number as tables have it; a dash where there is none."""
+    """Return a number for a table; a dash for None."""
     return "-" if value is None else digits(value)

@@ -1,4 +1,4 @@
-"""Distributions of one wrench, as `cdpr.distribution.comparison` describes them, in aligned text."""
+"""Tension distributions of a wrench, from `cdpr.distribution.comparison`, as aligned text."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from cdpr.report.marks import shorten
 from cdpr.report.text.aligned import WIDTH, condition_number, row, table, turned, vector, wrapped
 from cdpr.tension.checks import LIMIT_TOLERANCE
 
-NAME = 24  # letters of a solver's name
-WIDE = 1e8  # numbers from here on are written with a power of ten
-CABLE = 10  # letters of a cable's name above its tensions
+NAME = 24  # characters of a solver's name
+WIDE = 1e8  # larger numbers are written with an exponent
+CABLE = 10  # characters of a cable's name above its tensions
 
 
 def lines(figures: dict[str, Any]) -> Iterator[str]:
-    """Yield the problem and tables of the answers; no line is longer than 120 letters but for long names."""
+    """Yield the problem and tables of the results; only long names make lines longer than 120 characters."""
     pose, wrench = figures["pose"], figures["wrench"]
     yield (f"{figures['robot']} at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])} ({pose['source']})")
     yield row("wrench", f"{vector(wrench['value'])} N, N m ({wrench['source']})")
@@ -35,7 +35,7 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
 
 
 def no_picture(figures: dict[str, Any]) -> str | None:
-    """Why the distributions cannot be drawn; None where they can, with redundant cables."""
+    """Return the reason why the distributions cannot be drawn; None if they can."""
     if figures["null_space"] is None:
         return "no tensions at all balance the wrench"
     r = figures["null_space"]["dimension"]
@@ -61,7 +61,7 @@ def _feasible(figures: dict[str, Any]) -> str:
     if not figures["reachable"]:
         return "no: the cables cannot exert this wrench, whatever their tensions"
     if figures["feasible"]:
-        if margin is None:  # inf, in JSON
+        if margin is None:  # infinite in JSON
             return "yes; every cable is locked"
         return f"yes; the best distribution stays {margin:.6g} N from all limits"
     return "no" + ("" if margin is None else f"; all limits would have to be wider by {-margin:.6g} N")
@@ -92,20 +92,20 @@ def _status(answer: dict[str, Any]) -> str:
 
 
 def _fixed(value: float | None, digits: int) -> str:
-    """A number with so many decimals, and no minus before zero; without decimals where it is absurdly large."""
+    """Return a number with `digits` decimals and without negative zero; with an exponent if very large."""
     if value is None:
         return "-"
     return f"{value:z.{digits}f}" if abs(value) < WIDE else f"{value:.3g}"
 
 
 def _tensions(figures: dict[str, Any]) -> Iterator[str]:
-    """Tables of as many cables as fit into a line."""
+    """Yield tables of the tensions, each with as many cables as fit into a line."""
     cables = figures["cables"]
     rows = [answer for answer in figures["solvers"] if answer["tension_N"] is not None]
     if not rows:
         return
     cells = [[_tension(t, cable) for t, cable in zip(answer["tension_N"], cables, strict=True)] for answer in rows]
-    heads = [shorten(cable["name"], CABLE) + " " for cable in cables]  # the mark's place
+    heads = [shorten(cable["name"], CABLE) + " " for cable in cables]  # space for the mark
     widest = max(len(cell) for line in [heads, *cells] for cell in line)
     first = max(len("tension (N)"), *(len(shorten(answer["solver"], NAME)) for answer in rows))
     count = max(1, (WIDTH - 2 - first) // (widest + 2))

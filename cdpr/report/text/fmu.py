@@ -1,4 +1,4 @@
-"""What there is to say of an FMU, as text, and its signals as YAML for a scenario."""
+"""Description of an FMU as text, and its signals as YAML for a scenario."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from cdpr.fmu.read.ports import Port
 from cdpr.fmu.read.signals import INPUTS, OUTPUTS, Role, Signal
 from cdpr.report.text.aligned import row, table, wrapped
 
-SHOWN = ("input", "output", "parameter", "structuralParameter")  # the rest is for the FMU's author
+SHOWN = ("input", "output", "parameter", "structuralParameter")  # other causalities matter only to the FMU's author
 
 
 def lines(figures: dict[str, Any]) -> Iterator[str]:
-    """Yield what `cdpr.fmu.read.describe.describe` found, for people."""
+    """Yield the result of `cdpr.fmu.read.describe.describe` as text."""
     yield f"{figures['file']}: {figures['name']}, FMI {figures['fmi']} co-simulation"
     for name, key in (("description", "description"), ("made by", "tool"), ("sha256", "sha256")):
         if figures[key]:
@@ -54,7 +54,7 @@ def _abilities(capabilities: dict[str, Any]) -> Iterator[str]:
 
 
 def _group(variables: list[dict[str, Any]]) -> list[list[str]]:
-    """One row a variable; scalars of FMI 2 that differ only in their numbers in brackets share one."""
+    """Return one row per variable; array elements of FMI 2, which differ only in bracketed indices, share a row."""
     rows: list[list[str]] = []
     last: tuple[str, str] | None = None
     first = ""
@@ -79,7 +79,7 @@ def _cut(text: str, width: int = 32) -> str:
     return text if len(text) <= width else text[: width - 4].rsplit(" ", 1)[0].removesuffix(" ...") + " ..."
 
 
-PLACES: dict[Role, tuple[str, ...]] = {  # where a scenario speaks of such an FMU
+PLACES: dict[Role, tuple[str, ...]] = {  # location of such an FMU in a scenario
     "plant": ("backend_options", FMU),
     "winch": ("actuators",),
     "controller": ("controller",),
@@ -87,7 +87,7 @@ PLACES: dict[Role, tuple[str, ...]] = {  # where a scenario speaks of such an FM
 
 
 def yaml_lines(archive: Archive, mapping: Mapping) -> Iterator[str]:
-    """Yield the part of a scenario that says what was found; what was not is a comment."""
+    """Yield the part of a scenario with the signals found; missing signals are comments."""
     indent = ""
     if mapping.role == "plant":
         yield "simulation:"
@@ -128,14 +128,14 @@ def _signal(signal: Signal, port: Port | None) -> str:
 
 
 def _plain(value: Any) -> str:
-    """`value` as YAML in one line."""
+    """Return `value` as YAML on one line."""
     return (
         yaml.safe_dump(value, default_flow_style=True, width=10**6, allow_unicode=True).removesuffix("\n...\n").strip()
     )
 
 
 def _variables(elements: Sequence[Element]) -> str | list[str]:
-    """Name the elements as a scenario may: an array, a pattern or a list."""
+    """Return the elements as an array name, a pattern or a list of names."""
     variable = elements[0].variable
     if tuple(elements) == variable.elements:
         return variable.name

@@ -1,4 +1,4 @@
-"""The least margin, clearance and stiffness along a motion, as `cdpr.workspace.path` tells them, in words."""
+"""Smallest margin, clearance and stiffness along a motion, from `cdpr.workspace.path`, as text."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from cdpr.mechanics.contacts import passing
 
-# What each is called, and its unit.
+# Title and unit of each figure.
 NAMES = {
     "margin": ("capacity margin", "N, at rest,"),
     "clearance": ("least clearance", "m"),
@@ -16,7 +16,7 @@ NAMES = {
 
 
 def least_of(found: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
-    """Yield the name of each, and how much it is, when and by what."""
+    """Yield the title of each figure, and its value, time and cause."""
     for key, (title, unit) in NAMES.items():
         if key in found:
             least = found[key]

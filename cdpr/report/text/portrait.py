@@ -1,4 +1,4 @@
-"""Robot, pose and motion, as `cdpr.distribution.portrait` describes them, in aligned text."""
+"""Robot, pose and motion, from `cdpr.distribution.portrait`, as aligned text."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ OPTIONAL = {
 }
 RANGES = {"length_m": "length (m)", "rate_m_per_s": "rate (m/s)", "tension_N": "tension (N)"}
 
-# Rates and the like below this are round-off of zero.
+# Smaller rates are round-off of zero.
 ROUND_OFF = 1e-12
 
 
 def lines(figures: dict[str, Any]) -> Iterator[str]:
-    """Yield the lines of `robot`, `pose` and, if there, `motion`."""
+    """Yield the lines of `robot`, `pose` and, if present, `motion`."""
     robot, pose = figures["robot"], figures["pose"]
     platform = robot["platform"]
     yield robot["name"]
@@ -124,7 +124,7 @@ def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
 
 
 def _twist(twist: list[float]) -> str:
-    """A motion in words: along which axes the origin moves, and about which the platform turns."""
+    """Return a twist as text: the axes of translation and rotation."""
     moves, turns = _axes(twist[:3], "m/s"), _axes(twist[3:], "rad/s")
     parts = [*([f"moving along {moves}"] if moves else []), *([f"turning about {turns}"] if turns else [])]
     return " while ".join(parts)

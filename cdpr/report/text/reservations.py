@@ -1,4 +1,4 @@
-"""What must be said of a run that ended well: where its tensions were none, or its cables left their limits."""
+"""Warnings about completed runs: missing tensions, limit violations, lost platforms."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from cdpr.mechanics.contacts import passing
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
 
-# Of the samples: from here on a run shows what the fallback does rather than the solver.
+# Of the samples: above this, the run shows the behaviour of the fallback rather than that of the solver.
 LARGE_SHARE = 0.1
 
 
 def reservations(run: Run) -> Iterator[str]:
-    """Yield them as parts of a sentence."""
+    """Yield the warnings as parts of a sentence."""
     figures = run.summary()
     total = figures["samples"]
     if bad := figures["infeasible_steps"]:
@@ -43,13 +43,13 @@ def reservations(run: Run) -> Iterator[str]:
 
 
 def overstrained(run: Run) -> Iterator[str]:
-    """Yield how far the true tensions left their limits."""
+    """Yield the violations of the limits by the true tensions."""
     words = tuple(kind.words for kind in TENSIONS)
     yield from (event.text for event in run.events if event.kind == "limit" and event.text.startswith(words))
 
 
 def fallback(run: Run) -> Iterator[str]:
-    """Yield the sentence that must be said where a large share of the tensions were not the solver's."""
+    """Yield a warning if a large share of the tensions came from the fallback instead of the solver."""
     figures = run.summary()
     bad, total = figures["infeasible_steps"] + figures["unanswered_steps"], figures["samples"]
     used = [text for text in (*FALLBACK.values(), CLIPPED) if any(f"; {text}" in f"; {one.text}" for one in run.events)]
@@ -59,13 +59,13 @@ def fallback(run: Run) -> Iterator[str]:
 
 
 def lost(run: Run) -> Iterator[str]:
-    """Yield the sentence about a platform that was farther from where it should be than the robot is large."""
+    """Yield a warning if the platform was farther from its desired position than the robot's size."""
     if not len(run.rows):
         return
     anchors = np.array(run.header.anchors)[:, :3]
-    # The rows of a long run stay in its log: these two are read, the rest is known from the summary.
+    # The rows of a long run remain on disk: only these two are read, the rest comes from the summary.
     first, last = (Run(run.header, np.asarray(run.rows[k : k + 1])) for k in (0, len(run.rows) - 1))
-    corners = np.vstack([anchors, first.position])  # all anchors may be one point
+    corners = np.vstack([anchors, first.position])  # all anchors may coincide
     size, final = (float(np.linalg.norm(each)) for each in (np.ptp(corners, axis=0), last.position_error))
     most = run.summary()["position_error_m"]["max"]
     if not final <= size:

@@ -1,4 +1,4 @@
-"""What happened in a run, in one sentence."""
+"""Summary of a run in one sentence."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.report.text.aligned import digits, unit_for
 
-AT_REST = 1e-3  # m, a way shorter than this is none to speak of
+AT_REST = 1e-3  # m, shorter paths count as no motion
 
 
 def sentence(run: Run, way: Array) -> str:
-    """Say how far the platform went along `way` (n, 3), m, how true it was and what the cables did; "" of no sample."""
+    """Return a sentence on the path `way` (n, 3), m, the errors, tensions and first event; "" without samples."""
     figures = run.summary()
     if not figures["samples"]:
         return ""

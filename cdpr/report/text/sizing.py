@@ -1,4 +1,4 @@
-"""Sizes of cables, drums and motors in lines and tables."""
+"""Sizing of cables, drums and motors as lines and tables."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from cdpr.report.text.aligned import digits, table
 
-# Columns of a table of cables: heading, figure.
+# Columns of the tables: heading and key.
 CABLES = (
     ("peak (N)", "tension_peak_N"),
     ("rms (N)", "tension_rms_N"),
@@ -32,7 +32,7 @@ POWERS = (
 
 
 def cells(figures: Mapping[str, Any], columns: tuple[tuple[str, str], ...]) -> list[tuple[str, ...]]:
-    """Return heading and rows of a table of cables, without columns in which there is nothing."""
+    """Return the heading and rows of a table of cables, without empty columns."""
     known = [(title, key) for title, key in columns if any(each[key] is not None for each in figures["cables"])]
     rows = [("cable", *(title for title, _ in known))]
     for each in figures["cables"]:
@@ -41,7 +41,7 @@ def cells(figures: Mapping[str, Any], columns: tuple[tuple[str, str], ...]) -> l
 
 
 def duties(figures: Mapping[str, Any]) -> list[str]:
-    """Say of each duty what it could not do and which limits it leaves."""
+    """Return lines on each duty: infeasible samples, largest tension and exceeded limits."""
     told = []
     for each in figures["duties"]:
         lost = f", {each['infeasible']} of them without admissible tensions" if each["infeasible"] else ""
@@ -52,7 +52,7 @@ def duties(figures: Mapping[str, Any]) -> list[str]:
 
 
 def lines(figures: Mapping[str, Any]) -> list[str]:
-    """Return what `Sizing.plain` says as lines for a terminal."""
+    """Return the result of `Sizing.plain` as lines for a terminal."""
     told = [f"{figures['robot']}: what its cables must bear, breaking load {figures['safety']:g} times the peak", ""]
     for columns in (CABLES, POWERS):
         rows = cells(figures, columns)

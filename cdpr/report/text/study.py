@@ -1,4 +1,4 @@
-"""The figures of a study as text: what terminal and page show of its table."""
+"""Table of a study as text, for terminal and page."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Record = Mapping[str, Cell]
 
 @dataclass(frozen=True)
 class Figure:
-    """A column of the table in the unit that people read.
+    """Column of the table in a readable unit.
 
-    Less than `least`, in that unit, is round-off: drawings do not zoom into it.
+    Values below `least`, in that unit, are round-off; figures do not zoom into them.
     """
 
     column: str
@@ -27,7 +27,7 @@ class Figure:
     least: float = 0.0
 
 
-LEAST_FORCE = 1e-3  # N: what iterative solvers leave undecided of a tension of a kilonewton
+LEAST_FORCE = 1e-3  # N: typical accuracy of iterative solvers at tensions of a kilonewton
 
 FIGURES = (
     Figure("position_error_max_m", "Largest position error (mm)", "max mm", 1e3, LEAST_ERROR),
@@ -43,20 +43,20 @@ HEADINGS = [figure.heading for figure in FIGURES]
 
 
 def value(record: Record, figure: Figure) -> float | None:
-    """The figure of a case in its unit; None where it has none."""
+    """Return the value of a case in the unit of the figure; None if it has none."""
     cell = record.get(figure.column)
     return None if cell is None or isinstance(cell, str) else figure.scale * cell
 
 
 def cells(axes: Iterable[str], record: Record) -> tuple[list[str], list[str]]:
-    """The cells of a case: its place on each axis and status, and its figures."""
+    """Return the cells of a case: axis values and status, and its figures."""
     values = [value(record, figure) for figure in FIGURES]
     labels = [label_text(record[axis]) for axis in axes]
     return [*labels, str(record["status"])], ["-" if cell is None else digits(cell) for cell in values]
 
 
 def label_text(label: Label) -> str:
-    """A place on an axis for people."""
+    """Return an axis value as text."""
     if label is None:
         return "-"
     return f"{label:.6g}" if isinstance(label, float) else str(label)

@@ -1,4 +1,4 @@
-"""A workspace in lines."""
+"""Workspace as lines of text."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-MOST = 3  # of what limits cells outside
+MOST = 3  # listed causes of cells outside
 
 
 def lines(figures: Mapping[str, Any]) -> list[str]:
-    """Return what `Workspace.summary` says as lines for a terminal."""
+    """Return the result of `Workspace.summary` as lines for a terminal."""
     unit, value = figures["unit"], figures["value"]
     low, high = figures["box"]
     cells = " x ".join(str(n) for n in figures["cells"])
