@@ -1,4 +1,4 @@
-"""Files of other programs, in and out: nothing here computes, and nothing else knows a format."""
+"""Import and export of other programs' file formats; no other package depends on a format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is read of other programs: one row for each format, with what recognises it by content, and what reads it."""
+"""Supported import formats, with the module that recognises and reads each."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Format:
-    """One format.
+    """Import format.
 
     Attributes:
-        name: what people call it.
-        module: of `recognise(content) -> bool`, cheap and never an error, and of
-            `read(path, content, chosen) -> Imported`; imported when a file is looked at. A format that
-            needs a library has `load_library()`, which imports it before the process that reads is forked.
-        endings: of the files of a folder that are looked at.
+        name: title for users.
+        module: module with `recognise(content) -> bool`, which is fast and never raises, and
+            `read(path, content, choice) -> Imported`. It is imported on demand. If the format needs a library, the
+            module has `load_library()`, which imports it before the reading process is forked.
+        endings: file name endings that are considered in a folder.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""From files of other programs to robot and scenario files that load: recognised, read, checked, written."""
+"""Import of other programs' files as valid robot and scenario files: recognition, reading, validation and writing."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ MOST_FILES = 10_000
 SMALLEST = (
     "{dof: [x], platform: {mass: 1}, tension: {min: 0, max: 1}, cables: [{frame: [1, 0, 0], platform: [0, 0, 0]}]}"
 )
-HEAD = 2**12  # bytes, enough to see what a file is
-# Keys at the left edge of our own files: robots, scenarios, and studies or designs.
+HEAD = 2**12  # bytes, enough to recognise a format
+# Top-level keys of cdpr's own files: robots, scenarios, and studies or designs.
 OWN = (
     (b"platform", b"cables", b"tension"),
     (b"robot", b"simulation"),
@@ -50,14 +50,15 @@ ENDINGS = tuple(ending for each in FORMATS for ending in each.endings)
 
 @dataclass
 class Taken:
-    """What became of one source.
+    """Result for one source file.
 
     Attributes:
         source: the file.
-        files: name and content of what is written of it; empty where it could not be read.
-        left_out, warnings: as `Imported` has them.
-        error: why it could not be read; "" where it was.
-        own: number of files of cdpr in a folder, which need no import; `error` says so.
+        files: name and content of each file to write; empty if reading failed.
+        left_out: as in `Imported`.
+        warnings: as in `Imported`.
+        error: reason of a failure; "" on success.
+        own: number of cdpr's own files in a folder, which need no import; `error` mentions them.
     """
 
     source: str
@@ -76,12 +77,13 @@ def import_any(
     tension: tuple[float, float] | None = None,
     seconds: float = SECONDS,
 ) -> list[Taken]:
-    """Return what became of a file, as `import_file`, or of all that can be read in a folder, as `import_folder`.
+    """Return the results for a file, as `import_file`, or for a folder, as `import_folder`.
 
-    Raises CdprError as `import_file`, and for a folder that holds nothing to read.
+    Raises:
+        CdprError: as `import_file`, and if a folder contains nothing to read.
     """
     folder = Path(path)
-    if not os.path.isdir(folder):  # of names that cannot be, too: reading tells what is wrong with them
+    if not os.path.isdir(folder):  # False also for invalid names, which reading reports
         return [import_file(path, cable_set=cable_set, trajectory=trajectory, tension=tension, seconds=seconds)]
     if trajectory is not None:
         raise CdprError(f"{path}: is a folder, and a trajectory belongs to one robot: name its file")
@@ -99,17 +101,18 @@ def import_file(
     tension: tuple[float, float] | None = None,
     seconds: float = SECONDS,
 ) -> Taken:
-    """Return robot and scenarios of a file of another program, as YAML that loads.
+    """Return the robot and scenarios of another program's file, as valid YAML.
 
     Args:
-        path: of the file; others of the same model are found beside it.
-        cable_set: of CASPR, its default unless said.
-        trajectory: a file that belongs to a robot of the Gazebo plug-in.
-        tension: lowest and highest tension, N, of cables whose file limits none.
-        seconds: of CPU time that reading may take, in a process of its own.
+        path: the file; other files of the same model are found next to it.
+        cable_set: cable set of a CASPR model; defaults to the model's default.
+        trajectory: trajectory file for a robot of the Gazebo plug-in.
+        tension: lowest and highest tension, N, for cables without limits.
+        seconds: limit of CPU time; the file is read in a separate process.
 
-    Raises CdprError, FormatError among them, with file and line, where it is not known, unsound, or says what our
-    robots cannot, or takes longer.
+    Raises:
+        CdprError: with file and line, if the format is unknown, the file is invalid or not representable, or reading
+            takes too long. This includes FormatError.
     """
     file = Path(path)
     choice = _choice(cable_set, trajectory, tension)
@@ -129,10 +132,11 @@ def import_folder(
     tension: tuple[float, float] | None = None,
     seconds: float = SECONDS,
 ) -> Iterator[Taken]:
-    """Yield what became of each robot in a folder and those within; errors are told, not raised.
+    """Yield the result for each robot in a folder and its subfolders; errors are returned, not raised.
 
-    Of robots that would be files of the same names the later ones get a number. Each file may take so many `seconds`.
-    Our own YAML files are skipped; the last item has their number.
+    Duplicate robot names get a number. `seconds` limits the CPU time per file. cdpr's own YAML files are skipped; the
+    last
+    result has their number.
     """
     names: set[str] = set()
     choice = _choice(cable_set, None, tension)
@@ -163,7 +167,7 @@ def import_folder(
 
 
 def _is_own(file: Path) -> bool:
-    """Return whether a file is a robot, scenario, study or design of our own, by its keys."""
+    """Return True if a file is a robot, scenario, study or design of cdpr, judged by its keys."""
     if file.suffix.lower() not in (".yaml", ".yml"):
         return False
     content = content_of(file)
@@ -174,7 +178,7 @@ def _is_own(file: Path) -> bool:
 
 
 def _load(file: Path) -> None:
-    """Import what reading a file needs, once for all forks: each of them would have to."""
+    """Import the modules that reading a file needs, once for all forked processes."""
     _warm()
     try:
         begin = read_bytes(str(file), HEAD, ENDINGS)
@@ -188,7 +192,7 @@ def _load(file: Path) -> None:
 
 @cache
 def _warm() -> None:
-    """Load one robot, so that what checks robots is built once and not in each fork."""
+    """Load a minimal robot, so that validators are built once and not in each fork."""
     load_robot("warm.yaml", text=SMALLEST)
 
 
@@ -201,10 +205,19 @@ def _choice(cable_set: str | None, trajectory: str | None, tension: tuple[float,
 
 
 def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose another folder") -> list[Path]:
-    """Write files into a folder, which is made.
+    """Write the files into a folder, which is created if necessary.
 
-    Raises OutputError, which leaves nothing where nothing was; unless forced it writes over nothing, not through a
-    link either, and says what to do `otherwise`.
+    Args:
+        taken: result of an import.
+        folder: output folder.
+        force: overwrite existing files.
+        otherwise: remedy in the message about an existing file.
+
+    Returns:
+        Paths of the written files.
+
+    Raises:
+        OutputError: if a file exists (without `force`) or cannot be written; new files are removed then.
     """
     there = {name for name in taken.files if os.path.lexists(folder / name)}
     for name in taken.files:
@@ -233,7 +246,11 @@ def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose a
 
 
 def content_of(path: Path) -> bytes:
-    """Return what is in a file. Raises FormatError."""
+    """Return the content of a file.
+
+    Raises:
+        FormatError: if it cannot be read or is too large.
+    """
     try:
         content = read_bytes(str(path), MOST_BYTES, ENDINGS)
     except UnreadableError as error:
@@ -249,21 +266,21 @@ def _reader(path: Path, content: bytes) -> ModuleType:
         if module.recognise(content):
             return module
     if content.lstrip()[:1] == b"<":
-        parse(content, str(path))  # where it is no sound XML, that is what is wrong
+        parse(content, str(path))  # report invalid XML as such
     names = ", ".join(each.name for each in FORMATS)
     ours = "; our own robots and scenarios need no import" if path.suffix in (".yaml", ".yml") else ""
     raise FormatError(f"{path}: is in no format that is known; there are {names}{ours}")
 
 
 def _read(reader: ModuleType, path: Path, content: bytes, choice: Choice) -> Imported:
-    """Return what a reader found; every element, attribute and key that it did not read is among `left_out`."""
+    """Return the result of a reader; unread elements, attributes and keys are added to `left_out`."""
     found: Imported = reader.read(path, content, choice)
     found.left_out += report(found.documents)
     return found
 
 
 def _files(folder: Path) -> Iterator[Path]:
-    """All files of a folder and those within whose ending some format has, in the order of their names."""
+    """Yield all files with a known ending in a folder and its subfolders, sorted by name."""
     count = 0
     for above, folders, names in os.walk(folder):
         folders.sort()
@@ -276,7 +293,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _apart(path: Path, found: Imported, names: set[str]) -> Taken:
-    """Write texts under a name of which no file is among `names`."""
+    """Return the result under a robot name whose files are not among `names`."""
     given, taken = found.name, _taken(path, found)
     for count in itertools.count(2):
         if not names & taken.files.keys():
@@ -287,7 +304,7 @@ def _apart(path: Path, found: Imported, names: set[str]) -> Taken:
 
 
 def _taken(path: Path, found: Imported) -> Taken:
-    """Write texts, and load them: what our own checks refuse is told with its source."""
+    """Return the files as text after validation; validation errors are reported with their source."""
     robot, comments = f"{found.name}.yaml", found.comments
     taken = Taken(str(path), {}, found.left_out, found.warnings)
     with tempfile.TemporaryDirectory() as name:
@@ -309,21 +326,21 @@ def _taken(path: Path, found: Imported) -> Taken:
                 taken.left_out.append(f"{path}: motion '{motion.name}': our checks refuse it: {_first(error)}")
             else:
                 taken.files |= files
-    head = _head(found, path.parent)  # now that all is known that is left out
+    head = _head(found, path.parent)  # rewritten, because more may be left out now
     taken.files[robot] = with_comments(found.robot, lambda key: comments.get(key, ""), head)
     return taken
 
 
 def _first(error: CdprError) -> str:
-    """What the first line of an error says, without the file that is about to be written."""
+    """Return the first line of an error, without the name of the generated file."""
     return str(error).splitlines()[0].partition(": ")[2]
 
 
 def _place(path: Path, found: Imported, error: CdprError) -> str:
-    """Where in the source the first thing stands that our checks refuse, by the comment on it; else the source."""
+    """Return the position in the source of the first validation error, found by its comment; otherwise the source."""
     key = error.rows[0].path if error.rows else ()
     if key[:1] == ("tension",) and len(key) == 3:
-        key = ("cables", key[2])  # one limit for each
+        key = ("cables", key[2])  # a single limit per cable
     while key and key not in found.comments:
         key = key[:-1]
     comment = found.comments.get(key, "")
@@ -334,13 +351,13 @@ def _place(path: Path, found: Imported, error: CdprError) -> str:
 
 
 def _whole(duration: float) -> float:
-    """Return the duration that is a whole number of control steps, s, and no shorter."""
+    """Return the duration rounded up to whole control steps, s."""
     step = Simulation.model_fields["control_step"].default
     return float(round(math.ceil(duration / step - 1e-6) * step, 9))
 
 
 def _scenario(found: Imported, motion: Motion, robot: str, above: str) -> dict[str, str]:
-    """A scenario, and the files that it names."""
+    """Return a scenario and the files that it references, by name."""
     name = f"{found.name}_{motion.name}"
     tables = {f"{found.name}_{key}": value for key, value in motion.tables.items()}
     data: dict[str, Any] = {
@@ -355,7 +372,7 @@ def _scenario(found: Imported, motion: Motion, robot: str, above: str) -> dict[s
 
 
 def _head(found: Imported, folder: Path) -> str:
-    """What stands above a robot, with names of files as they are in their folder: the same bytes wherever that is."""
+    """Return the head comment of a robot file, with relative file names, so that it does not depend on the folder."""
     lines = [f"Imported from {found.source}.", *found.warnings]
     if found.left_out:
         lines += ["Left out:", *(f"- {each}" for each in found.left_out)]

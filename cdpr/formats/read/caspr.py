@@ -1,9 +1,9 @@
-"""Models of CASPR: bodies, cables, trajectories and operational spaces, each an XML file of its own.
+"""Reader of CASPR models: bodies, cables, trajectories and operational spaces, each in an XML file.
 
-The format is that of CASPR's own readers (D. Lau et al., "CASPR: A comprehensive cable-robot analysis and simulation
-platform for the research of cable-driven parallel robots", IROS 2016): attachments from the joint or the centre of
-mass, inertias about either, joints that move a body from where its parent puts it. World z is up, as here, and gravity
-is along -z, whichever plane a joint keeps to.
+The semantics are those of CASPR's readers (D. Lau et al., "CASPR: A comprehensive cable-robot analysis and simulation
+platform for the research of cable-driven parallel robots", IROS 2016). Attachments are relative to the joint or the
+centre of mass, and inertias are about either. Joints move a body relative to its pose in the parent. World z is up, as
+in cdpr, and gravity acts along -z, for all planar joints.
 """
 
 from __future__ import annotations
@@ -23,24 +23,28 @@ from cdpr.scenario.files import read as read_bytes
 
 BODIES, CABLES, MOTIONS, SPACES = "bodies_system", "cables", "trajectories", "operational_spaces"
 SUFFIXES = {BODIES: "bodies", CABLES: "cables", MOTIONS: "trajectories", SPACES: "operational_spaces"}
-# Roots of older files, which stand within the newer ones.
+# Root elements of older files; newer files contain them as children.
 LINKS = "links"
 OLDER = {LINKS: BODIES, "joint_trajectories": MOTIONS}
 MOST_BYTES = 16 * 2**20
 
 
 def recognise(content: bytes) -> bool:
-    """Whether this is one of the files of a model."""
+    """Return True if the content is a file of a CASPR model."""
     return _kind(content) in SUFFIXES and (root_of(content)[0] != LINKS or b"<link_" in content)
 
 
 def leads(path: Path, content: bytes) -> bool:
-    """Whether a model is read from here: from its bodies, and from others where there are none."""
+    """Return True if a model is read from this file: from its bodies file, or from others if that is missing."""
     return _kind(content) == BODIES or _beside(path, content, BODIES) is None
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
-    """Read a model from any of its files; `choice` may name the set of cables. Raises CdprError."""
+    """Read a model from any of its files; `choice` may select the cable set.
+
+    Raises:
+        CdprError: if a file is missing, invalid or not representable.
+    """
     roots: dict[str, Element | None] = {}
     for kind in SUFFIXES:
         file = path if _kind(content) == kind else _beside(path, content, kind)
@@ -56,7 +60,11 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
 
 
 def load(path: Path) -> bytes:
-    """Return what is in a file. Raises CdprError."""
+    """Return the content of a file.
+
+    Raises:
+        CdprError: if it cannot be read or is too large.
+    """
     try:
         content = read_bytes(str(path), MOST_BYTES, (".xml",))
     except UnreadableError as error:
@@ -89,7 +97,7 @@ def _model(
         body, told = filled(inertia, mass, np.array([row["platform"] for row in rows]) - centre, joint.turns > 1)
     except ValueError as error:
         raise given.wrong(str(error)) from None
-    if joint.turns == 1:  # of a plane: that about its normal is enough
+    if joint.turns == 1:  # planar: only the moment about the normal matters
         body, told = inertia, ""
         if inertia["xyz".index(joint.dof[-1][1])] <= 0.0:
             body, told = filled((0.0,) * 6, mass, np.array([row["platform"] for row in rows]) - centre, True)
@@ -119,7 +127,7 @@ def _model(
     for word in ("q_min", "q_max"):
         if word in link.child("joint").attributes:
             found.left_out.append(f"{_at(link.child('joint'))}: {word}: our robots have no limits of joints")
-    own = caspr_spaces.spaces(  # in older files beside the links
+    own = caspr_spaces.spaces(  # older files have them in the bodies file
         [root for root in (bodies, spaces) if root is not None], link, [row["name"] for row in rows]
     )
     found.left_out += own.left_out
@@ -150,13 +158,13 @@ def _only_link(bodies: Element) -> Element:
 
 
 def _shared(lows: tuple[float, ...], highs: tuple[float, ...]) -> dict[str, object]:
-    """One number where all cables have the same limit."""
+    """Return the limits as numbers if all cables share them, else as lists."""
     both = {"min": lows, "max": highs}
     return {key: values[0] if len(set(values)) == 1 else list(values) for key, values in both.items()}
 
 
 def _kind(content: bytes) -> str:
-    """The root of a file, by the name that it has now."""
+    """Return the root element's name, in its current form."""
     root = root_of(content)[0]
     return OLDER.get(root, root)
 
@@ -166,7 +174,7 @@ def _at(element: Element) -> str:
 
 
 def _prefix(path: Path, content: bytes) -> str:
-    """What the files of a model have in common: `ROBOT` of ROBOT_bodies.xml."""
+    """Return the common prefix of a model's files: `ROBOT` of ROBOT_bodies.xml."""
     for suffix in SUFFIXES.values():
         if path.stem.lower().endswith(f"_{suffix}"):
             return path.stem[: -len(suffix) - 1]
@@ -174,6 +182,6 @@ def _prefix(path: Path, content: bytes) -> str:
 
 
 def _beside(path: Path, content: bytes, kind: str) -> Path | None:
-    """The file of another kind of the same model, whatever the case of its name."""
+    """Return the file of another kind of the same model, ignoring case; None if there is none."""
     wanted = f"{_prefix(path, content)}_{SUFFIXES[kind]}.xml".lower()
     return next((other for other in sorted(path.parent.iterdir()) if other.name.lower() == wanted), None)

@@ -1,4 +1,4 @@
-"""Sets of cables of CASPR."""
+"""Reader of CASPR cable sets."""
 
 from __future__ import annotations
 
@@ -30,9 +30,15 @@ PULLEYS = {"pulley_radius": "radius", "cable_entry_vector": "axis", "fixed_locat
 def cables(
     root: Element, chosen: str | None, centre: list[float]
 ) -> tuple[str, list[dict[str, Any]], dict[Key, str], list[str]]:
-    """Return the name of the set, its cables as a robot file has them with `tension`, comments, and what is left out.
+    """Return the name of the set, its cables in the format of robot files with `tension`, comments, and omitted items.
 
-    `centre` is the centre of mass (3,) from the joint, from which some attachments count. Raises FormatError.
+    Args:
+        root: root element of the cables file.
+        chosen: name of the cable set; None for the default.
+        centre: (3,), centre of mass relative to the joint, m, the origin of some attachments.
+
+    Raises:
+        FormatError: if the set does not exist or is not representable.
     """
     sets = {each.attributes.get("id", ""): each for each in root.all("cable_set")}
     wanted = chosen if chosen is not None else root.attributes.get("default_cable_set", "")
@@ -55,7 +61,7 @@ def cables(
 
 
 def _sound(element: Element, centre: list[float]) -> bool:
-    """Whether every cable of a set is one that our robots can have."""
+    """Return True if all cables of a set are representable."""
     try:
         _set(element, centre)
     except FormatError:
@@ -114,7 +120,7 @@ def _cable(element: Element, name: str, centre: list[float]) -> dict[str, Any]:
 
 
 def _end(end: Element, called: str, shift: list[float]) -> dict[str, Any]:
-    """One end of a cable: `frame` or `platform`, and `exit` of a pulley."""
+    """Return an end of a cable: `frame` or `platform`, and the `exit` of a pulley."""
     if end.name == SCREWED:
         raise end.wrong(f"{called} winds on a {SCREWED}, which moves its exit along the drum: none of our parts does")
     if end.name == PULLEY:

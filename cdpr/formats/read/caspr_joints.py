@@ -1,4 +1,4 @@
-"""Joints of CASPR: how their coordinates q make a pose and its rates."""
+"""CASPR joints: conversion of joint coordinates q into poses and velocities."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cdpr.formats.read.xml import Element
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
-# What each moves along and about, in the order of its coordinates, and how three angles make a rotation.
+# Direction of each joint's coordinates, in order.
 KINDS: dict[str, tuple[str, ...]] = {
     "R_X": ("rx",),
     "R_Y": ("ry",),
@@ -50,13 +50,13 @@ REFUSED = {
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint between the world and the body.
+    """Joint between the world and the body.
 
     Attributes:
-        type: as CASPR has it.
-        dof: directions in which it moves, as many as coordinates.
-        at: (3,), where the parent puts it, m.
-        initial: its coordinates, m and rad.
+        type: name in CASPR.
+        dof: directions of motion, one per coordinate.
+        at: (3,), position in the parent, m.
+        initial: initial coordinates, m and rad.
     """
 
     type: str
@@ -66,11 +66,11 @@ class Joint:
 
     @property
     def turns(self) -> int:
-        """About how many axes it turns."""
+        """Number of rotation axes."""
         return sum(name.startswith("r") for name in self.dof)
 
     def pose(self, q: Sequence[float]) -> dict[str, Any]:
-        """Return position and orientation, as a file has them, of coordinates q."""
+        """Return position and orientation at coordinates q, in the format of robot files."""
         along, angles = self.parts(q)
         position = [a + b for a, b in zip(self.at, along.tolist(), strict=True)]
         if not angles.any():
@@ -80,7 +80,7 @@ class Joint:
         return {"position": position, "orientation": {"rpy": angles.tolist()}}
 
     def parts(self, q: Sequence[float]) -> tuple[Array, Array]:
-        """Return what coordinates, or their rates, make along the axes (3,), and about them (3,)."""
+        """Return the translational (3,) and rotational (3,) components of coordinates or their rates."""
         both = dict(zip(self.dof, q, strict=True))
         return (
             np.array([both.get(name, 0.0) for name in AXES]),
@@ -88,21 +88,27 @@ class Joint:
         )
 
     def quaternion(self, q: Sequence[float]) -> Array:
-        """Return the attitude (4,) of coordinates q."""
+        """Return the attitude quaternion (4,) at coordinates q."""
         angles = self.parts(q)[1]
         return rotations.from_rpy(*angles) if self.type == FIXED else rotations.from_euler(angles, "XYZ")
 
     def turning(self, q: Sequence[float], rate: Sequence[float], more: Sequence[float]) -> tuple[Array, Array]:
-        """Return angular velocity and acceleration (3,), world axes, of coordinates, their rates and second rates.
+        """Return angular velocity and acceleration (3,), world frame, of coordinates and their derivatives.
 
-        Of R = Rx(a) Ry(b) Rz(c) the velocity in world axes is a' x + b' Rx y + c' Rx Ry z, each axis turned by what
-        stands before it; of fixed axes R = Rz(c) Ry(b) Rx(a) likewise from the other end.
+        For R = Rx(a) Ry(b) Rz(c), the angular velocity in the world frame is a' x + b' Rx y + c' Rx Ry z: each axis is
+        rotated
+        by the preceding rotations. For fixed axes, R = Rz(c) Ry(b) Rx(a), the order is reversed.
+
+        Args:
+            q: coordinates, m and rad.
+            rate: their first derivatives.
+            more: their second derivatives.
         """
         angles, rates, seconds = (self.parts(each)[1] for each in (q, rate, more))
         order = (2, 1, 0) if self.type == FIXED else (0, 1, 2)
         speed, change, R = np.zeros(3), np.zeros(3), np.eye(3)
         for k in order:
-            axis = R[:, k]  # turns with `speed` of all before it
+            axis = R[:, k]  # moves with the angular velocity of all preceding axes
             change = change + seconds[k] * axis + rates[k] * np.cross(speed, axis)
             speed = speed + rates[k] * axis
             R = R @ _about(k, angles[k])
@@ -110,7 +116,11 @@ class Joint:
 
 
 def joint(link: Element) -> Joint:
-    """Return the joint of a link. Raises FormatError where it is none that our robots have."""
+    """Return the joint of a link.
+
+    Raises:
+        FormatError: if robots of cdpr do not support it.
+    """
     element, parent = link.child("joint"), link.child("parent")
     type_ = element.attribute("type")
     if type_ in REFUSED:

@@ -1,11 +1,10 @@
-"""Trajectories of CASPR, as motions of the platform.
+"""CASPR trajectories as motions of the platform.
 
-Times are from the start (`absolute`) or from the point before (`relative`); coordinates always are absolute. Between
-two attitudes with three angles CASPR's joints go the shortest way, R_s exp(s(t) log(R_s^T R_e)), at rest at both: so do
-waypoints, so that quintic splines are these, with all their derivatives. All others are evaluated at their own time
-step into a table, and so are turns about one axis by more than half a turn, where the shortest way is another.
-
-In operational space each coordinate has a curve of its own, angles too: a point of the platform moves, a tool of ours.
+Times are relative to the start (`absolute`) or to the previous point (`relative`); coordinates are always absolute.
+Between two attitudes given by three angles, CASPR interpolates along the shortest rotation, R_s exp(s(t) log(R_s^T
+R_e)), at rest at both ends. Waypoints do the same, so that quintic splines become waypoints with all derivatives. Other
+splines, and rotations about one axis by more than half a turn, are sampled into a table at the trajectory's time step.
+In operational space each coordinate has its own curve, including angles; the moving point becomes a tool.
 """
 
 from __future__ import annotations
@@ -31,13 +30,13 @@ from cdpr.scenario.motions.table import MAX_ROWS
 
 HEAD = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,ax,ay,az"
 MOST_BYTES = 32 * 2**20
-OLDER = "trajectory"  # of older files: a quintic spline with times from the start
+OLDER = "trajectory"  # in older files: a quintic spline with absolute times
 FILE = "file_trajectory"
-OPERATIONAL = (LINEAR, QUINTIC)  # the kinds that CASPR has in operational space
+OPERATIONAL = (LINEAR, QUINTIC)  # the kinds that CASPR supports in operational space
 
 
 def motions(root: Element, joint: Joint, spaces: Spaces) -> tuple[list[Motion], list[str], list[str]]:
-    """Return the motions of a file of trajectories, what was left out and why, and what was taken as it is not said."""
+    """Return the motions of a trajectory file, omitted items with reasons, and notes on assumptions."""
     found, left_out, told = [], [], []
     for group in root.children:
         for element in group.children if group.name.endswith("_trajectories") else [group]:
@@ -71,7 +70,7 @@ def _motion(element: Element, joint: Joint) -> Motion:
     points = read(element, len(joint.dof), "q")
     if joint.turns == 3 and _turning(points, joint):
         raise element.wrong("three angles have rates that are not 0 at a point, which CASPR does not take either")
-    element.touch("time_step", "blend_time_default")  # of the kinds for which they mean nothing
+    element.touch("time_step", "blend_time_default")  # unused in kinds where they have no meaning
     if points.kind == QUINTIC and (joint.turns != 1 or _near(points, joint)):
         return _passed(points, joint)
     parts = points.sampled(element)
@@ -79,7 +78,7 @@ def _motion(element: Element, joint: Joint) -> Motion:
 
 
 def _operational(element: Element, joint: Joint, spaces: Spaces) -> tuple[Motion, str]:
-    """The motion of a point of the platform, and what was taken as it is not said."""
+    """Return the motion of a point of the platform, and a note on assumptions."""
     if element.name not in OPERATIONAL:
         known = " and ".join(OPERATIONAL)
         raise element.wrong(f"<{element.name}> is none of operational space, where CASPR itself has {known} alone")
@@ -94,18 +93,18 @@ def _operational(element: Element, joint: Joint, spaces: Spaces) -> tuple[Motion
 
 
 def _turning(points: Points, joint: Joint) -> bool:
-    """Whether anything turns at a point."""
+    """Return True if a point has angular rates or accelerations."""
     return any(joint.parts(row)[1].any() for each in (points.rates, points.seconds) for row in each)
 
 
 def _near(points: Points, joint: Joint) -> bool:
-    """Whether no angle changes by half a turn from point to point."""
+    """Return True if no angle changes by half a turn or more between points."""
     angles = np.array([joint.parts(row)[1] for row in points.q])
     return bool(np.abs(np.diff(angles, axis=0)).max() < np.pi)
 
 
 def _one_turn(points: Points, frame: Joint) -> bool:
-    """Whether a quintic's angles are those of waypoints: all stay as they are, or one alone is not 0."""
+    """Return True if waypoints reproduce a quintic's angles: all are constant, or only one is not zero."""
     if points.kind != QUINTIC:
         return False
     angles = np.array([frame.parts(row)[1] for row in points.q])
@@ -115,7 +114,7 @@ def _one_turn(points: Points, frame: Joint) -> bool:
 
 
 def _origin(first: dict[str, Any], attitude: Array, reach: Array) -> dict[str, Any]:
-    """Where and how fast the platform's origin is at first, of what its tool is."""
+    """Return the initial pose and velocity of the platform's origin, from those of its tool."""
     arm = rotations.matrix(attitude) @ reach
     spin, velocity = (np.array(first.get(key, np.zeros(3))) for key in ("angular_velocity", "velocity"))
     pose = {**first, "position": (np.array(first["position"]) - arm).tolist()}
@@ -123,7 +122,7 @@ def _origin(first: dict[str, Any], attitude: Array, reach: Array) -> dict[str, A
 
 
 def _shortest(points: Points, joint: Joint, at: Array) -> tuple[Array, Array]:
-    """Attitudes (k, 4) and angular velocities (k, 3), world axes, at times (k, 1), the shortest way between points."""
+    """Return attitudes (k, 4) and angular velocities (k, 3), world frame, at times (k, 1): shortest rotations."""
     attitudes, speeds = [], []
     for time in at[:, 0].tolist():
         k = min(int(np.searchsorted(points.times, time, side="right")) - 1, len(points.times) - 2)
@@ -138,7 +137,7 @@ def _shortest(points: Points, joint: Joint, at: Array) -> tuple[Array, Array]:
 
 
 def _passed(points: Points, joint: Joint) -> Motion:
-    """Waypoints with their derivatives."""
+    """Return waypoints with their derivatives."""
     rows = []
     each = (part.tolist() for part in (points.times, points.q, points.rates, points.seconds))
     for time, at, rate, second in zip(*each, strict=True):
@@ -153,9 +152,12 @@ def _passed(points: Points, joint: Joint) -> Motion:
 
 
 def _of_file(element: Element, joint: Joint) -> list[Array]:
-    """Of a .traj file: `time_step,STEP`, then rows `t,TIME,p,...,v,...,a,...`; older ones say `q` and no time."""
+    """Return the samples of a .traj file.
+
+    The file contains `time_step,STEP` and rows `t,TIME,p,...,v,...,a,...`; older files have `q` and no time.
+    """
     name = Path(element.attribute("filename"))
-    if name.is_absolute() or ".." in name.parts:  # a stranger's model reads nothing but what came with it
+    if name.is_absolute() or ".." in name.parts:  # an untrusted model must not read files outside its folder
         raise element.wrong(f"filename: {shown(str(name))} leads out of the folder of the model: put the file there")
     n, path = len(joint.dof), Path(element.file).parent / name
     try:
@@ -187,7 +189,12 @@ def _of_file(element: Element, joint: Joint) -> list[Array]:
 
 
 def _row(words: list[str], n: int) -> list[float]:
-    """Time, coordinates, rates and second rates of a row of a .traj file. Raises ValueError, IndexError."""
+    """Return time, coordinates, rates and second derivatives of a row of a .traj file.
+
+    Raises:
+        ValueError: if the row is malformed.
+        IndexError: if the row is too short.
+    """
     width = n + 1
     expected = 2 + 3 * width
     labels = [words[k] for k in range(2, expected, width)]
@@ -197,7 +204,7 @@ def _row(words: list[str], n: int) -> list[float]:
 
 
 def _tabled(parts: list[Array], joint: Joint, turned: tuple[Array, Array] | None = None) -> Motion:
-    """A table of the platform's poses and rates; of attitudes and angular velocities that are given, or the angles'."""
+    """Return a table of poses and velocities; `turned` overrides the attitudes and angular velocities of the angles."""
     lines = [HEAD]
     for k, ((time,), q, rate, second) in enumerate(zip(*(part.tolist() for part in parts), strict=True)):
         place = np.array(joint.at) + joint.parts(q)[0]
@@ -215,6 +222,6 @@ def _tabled(parts: list[Array], joint: Joint, turned: tuple[Array, Array] | None
 
 
 def _begins(pose: dict[str, Any], velocity: list[float], turn: list[float]) -> dict[str, Any]:
-    """Where and how fast the platform is at first, so that it is on its way from the first step."""
+    """Return the initial pose and velocity, so that the platform moves from the first step."""
     first = {"position": pose["position"], "orientation": pose.get("orientation", {"rpy": [0.0, 0.0, 0.0]})}
     return first | {key: v for key, v in (("velocity", velocity), ("angular_velocity", turn)) if any(v)}

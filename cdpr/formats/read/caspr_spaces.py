@@ -1,8 +1,8 @@
-"""Operational spaces of CASPR: points of the platform, which are tools, and what coordinates y say of its motion.
+"""CASPR operational spaces: points of the platform, imported as tools, and the meaning of coordinates y.
 
-A point's offset is from the joint, in the platform's axes; y is where the point is in the world, of the axes that are
-active, and what angles the platform has. `pose_euler_xyz` takes its angles about fixed axes, R = Rz(g) Ry(b) Rx(a),
-whatever its name says; `orientation_euler_xyz` takes those of a joint, R = Rx(a) Ry(b) Rz(g).
+A point's offset is relative to the joint, in platform axes. The coordinates y are the point's world position along the
+active axes, and the platform's angles. `pose_euler_xyz` uses angles about fixed axes, R = Rz(g) Ry(b) Rx(a), despite
+its name; `orientation_euler_xyz` uses those of a joint, R = Rx(a) Ry(b) Rz(g).
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ ACTIVE = {POSITION: "xyz", POSE: "xyzabg", ORIENTATION: "abg"}
 
 @dataclass(frozen=True)
 class Space:
-    """What coordinates y of a trajectory are.
+    """Meaning of a trajectory's coordinates y.
 
     Attributes:
-        axes: what each is, as names of `dof`.
-        tool: the point that they are of; None where they are of the platform's origin.
-        reach: (3,) of it, from the joint, platform axes, m.
-        frame: a joint of all six coordinates at the world's origin, whose body is the point.
-        held: (6,) coordinates of that joint that y does not say.
-        told: what is not said and was taken, or nothing.
+        axes: direction of each coordinate, as names of `dof`.
+        tool: name of the moving point; None for the platform's origin.
+        reach: (3,), position of the point relative to the joint, platform axes, m.
+        frame: joint with six coordinates at the world's origin, whose body is the point.
+        held: (6,), values of that joint's coordinates that y does not contain.
+        told: note on assumptions, or "".
     """
 
     axes: tuple[str, ...]
@@ -47,7 +47,7 @@ class Space:
     told: str
 
     def all_six(self, points: Points) -> Points:
-        """Return points of all six coordinates, of points of y."""
+        """Return points with all six coordinates from points of y."""
         where = [ALL.index(name) for name in self.axes]
 
         def spread(values: Array, otherwise: Array) -> Array:
@@ -61,12 +61,12 @@ class Space:
 
 @dataclass(frozen=True)
 class Spaces:
-    """The operational spaces of a model.
+    """Operational spaces of a model.
 
     Attributes:
         tools: points (3,), m, platform axes, by name.
-        line: where the first of them is, or nothing.
-        left_out: what of them is not the platform's.
+        line: position of the first one in its file, or "".
+        left_out: operational spaces that do not belong to the platform.
     """
 
     tools: dict[str, list[float]]
@@ -77,7 +77,11 @@ class Spaces:
     _link: str
 
     def space(self, element: Element, joint: Joint) -> Space:
-        """Return what y of a trajectory is. Raises FormatError where that is no motion of the platform."""
+        """Return the meaning of a trajectory's coordinates y.
+
+        Raises:
+            FormatError: if they do not describe a motion of the platform.
+        """
         set_ = self._default(element)
         if len(set_.children) != 1:
             raise set_.wrong(f"the operational set holds {len(set_.children)} spaces, and one platform has one")
@@ -99,7 +103,7 @@ class Spaces:
         return Space(axes, tool, reach, frame, held, told)
 
     def _default(self, element: Element) -> Element:
-        """The set of which y is: the default one, or the only one."""
+        """Return the operational set of a trajectory: the default one, or the only one."""
         every = [each for root in self._roots for each in root.everywhere()]
         sets = {each.attributes.get("id", ""): each for each in every if each.name == "operational_set"}
         named = [each.attributes.get("default_operational_set", "").strip() for each in every]
@@ -113,7 +117,7 @@ class Spaces:
 
 
 def spaces(roots: list[Element], link: Element, cables: list[str]) -> Spaces:
-    """Return the operational spaces in these files, of a platform that is `link`, beside cables of these names."""
+    """Return the operational spaces in these files; tool names differ from those of the cables."""
     sets = [each for root in roots for each in root.everywhere() if each.name == "operational_set"]
     markers = [marker for each in sets for marker in each.children if marker.find("offset") is not None]
     names = unique([slug(marker.attributes.get("name", ""), "tool") for marker in markers])
@@ -132,12 +136,12 @@ def spaces(roots: list[Element], link: Element, cables: list[str]) -> Spaces:
 
 
 def _link_of(marker: Element) -> str:
-    """Of which link a space is."""
+    """Return the link number of a space."""
     return marker.child("link").text.strip()
 
 
 def _held(marker: Element, axes: tuple[str, ...], joint: Joint, reach: Array) -> tuple[Array, str, str]:
-    """All six coordinates as they are where y does not say them, by what rule angles turn, and what was taken."""
+    """Return the values of the six coordinates that y does not contain, the type of the angles, and a note."""
     turning = [name for name in joint.dof if name not in AXES]
     said = [name for name in axes if name not in AXES]
     unsaid = [name for name in joint.dof if name in AXES and name not in axes]

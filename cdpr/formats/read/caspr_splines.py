@@ -1,7 +1,7 @@
-"""Points of a trajectory of CASPR, and the curves between them.
+"""Points of CASPR trajectories and interpolation between them.
 
-A curve is evaluated at the trajectory's own time step. Where the step does not divide the time between two points,
-CASPR arrives up to a step early and waits; here the point is reached when the file says.
+Curves are sampled at the trajectory's time step. If the step does not divide the time between two points, CASPR arrives
+up to one step early and waits; here the point is reached at the time in the file.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ AVERAGE = "cubic_spline_average_velocity_trajectory"
 QUINTIC = "quintic_spline_trajectory"
 PARABOLIC = "parabolic_blend_trajectory"
 
-# Coordinates, rates and second rates, each (k, n), of a point, of the next, for times (k,) after it, of T s between.
+# Interpolation function: returns coordinates, rates and second derivatives, each (k, n). Its arguments are the values
+# (3, n) at a point and the next, times (k,) after the first, the duration T in s, and the blend time in s.
 Between = Callable[[Array, Array, Array, float, float], tuple[Array, Array, Array]]
 
 
@@ -30,10 +31,12 @@ class Points:
     """Points of a trajectory.
 
     Attributes:
-        kind: of the curves between them.
-        times: (k,), when they are reached, s, from 0.
-        q, rates, seconds: (k, n) coordinates and their derivatives there; 0 where the kind asks for none.
-        blends: (k,) how long the parabolas before each take, s.
+        kind: kind of interpolation.
+        times: (k,), s, starting at 0.
+        q: (k, n), coordinates.
+        rates: (k, n), first derivatives; 0 if the kind has none.
+        seconds: (k, n), second derivatives; 0 if the kind has none.
+        blends: (k,), durations of the parabolas before each point, s.
     """
 
     kind: str
@@ -44,14 +47,15 @@ class Points:
     blends: Array
 
     def share(self, k: int, time: float) -> tuple[float, float]:
-        """Return the share of the way from point k to the next at a time, and its rate, 1/s, at rest at both."""
+        """Return the fraction of the way from point k to the next at a time, and its rate, 1/s; at rest at both ends.
+        """
         T, still = float(self.times[k + 1] - self.times[k]), np.zeros((3, 1))
         there = np.array([[1.0], [0.0], [0.0]])
         at, rate, _ = BETWEEN[self.kind](still, there, np.array([time - self.times[k]]), T, float(self.blends[k + 1]))
         return float(at[0, 0]), float(rate[0, 0])
 
     def sampled(self, element: Element) -> list[Array]:
-        """Return times (k, 1), coordinates, rates and second rates, each (k, n), at the element's time step."""
+        """Return times (k, 1), coordinates, rates and second derivatives, each (k, n), at the element's time step."""
         step = element.attribute_number("time_step")
         length = float(self.times[-1])
         count = length / step if step > 0.0 else np.inf
@@ -69,7 +73,11 @@ class Points:
 
 
 def read(element: Element, n: int, word: str) -> Points:
-    """Return the points of a trajectory of n coordinates, which the file calls `word`. Raises FormatError."""
+    """Return the points of a trajectory of n coordinates; `word` is the name of the coordinates in the file.
+
+    Raises:
+        FormatError: if a point is invalid.
+    """
     points = element.child("points").all("point")
     if len(points) < 2:
         raise element.wrong(f"two or more points are expected, got {len(points)}")
@@ -88,7 +96,7 @@ def read(element: Element, n: int, word: str) -> Points:
 
 
 def _times(element: Element, points: list[Element]) -> Array:
-    """When points are reached, (k,), s, from 0."""
+    """Return the times of the points, (k,), s, starting at 0."""
     definition = element.attribute("time_definition")
     if definition not in ("absolute", "relative"):
         raise element.wrong(f"time_definition: absolute or relative is expected, got '{definition}'")
@@ -101,7 +109,7 @@ def _times(element: Element, points: list[Element]) -> Array:
 
 
 def _blends(element: Element, points: list[Element], times: Array) -> Array:
-    """How long the parabolas before each point take, (k,), s."""
+    """Return the durations of the parabolas before each point, (k,), s."""
     found = np.zeros(len(points))
     if element.name != PARABOLIC:
         return found
@@ -121,7 +129,7 @@ def _straight(a: Array, b: Array, t: Array, T: float, _: float) -> tuple[Array, 
 
 
 def _polynomial(conditions: int) -> Between:
-    """Of so many derivatives at both ends, 2 or 3: the cubic or the quintic."""
+    """Return the interpolation with 2 (cubic) or 3 (quintic) conditions at each end."""
 
     def between(a: Array, b: Array, t: Array, T: float, _: float) -> tuple[Array, Array, Array]:
         order = 2 * conditions
@@ -134,7 +142,7 @@ def _polynomial(conditions: int) -> Between:
 
 
 def _derivative(power: int, times: int, x: float) -> float:
-    """The derivative of x^power, so many times."""
+    """Return the derivative of x^power of order `times`."""
     factor = 1.0
     for k in range(times):
         factor *= power - k
@@ -142,7 +150,7 @@ def _derivative(power: int, times: int, x: float) -> float:
 
 
 def _blended(a: Array, b: Array, t: Array, T: float, blend: float) -> tuple[Array, Array, Array]:
-    """A straight move that begins and ends with a parabola of `blend` s."""
+    """Interpolate linearly with a parabola of `blend` s at each end."""
     if blend <= 0.0:
         return _straight(a, b, t, T, 0.0)
     way = b[0] - a[0]

@@ -1,4 +1,4 @@
-"""What a user says beside the file that is imported."""
+"""User options of an import."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Choice:
-    """What to take where a source offers several.
+    """Selection among alternatives in a source.
 
     Attributes:
-        cable_set: of CASPR; its default unless said.
-        trajectory: a file that belongs to the robot, of the Gazebo plug-in.
-        tension: lowest and highest tension, N, of cables whose file limits none.
+        cable_set: cable set of a CASPR model; None for its default.
+        trajectory: trajectory file for a robot of the Gazebo plug-in.
+        tension: lowest and highest tension, N, for cables without limits.
     """
 
     cable_set: str | None = None

@@ -1,9 +1,9 @@
-"""Robots of the Gazebo plug-in for cable robots: the thesis's dialect, all below `model`, and its successor's.
+"""Reader of robots of the Gazebo plug-in for cable robots.
 
-Both give anchors A_i in the world and B_i in platform axes, m, the limits of tension as `min` and `effort` of the
-actuated joint, N, and an initial pose with roll, pitch, yaw about fixed axes, rad. The successor's inertia is about the
-centre of mass, which is the origin; the thesis's generator takes that of the box from `lower` to `upper`, whatever
-`inertial` says, and so does this.
+There are two dialects: the thesis's, below the key `model`, and a later one. Both contain anchors A_i in the world and
+B_i in platform axes, m; tension limits as `min` and `effort` of the actuated joint, N; and an initial pose with roll,
+pitch, yaw about fixed axes, rad. In the later dialect the inertia is about the centre of mass, which is the origin. The
+thesis's generator uses the inertia of the box from `lower` to `upper` and ignores `inertial`; so does this reader.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from cdpr.formats.read.plain import Node, document_of
 from cdpr.scenario.motions import Quintic
 from cdpr.scenario.robot_schema import Inertia
 
-CENTRED = 1e-9  # of its size, how far the middle of a box may be from the origin: files are rounded
+CENTRED = 1e-9  # largest distance of a box's centre from the origin, relative to its size: files are rounded
 FRAMES = {"box": "box", "poles": "posts"}
-ENDS = (("t1", "B"), ("t4", "C"))  # keys of the straight line's end, time and place: at present, and of old
+ENDS = (("t1", "B"), ("t4", "C"))  # keys of the straight line's end, time and position: current and former
 WITHOUT_EFFECT = {
     "controllers": "gains of the plug-in's joints; our controllers have their own",
     "sim_cables": "whether Gazebo simulates cables as legs",
@@ -36,24 +36,28 @@ WITHOUT_EFFECT = {
 
 
 def recognise(content: bytes) -> bool:
-    """Whether it names points of cables, or the times and places of a trajectory."""
+    """Return True if the content has anchor points of cables, or times and positions of a trajectory."""
     ours = re.search(rb"^\s*cables:", content, re.MULTILINE) is not None
     return (all(word in content for word in (b"points:", b"platform:", b"frame:")) and not ours) or is_motion(content)
 
 
 def is_motion(content: bytes) -> bool:
-    """Whether it is a trajectory, which belongs to a robot."""
+    """Return True if the content is a trajectory, which belongs to a robot."""
     times, places = (re.search(rb"^" + word + rb"\s*:", content, re.MULTILINE) for word in (b"time", b"position"))
     return times is not None and places is not None and b"points:" not in content
 
 
 def leads(path: Path, content: bytes) -> bool:
-    """Whether a robot is read from here; a trajectory is not read alone."""
+    """Return True if a robot is read from this file; trajectories are not read alone."""
     return not is_motion(content)
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
-    """Read a robot. Raises CdprError."""
+    """Read a robot.
+
+    Raises:
+        CdprError: if the file is invalid.
+    """
     top = document_of(content, str(path))
     if is_motion(content):
         raise top.wrong("this is a trajectory: import its robot, and name this as its trajectory (--trajectory)")
@@ -119,9 +123,9 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
 def _body(
     found: Imported, platform: Node, mass: float, anchors: Any, thesis: bool
 ) -> tuple[Inertia, list[float] | None]:
-    """Inertia about the centre of mass, kg m^2, and the sizes of the box that is drawn."""
+    """Return the inertia about the centre of mass, kg m^2, and the sizes of the box shape."""
     if not thesis:
-        given = (platform / "inertia").vector(6) if "inertia" in platform else [0.0] * 6  # its first files have none
+        given = (platform / "inertia").vector(6) if "inertia" in platform else [0.0] * 6  # early files have none
         xx, yy, zz, xy, xz, yz = given
         found.comments["platform", "inertia"] = f"kg m^2, {(platform / 'inertia').at}"
         shape = (platform / "size").vector(3) if (platform / "type").value == "box" and "size" in platform else None
@@ -178,9 +182,9 @@ def _colour(found: Imported, node: Node) -> str | None:
 
 
 def _motion(found: Imported, path: Path, home: dict[str, Any]) -> Motion:
-    """Return the straight move of a trajectory file: quintic, from A at t0 to B at t1.
+    """Return the straight motion of a trajectory file: quintic, from A at t0 to B at t1.
 
-    These are the keys that the plug-in's straight line reads. An older revision of it read t4 and C in their place.
+    The plug-in's straight line reads these keys. An older revision used t4 and C instead of t1 and B.
     """
     from cdpr.formats.read.bring import content_of
 
@@ -215,7 +219,7 @@ def _motion(found: Imported, path: Path, home: dict[str, Any]) -> Motion:
 
 
 def _other_revision(top: Node) -> FormatError:
-    """Return the error for a trajectory that is not the straight line's, which names the keys that the file has."""
+    """Return the error for a trajectory of another kind, with the keys of the file."""
     there = [
         f"{key}.{inner}" if isinstance(inner, str) else str(key)
         for key, value in (top.value or {}).items()

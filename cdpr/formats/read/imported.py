@@ -1,4 +1,4 @@
-"""What was found in a file of another program, as our own files have it."""
+"""Data model of an import, in terms of cdpr's own files."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from cdpr.scenario.robot_schema import names_of_exports
 
 @dataclass
 class Motion:
-    """One motion of a source: a scenario is made of it.
+    """Motion of a source, which becomes a scenario.
 
     Attributes:
-        name: of it, in the source.
-        trajectory: the section of a scenario.
+        name: name in the source.
+        trajectory: section of the scenario.
         duration: s.
-        initial: the section of a scenario.
-        controller: the section of a scenario, where the source has one.
-        tables: files that it names, with their content.
+        initial: section of the scenario.
+        controller: section of the scenario, if the source has one.
+        tables: content of the referenced files, by name.
     """
 
     name: str
@@ -37,17 +37,17 @@ class Motion:
 
 @dataclass
 class Imported:
-    """A robot, and motions of it, from another program's files.
+    """Robot and motions from another program's files.
 
     Attributes:
-        name: of the robot, as our files take it.
-        source: what it was, such as "CASPR, robot_bodies.xml": the first line of what is written.
-        robot: as a robot file has it.
-        comments: where numbers came from, by their path in it.
-        motions: of the source.
-        left_out: what the source says and our files do not, and why.
-        warnings: what was filled in or guessed.
-        documents: all that were read; `report` adds what was not read of them to `left_out`.
+        name: valid robot name.
+        source: description such as "CASPR, robot_bodies.xml", for the first line of the output.
+        robot: data of the robot file.
+        documents: all documents that were read; `report` adds their unread parts to `left_out`.
+        comments: origin of values, by path in the robot file.
+        motions: motions of the source.
+        left_out: items of the source that are not imported, with reasons.
+        warnings: assumed or substituted values.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Imported:
 
 
 def slug(text: str, otherwise: str) -> str:
-    """Return a name as our files take it: as it is, or of letters, digits, `_` and `-`, beginning with a letter."""
+    """Return a valid name: unchanged if possible, else letters, digits, `_` and `-`, starting with a letter."""
     if re.fullmatch(NAME_PATTERN, text):
         return text
     kept = "".join(char if char.isascii() and (char.isalnum() or char in "_-") else "_" for char in text.strip())
@@ -72,7 +72,7 @@ def slug(text: str, otherwise: str) -> str:
 
 
 def unique(names: list[str]) -> list[str]:
-    """Return names of which those that stood there before get a number."""
+    """Return the names with numbers appended to duplicates."""
     taken: set[str] = set()
     counts: dict[str, int] = {}
     found = []
@@ -87,11 +87,11 @@ def unique(names: list[str]) -> list[str]:
 
 
 def apart(tools: dict[str, list[float]], cables: Iterable[str]) -> dict[str, list[float]]:
-    """Return tools of which those get a number that are called as a part of a robot with these cables is."""
+    """Return the tools; names that the exports of a robot with these cables use for other parts get a number."""
     reserved = sorted(names_of_exports(cables))
     return dict(zip(unique([*reserved, *tools])[len(reserved) :], tools.values(), strict=True))
 
 
 def refuse(file: str, line: int, text: str) -> FormatError:
-    """Return the error of a place."""
+    """Return the error for a position in a file."""
     return FormatError(f"{file}:{line}: {text}")

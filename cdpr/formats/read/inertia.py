@@ -1,4 +1,4 @@
-"""Inertias as other programs give them: about another point, or with moments that were left at zero."""
+"""Conversion of inertias: about another point, or with moments that are zero in the source."""
 
 from __future__ import annotations
 
@@ -10,14 +10,19 @@ from cdpr.model.robot import Array
 from cdpr.scenario.robot_schema import Inertia, of_a_body, tensor
 
 NAMES = ("ixx", "iyy", "izz")
-# Of a ball that is as large as a platform's anchors are far from its middle: what a body without inertia is given.
+# Factor of a solid sphere; its radius is that of the platform's anchors. Replaces a missing inertia.
 BALL = 0.4
 
 
 def about_centre(inertia: Inertia, mass: float, centre: Sequence[float]) -> Inertia:
-    """Return an inertia about the centre of mass, kg m^2, of one about the origin, from which it is `centre` (3,), m.
+    """Return the inertia about the centre of mass, kg m^2, of an inertia about the origin.
 
-    I_G = I_O - m (c.c 1 - c c^T), the theorem of Huygens and Steiner.
+    Steiner's theorem: I_G = I_O - m (c.c 1 - c c^T).
+
+    Args:
+        inertia: inertia about the origin, kg m^2.
+        mass: kg.
+        centre: (3,), centre of mass relative to the origin, m.
     """
     c = np.array(centre, dtype=float)
     return six(np.array(tensor(inertia)) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
@@ -30,11 +35,20 @@ def six(tensor_: Array) -> Inertia:
 
 
 def filled(inertia: Inertia, mass: float, anchors: Array, turning: bool) -> tuple[Inertia | None, str]:
-    """Return an inertia that a body can have, and what was filled in; None where the platform does not turn.
+    """Return a valid inertia and a note on substituted values; None if the platform does not rotate.
 
-    Moments that are zero are filled: by the largest of those that are given, which keeps it that of a body, or where
-    all are zero by those of a ball through the anchors (m, 3), platform axes, about the centre of mass. Raises
-    ValueError where what is given is that of no body for another reason.
+    Zero moments are replaced by the largest given one, which keeps the inertia valid. If all are zero, those of a
+    sphere
+    through the anchors are used.
+
+    Args:
+        inertia: inertia about the centre of mass, kg m^2.
+        mass: kg.
+        anchors: (m, 3), platform axes, relative to the centre of mass, m.
+        turning: False if the platform does not rotate.
+
+    Raises:
+        ValueError: if the inertia is invalid for another reason.
     """
     if not turning:
         return None, ""

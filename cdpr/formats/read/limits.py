@@ -1,9 +1,9 @@
-"""Bounds on reading a file of others: a forked process of its own with limited CPU time, wall time and memory.
+"""Resource limits for reading untrusted files: a forked process with limited CPU time, wall time and memory.
 
-A parser in C cannot be interrupted within our process: neither by a limit nor by Ctrl-C. Its own process can. The fork
-needs no second import of cdpr. It copies only the thread that calls, so that a lock that another thread holds stays
-locked in the copy, which then ends after `WALL`. Programs with threads should import in a process of their own, as the
-window does (`cdpr.gui.reading`).
+A C parser cannot be interrupted within this process, neither by a limit nor by Ctrl-C; a separate process can. Forking
+avoids a second import of cdpr. The fork has only the calling thread; a lock held by another thread stays locked in it,
+and the process is then killed after `WALL`. Programs with threads should import in a separate process, as the GUI does
+(`cdpr.gui.reading`).
 """
 
 from __future__ import annotations
@@ -25,24 +25,25 @@ from typing import Any, NoReturn, TypeVar
 from cdpr import processes
 from cdpr.errors import CdprError, FormatError
 
-SECONDS = 10.0  # of CPU time, unless said otherwise
-WALL = 12.0  # times the CPU time, and a minute at least: what a busy machine or a deadlock may add
+SECONDS = 10.0  # default CPU time
+WALL = 12.0  # wall time relative to CPU time, at least a minute: margin for busy machines and deadlocks
 MINUTE = 60.0
-APART = True  # tests that are about other things read in their own process, which is faster
-MEMORY = 4 * 2**30  # bytes of addresses beyond those that the process has already
+APART = True  # tests of other features read in the same process, which is faster
+MEMORY = 4 * 2**30  # bytes of address space in addition to that of the process
 
 Result = TypeVar("Result")
 
 
 def bounded(call: Callable[[], Result], path: str, seconds: float = SECONDS) -> Result:
-    """Return the result of `call`, which reads a file of others, and raise what it raises.
+    """Return the result of `call`, which reads an untrusted file, and propagate its exceptions.
 
     Args:
         call: run in a fork of this process; its result or error is pickled.
-        path: of the file, for messages.
-        seconds: of CPU time.
+        path: the file, for messages.
+        seconds: limit of CPU time.
 
-    Raises FormatError where it takes more time or memory, or its process dies.
+    Raises:
+        FormatError: if a limit is exceeded or the process dies.
     """
     if not 0.0 < seconds < math.inf:
         raise CdprError(f"seconds: expected a number above 0, got {seconds:g}")
@@ -60,7 +61,7 @@ def bounded(call: Callable[[], Result], path: str, seconds: float = SECONDS) -> 
     code, longest = -signal.SIGKILL, max(MINUTE, WALL * seconds)
     try:
         content = _received(ours, longest)
-    finally:  # also where it is interrupted
+    finally:  # also if interrupted
         os.close(ours)
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
@@ -73,7 +74,7 @@ def bounded(call: Callable[[], Result], path: str, seconds: float = SECONDS) -> 
 
 
 def _forked(path: str) -> tuple[int, int, int]:
-    """Fork; return the child's process id, 0 in the child, and both ends of a pipe."""
+    """Fork; return the child's process id (0 in the child) and both ends of a pipe."""
     ends: tuple[int, ...] = ()
     try:
         ends = os.pipe()
@@ -101,14 +102,14 @@ def _result(content: bytes, path: str, code: int, seconds: float) -> Any:
         raise value
     if kind == "fault":
         name, text, trace = value
-        fault: RuntimeError = type(name, (RuntimeError,), {})(text)  # printed once, as `NAME: text`
+        fault: RuntimeError = type(name, (RuntimeError,), {})(text)  # displayed once, as `NAME: text`
         fault.add_note(trace)
         raise fault
     return value
 
 
 def _received(descriptor: int, seconds: float) -> bytes | None:
-    """Return what comes until the other end closes; None where that takes too long."""
+    """Return the data received until the other end closes; None after a timeout."""
     parts, end = list[bytes](), time.monotonic() + seconds
     while True:
         ready, _, _ = select.select([descriptor], [], [], max(0.0, end - time.monotonic()))
@@ -124,9 +125,9 @@ def _answer(call: Callable[[], object], path: str, out: int, parent: int, second
     """Run `call` within limits, and send its result."""
     try:
         processes.end_with(parent)
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it, and ends this process
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent receives it and kills this process
         signal.signal(signal.SIGXCPU, signal.SIG_DFL)
-        gc.disable()  # it would write to, and so copy, all memory that is shared with the parent
+        gc.disable()  # garbage collection would write to shared memory and thereby copy it
         _limit(resource.RLIMIT_CPU, math.ceil(seconds))
         addresses = resource.getrlimit(resource.RLIMIT_AS)
         _limit(resource.RLIMIT_AS, MEMORY + _addresses())
@@ -138,12 +139,12 @@ def _answer(call: Callable[[], object], path: str, out: int, parent: int, second
             answer = ("error", FormatError(f"{path}: reading it takes more than {MEMORY // 2**30} GiB of memory"))
         except Exception as error:
             answer = ("fault", (type(error).__name__, str(error), traceback.format_exc()))
-        resource.setrlimit(resource.RLIMIT_AS, addresses)  # the answer must find memory where the reader found none
+        resource.setrlimit(resource.RLIMIT_AS, addresses)  # sending the result needs memory
         content = pickle.dumps(answer)
         with os.fdopen(out, "wb") as file:
             file.write(content)
     finally:
-        os._exit(0)  # nothing of the parent's is flushed or closed here
+        os._exit(0)  # do not flush or close the parent's files
 
 
 def _limit(which: int, value: int) -> None:
@@ -154,14 +155,14 @@ def _limit(which: int, value: int) -> None:
 
 
 def _addresses() -> int:
-    """Return how many bytes of addresses this process has; 0 where the system does not say."""
+    """Return the size of this process's address space in bytes; 0 if unknown."""
     with suppress(OSError, ValueError, IndexError), open("/proc/self/statm") as file:
         return int(file.read().split()[0]) * resource.getpagesize()
     return 0
 
 
 def _plain(error: CdprError) -> CdprError:
-    """Return an error as it comes through a pipe."""
+    """Return an error that can be pickled."""
     with suppress(Exception):
         if str(pickle.loads(pickle.dumps(error))) == str(error):
             return error

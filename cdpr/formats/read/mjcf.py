@@ -1,9 +1,9 @@
-"""MJCF, MuJoCo's format: one body on spatial tendons, each with a motor whose control is its tension or a multiple.
+"""Reader of MJCF, MuJoCo's format: one body on spatial tendons, each with a motor.
 
-MuJoCo's compiler itself resolves defaults, angles, frames and inertias of any kind; poses are those of its kinematics.
-The platform's origin and axes are those of the site `platform` of the body, where there is one, else the body's own;
-where the body turns on a ball or a hinge, the origin is the joint's anchor. A tendon's force is positive where it
-pushes: of a motor with control c, gear g and gain k the tension is -g k c.
+MuJoCo's compiler resolves defaults, angles, frames and inertias; poses are from its kinematics. The platform's origin
+and axes are those of the body's site `platform` if present, otherwise the body's own. If the body rotates about a ball
+or hinge joint, the origin is the joint's anchor. A tendon force is positive when it pushes: for a motor with control c,
+gear g and gain k, the tension is -g k c.
 """
 
 from __future__ import annotations
@@ -28,27 +28,32 @@ from cdpr.formats.read.xml import parse, root_of
 from cdpr.model import rotations
 from cdpr.scenario.schema import World
 
-ROUND = 1e-14  # of the trace: entries of a tensor below it are what turning it left
+ROUND = 1e-14  # relative to the trace: smaller tensor entries are round-off of rotations
 
 
 def recognise(content: bytes) -> bool:
-    """Whether it is a model of MuJoCo."""
+    """Return True if the content is an MJCF model or a part of one."""
     return root_of(content)[0] in ("mujoco", "mujocoinclude")
 
 
 def leads(path: Path, content: bytes) -> bool:
-    """Whether a robot is read from here; parts that others include are not read alone."""
+    """Return True if a robot is read from this file; included parts are not read alone."""
     return root_of(content)[0] == "mujoco"
 
 
 def load_library() -> None:
-    """Import MuJoCo, where it is installed."""
+    """Import MuJoCo if it is installed."""
     with suppress(ImportError):
         import mujoco  # noqa: F401
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
-    """Read a robot. Raises FormatError, and PluginError without MuJoCo."""
+    """Read a robot.
+
+    Raises:
+        FormatError: if the model is invalid or not representable.
+        PluginError: if MuJoCo is missing.
+    """
     root = parse(content, str(path))
     if root.name != "mujoco":
         raise root.wrong("it is a part that other files include: import the file that does")
@@ -90,7 +95,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
 
 
 def _compiled(lines: Lines, bodies: Bodies) -> tuple[ModuleType, Any]:
-    """Return MuJoCo and its model without what stands still; its first keyframe keeps what is of the platform."""
+    """Return MuJoCo and its model without fixed bodies' joints; the first keyframe is reduced to the platform."""
     key = lines.find("key", lines.first("key").attributes.get("name", ""))
     if bodies.platform is not None and bodies.dropped and key is not None and "qpos" in key.attributes:
         mujoco, whole = compiled(text_of(lines, set()), lines)
@@ -120,7 +125,7 @@ def _home(body: Body) -> dict[str, Any]:
 
 
 def _options(model: Any, mujoco: Any, lines: Lines) -> None:
-    """What belongs to a scenario, or is not here."""
+    """Report options that belong to a scenario or are not supported."""
     usual = list(World().gravity)
     weightless = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
     gravity = [0.0, 0.0, 0.0] if weightless else model.opt.gravity.tolist()

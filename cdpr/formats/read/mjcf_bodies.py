@@ -1,8 +1,8 @@
-"""Platform of an MJCF model: the one moving body on which cables end, and what becomes of everything else that moves.
+"""Platform of an MJCF model (the moving body to which cables are attached) and treatment of other moving bodies.
 
-Bodies that move and hold no cable stand still in the imported robot. Those on the platform, such as a gripper, are
-fixed to it where the model puts them; others are not part of it. Constraints within one of these two groups are
-dropped; those between the platform and anything else are refused.
+Moving bodies without cables are fixed. Those on the platform, such as a gripper, become part of it in the model's
+position; others are not imported. Constraints within one of these two groups are dropped; constraints between the
+platform and anything else are rejected.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ BOTH = (("body1", "body2"), ("site1", "site2"), ("joint1", "joint2"))
 
 
 class Bodies:
-    """The tree of bodies of a model.
+    """Body tree of a model.
 
     Attributes:
-        platform: the body; None where no cable ends on a body that moves.
-        dropped: elements that MuJoCo is not to see: joints, constraints and fixed tendons.
+        platform: the platform's body; None if no cable ends on a moving body.
+        dropped: ids of elements that are hidden from MuJoCo: joints, constraints and fixed tendons.
     """
 
     def __init__(self, lines: Lines) -> None:
         self._lines, self._root = lines, lines.root
-        self._above: dict[int, Element | None] = {}  # of each body, the body around it
-        self._of: dict[tuple[str, str], Element | None] = {}  # of each named site and joint, its body
+        self._above: dict[int, Element | None] = {}  # parent body of each body
+        self._of: dict[tuple[str, str], Element | None] = {}  # body of each named site and joint
         self._joints: dict[int, list[Element]] = {}
         self._bodies: list[Element] = []
         for world in self._root.all("worldbody"):
@@ -56,7 +56,7 @@ class Bodies:
                 self._walk(child, body)
 
     def _chain(self, body: Element | None) -> Iterator[Element]:
-        """Yield a body and those around it, outwards."""
+        """Yield a body and its ancestors, outwards."""
         while body is not None:
             yield body
             body = self._above[id(body)]
@@ -65,7 +65,7 @@ class Bodies:
         return next((each for each in self._chain(body) if self._joints[id(each)]), None)
 
     def _ends(self) -> Iterator[tuple[Element, str, Element | None]]:
-        """Yield each cable with its sites, and the bodies of these."""
+        """Yield each cable with each of its sites, and the site's body."""
         for group in self._root.all("tendon"):
             for cable in group.all("spatial"):
                 for site in cable.children:
@@ -99,7 +99,7 @@ class Bodies:
         return any(each is self.platform for each in self._chain(body))
 
     def _fix(self) -> None:
-        """Drop the joints of all bodies but the platform."""
+        """Drop the joints of all bodies except the platform."""
         for body in self._bodies:
             joints = self._joints[id(body)]
             if body is self.platform or not joints:
@@ -147,7 +147,7 @@ class Bodies:
         self._lines.left_out.append(f"{element.at}: <{element.name}> '{_name(element)}': between {between}")
 
     def _anchors(self) -> None:
-        """Warn of cables that end on bodies which a program moves."""
+        """Warn about cables that end on mocap bodies."""
         told = set[int]()
         for cable, site, body in self._ends():
             moved = next((each for each in self._chain(body) if each.attributes.get("mocap") == "true"), None)

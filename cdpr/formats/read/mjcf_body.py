@@ -1,4 +1,4 @@
-"""The one body of an MJCF model that moves: what it may do, its inertia, and where it begins."""
+"""Moving body of an MJCF model: degrees of freedom, inertia and initial pose."""
 
 from __future__ import annotations
 
@@ -12,34 +12,36 @@ from cdpr.formats.read.xml import Element
 from cdpr.model.robot import DOF_NAMES, Array
 
 SITE = "platform"
-ALONG = 1e-9  # sine of the angle that an axis may be off one of the world's: files are rounded
+ALONG = 1e-9  # sine of the largest angle between a joint axis and a world axis: files are rounded
 NEAR = 1e-9  # m
-# What a turn and back leaves of a number of 12 digits: such numbers are what was written.
+# Digits of tidied numbers, and the round-off of rotating back and forth: closer numbers are those in the file.
 DIGITS, TURNED = 12, 4e-15
-GREY = "#808080"  # of geoms that name no colour
+GREY = "#808080"  # default colour of geoms
 
 
 def tidy(values: Sequence[float] | Array, size: float = 0.0) -> list[float]:
-    """Return numbers without the last bits that turning them to and fro leaves, with others of about that `size`."""
+    """Return numbers without the round-off of rotations; `size` is the magnitude of the numbers computed with them."""
     short = [float(f"{value:.{DIGITS}g}") for value in values]
     pairs = zip(short, values, strict=True)
     return [(a if abs(a - b) <= TURNED * max(size, abs(b)) else float(b)) + 0.0 for a, b in pairs]
 
 
 class Body:
-    """It, and all that is fixed to it.
+    """The moving body and everything that is fixed to it.
 
     Attributes:
-        name, element: of it, and where the file has it.
-        dof: directions in which it moves, along and about the world's axes.
-        joints: their kinds.
-        origin: where the platform's origin is, in words.
-        begins: where the home pose comes from, in words.
+        number: its id in the compiled model.
+        name: its name.
+        element: its element in the file.
+        dof: directions of motion, along and about the world axes.
+        joints: kinds of its joints.
+        origin: description of the platform's origin.
+        begins: description of the source of the home pose.
         mass: kg.
-        centre: (3,) centre of mass, m, platform axes.
-        inertia: (3, 3) about it, kg m^2, platform axes.
+        centre: (3,), centre of mass, m, platform axes.
+        inertia: (3, 3), about the centre of mass, kg m^2, platform axes.
         home: position (3,), m, and rotation (3, 3).
-        size: of the robot or 1, whichever is less, m.
+        size: size of the robot, at most 1, m.
     """
 
     def __init__(self, mujoco: Any, model: Any, lines: Lines) -> None:
@@ -55,7 +57,7 @@ class Body:
         self.joints = [kind.name.removeprefix("mjJNT_").lower() for kind in kinds]
         q = model.qpos0.copy()
         if self.joints == ["free"]:
-            q[:] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # where nothing is rounded
+            q[:] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # free of round-off
         self._move(q)
         self.dof = self._directions()
         place, axes = self._frame()
@@ -75,16 +77,16 @@ class Body:
         self._tell()
 
     def moves(self, site: int) -> bool:
-        """Whether a site is on it."""
+        """Return True if a site is on the body."""
         return self._is_part(self._model.site_bodyid[site])
 
     def place(self, site: int) -> Array:
-        """Return where a site is: on the platform, platform axes, else in the world; (3,), m."""
+        """Return the position of a site, (3,), m: in platform axes on the platform, otherwise in the world."""
         at = np.asarray(self._fixed[site])
         return np.asarray(self._axes.T @ (at - self._place)) if self.moves(site) else at
 
     def shape(self) -> dict[str, Any] | None:
-        """Return the shape of the platform and its colour, where it is one that our files know; else it is told."""
+        """Return the platform's shape and colour; report shapes that are not supported."""
         model, kinds = self._model, self._mujoco.mjtGeom
         geoms = [k for k in range(model.ngeom) if self._is_part(model.geom_bodyid[k])]
         if not geoms:
@@ -115,7 +117,11 @@ class Body:
         return moving[0]
 
     def _directions(self) -> tuple[str, ...]:
-        """Directions that the joints leave free. Raises FormatError for those that no guide of ours has."""
+        """Return the free directions of the joints.
+
+        Raises:
+            FormatError: if guides of cdpr do not support them.
+        """
         if self.joints == ["free"]:
             return DOF_NAMES
         if self.joints == ["ball"]:
@@ -138,7 +144,7 @@ class Body:
         return tuple(name for name in DOF_NAMES if name in found)
 
     def _frame(self) -> tuple[Array, Array]:
-        """Origin (3,) and axes (3, 3) of the platform where MuJoCo's joints are at their reference."""
+        """Return origin (3,) and axes (3, 3) of the platform at MuJoCo's reference configuration."""
         model, data, joints = self._model, self._data, self._own_joints()
         site = self._mujoco.mj_name2id(model, self._mujoco.mjtObj.mjOBJ_SITE, SITE)
         named = site >= 0 and self.moves(site)
@@ -153,7 +159,7 @@ class Body:
             if np.linalg.norm(away if self.joints[-1] == "ball" else np.cross(axis, away)) > NEAR:
                 place = anchor
                 self.origin = f"the {self.joints[-1]} of body '{self.name}'"
-        # What slides or turns about one axis has the world's axes where its joints are at their reference.
+        # With slides and a hinge, the axes equal the world's in the reference configuration.
         return place, axes if self.joints in (["free"], ["ball"]) else np.eye(3)
 
     def _inertia(self, place: Array, axes: Array) -> tuple[float, Array, Array]:
@@ -176,14 +182,14 @@ class Body:
         return mass, np.asarray(axes.T @ (centre - place)), np.asarray((whole + whole.T) / 2)
 
     def _pictured(self) -> tuple[str, Element] | None:
-        """A body and its geom that was not looked at, where that part has no inertia that is said."""
+        """Return a part whose inertia would come from a skipped mesh, with its geom; None if there is none."""
         explicit = self._lines.explicit()
         names = [self._name(k) for k in range(1, self._model.nbody) if self._is_part(k)]
         found = (n for n in names if n in self._lines.pictured and n not in explicit)
         return next(((n, self._lines.pictured[n]) for n in found), None)
 
     def _tell(self) -> None:
-        """What joints and bodies have besides."""
+        """Report properties of joints and bodies that are not imported."""
         model = self._model
         for joint in self._own_joints():
             dofs = model.dof_jntid == joint

@@ -13,18 +13,19 @@ from cdpr.formats.read.xml import Element
 from cdpr.problems import Path as Key
 
 REMEDY = '<motor tendon="..." gear="-1" ctrllimited="true" ctrlrange="MIN MAX"/> makes its control the tension, N'
-UNSAID = 0.003  # m, the width that MuJoCo draws a tendon with of which the file says none
+UNSAID = 0.003  # m, MuJoCo's default width of a drawn tendon
 
 
 class Cables:
-    """What the tendons are, in the order of their motors, which is that of MuJoCo's controls.
+    """Cables in the order of their motors, which is the order of MuJoCo's controls.
 
     Attributes:
-        rows: as a robot file has them.
-        tension: likewise.
-        pull: whether none of them may push.
-        tools: named sites of the platform at which no cable ends, (3,), m, platform axes.
-        comments, warnings: as `Imported` has them.
+        rows: cables in the format of a robot file.
+        tension: tension limits in the format of a robot file.
+        pull: False if a cable may push.
+        tools: named sites of the platform without cables, (3,), m, platform axes.
+        comments: as in `Imported`.
+        warnings: as in `Imported`.
     """
 
     def __init__(
@@ -110,7 +111,11 @@ class Cables:
         return row
 
     def _sites(self, tendon: int) -> tuple[int, int]:
-        """The two sites of a tendon. Raises FormatError for other paths."""
+        """Return the two sites of a tendon.
+
+        Raises:
+            FormatError: if it has another path.
+        """
         model, kinds = self._model, self._mujoco.mjtWrap
         first = int(model.tendon_adr[tendon])
         path = range(first, first + int(model.tendon_num[tendon]))
@@ -132,7 +137,11 @@ class Cables:
         return found[0], found[1]
 
     def _tension(self, motor: int, tendon: int) -> tuple[float, float]:
-        """Lowest and highest tension, N. Raises FormatError for motors whose force is not a multiple of the control."""
+        """Return the lowest and highest tension, N.
+
+        Raises:
+            FormatError: if the motor's force is not proportional to its control, or not limited.
+        """
         model, mujoco = self._model, self._mujoco
         fixed = model.actuator_gaintype[motor] == mujoco.mjtGain.mjGAIN_FIXED
         plain = (
@@ -148,10 +157,10 @@ class Cables:
         gear, gain = float(model.actuator_gear[motor, 0]), float(model.actuator_gainprm[motor, 0])
         low, high = -math.inf, math.inf
         ranges = (
-            # The control of a servo is a length or its rate, and limits no force.
+            # The control of a servo is a length or its rate and does not limit the force.
             (plain and model.actuator_ctrllimited[motor], model.actuator_ctrlrange[motor], -gear * gain),
             (model.actuator_forcelimited[motor], model.actuator_forcerange[motor], -gear),
-            # MuJoCo adds up and limits the forces of a tendon's actuators before their gears.
+            # MuJoCo sums and limits the forces of a tendon's actuators before their gears.
             (model.tendon_actfrclimited[tendon], model.tendon_actfrcrange[tendon], -gear),
         )
         for limited, given, factor in ranges:

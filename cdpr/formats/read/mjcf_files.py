@@ -1,6 +1,6 @@
-"""Files that an MJCF model includes, spliced in as MuJoCo does: each `<include>` gives way to what its file holds.
+"""Includes of an MJCF model: as in MuJoCo, each `<include>` is replaced by the content of its file.
 
-Only regular files in the folder of the model and folders below it are read, each once, to a bounded depth and size.
+Only regular files in the model's folder and its subfolders are read, each once, up to a maximum depth and size.
 """
 
 from __future__ import annotations
@@ -12,15 +12,18 @@ from cdpr.formats.read.xml import MAX_ELEMENTS, Element, parse
 from cdpr.problems import shown
 from cdpr.scenario.files import UnreadableError, read
 
-MAX_INCLUDED = 8  # files within files
+MAX_INCLUDED = 8  # nesting depth
 MAX_BYTES = 16 * 2**20  # of all included files together
 ENDINGS = (".xml", ".mjcf")
 
 
 def include(root: Element, path: Path) -> list[Element]:
-    """Splice included files into a model; return the root of each, without its children.
+    """Insert included files into a model; return the root of each, without its children.
 
-    Elements keep their own file and line. Raises FormatError.
+    Elements keep their file and line.
+
+    Raises:
+        FormatError: if a file cannot be included.
     """
     included = _Included(path.parent.resolve(), path.parent)
     included.splice(root, 0)
@@ -51,7 +54,7 @@ class _Included:
         name = include.attribute("file")
         if depth > MAX_INCLUDED:
             raise include.wrong(f"<include>: files include each other more than {MAX_INCLUDED} deep")
-        file = Path(os.path.realpath(self.folder / name))  # `resolve` raises where links go round in circles
+        file = Path(os.path.realpath(self.folder / name))  # unlike `resolve`, does not raise for cyclic links
         if Path(name).is_absolute() or not file.is_relative_to(self.folder):
             raise include.wrong(
                 f"<include>: {shown(name)} is outside the folder of the model, and only files inside are read: copy it "

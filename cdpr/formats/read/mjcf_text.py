@@ -1,7 +1,7 @@
-"""MJCF before MuJoCo sees it: without what is only seen or heard of, and without what reads files or grows.
+"""Filter of MJCF before compilation: removes visual parts, and everything that reads files or allocates memory.
 
-What is left is written again, each element in a line of its own, so that MuJoCo's own messages lead to lines of the
-file, and to included files.
+The rest is written again, one element per line, so that MuJoCo's error messages can be mapped to lines of the original
+and included files.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cdpr.formats.read.xml import Element
 from cdpr.problems import shown
 
 UNSEEN = ("visual", "statistic", "size", "asset", "sensor", "custom", "extension", "contact")
-NEVER = (*UNSEEN, "lengthrange", "light", "camera")  # sizes and lengthrange say how much memory and time it may take
+NEVER = (*UNSEEN, "lengthrange", "light", "camera")  # size and lengthrange determine memory and time
 REFUSED = {
     "replicate": "it makes copies: save what it makes, as mujoco.mj_saveLastXML does",
     "attach": "it takes parts of another file: save it as one file, as mujoco.mj_saveLastXML does",
@@ -29,25 +29,25 @@ REFUSED = {
     "plugin": "what a plugin does does not stand in the file",
 }
 NAMED = ("class", "childclass", "model", "body", "joint", "geom", "site", "tendon", "actuator", "objname", "refname")
-NAMES = ("name", *NAMED)  # attributes that hold no numbers, whatever they look like
-SEEN = ("material", "texture")  # attributes that name what is only seen
-PICTURED = ("mesh", "hfield")  # attributes of geoms that need another file
+NAMES = ("name", *NAMED)  # attributes that are not numeric, whatever they look like
+SEEN = ("material", "texture")  # attributes that refer to visual assets
+PICTURED = ("mesh", "hfield")  # attributes of geoms that require another file
 PULLING = ("motor", "general")
 SERVOS = ("position", "velocity", "intvelocity")
 
 
 @dataclass
 class Lines:
-    """Where things stand.
+    """Index of a model's elements.
 
     Attributes:
-        file: its name.
-        root: the whole.
-        pictured: bodies that had a geom of a mesh, which was not looked at, with its line.
-        left_out: what was dropped that has an effect.
-        warnings: what was changed.
-        places: file and line of each line of the text that MuJoCo compiles.
-        qpos: of the first keyframe, where joints were dropped: what is left of it.
+        file: name of the file.
+        root: root element.
+        pictured: first skipped mesh geom of each body.
+        left_out: dropped parts that have an effect.
+        warnings: changed parts.
+        places: element of each line of the text that MuJoCo compiles.
+        qpos: remaining values of the first keyframe, if joints were dropped.
     """
 
     file: str
@@ -59,7 +59,7 @@ class Lines:
     qpos: str = ""
 
     def __post_init__(self) -> None:
-        """Index the names; bodies without one get one."""
+        """Index the names; unnamed bodies get a name."""
         self._named: dict[tuple[str, str], Element] = {}
         self._first: dict[str, Element] = {}
         nameless = list[Element]()
@@ -79,19 +79,19 @@ class Lines:
             self._named["body", name] = element
 
     def find(self, kind: str, name: str) -> Element | None:
-        """Return the first element of a kind and a name."""
+        """Return the first element of this kind and name, or None."""
         return self._named.get((kind, name))
 
     def of(self, kind: str, name: str) -> Element:
-        """Return the first element of a kind and a name; the root where there is none."""
+        """Return the first element of this kind and name, or the root."""
         return self._named.get((kind, name), self.root)
 
     def first(self, kind: str) -> Element:
-        """Return the first element of a kind; the root where there is none."""
+        """Return the first element of this kind, or the root."""
         return self._first.get(kind, self.root)
 
     def explicit(self) -> set[str]:
-        """Return the names of bodies whose inertia the file says itself."""
+        """Return the names of bodies with an explicit inertia."""
         if any(each.attributes.get("inertiafromgeom") == "true" for each in self.root.all("compiler")):
             return set()
         bodies = (each for each in self.root.everywhere() if each.name == "body")
@@ -99,7 +99,11 @@ class Lines:
 
 
 def checked(root: Element) -> Lines:
-    """Return the positions of elements in a model. Raises FormatError where one is rejected."""
+    """Return the index of a model.
+
+    Raises:
+        FormatError: if an element is not supported.
+    """
     lines = Lines(root.file, root)
     for element in root.everywhere():
         if element.name in REFUSED:
@@ -116,13 +120,13 @@ def checked(root: Element) -> Lines:
 
 
 def text_of(lines: Lines, dropped: set[int]) -> str:
-    """Return what MuJoCo may compile, without the elements whose `id` is among `dropped`."""
+    """Return the text for MuJoCo, without elements whose `id` is in `dropped`."""
     lines.places.clear()
     return "".join(_written(lines.root, lines, dropped))
 
 
 def _sound(element: Element) -> None:
-    """Refuse numbers that are none, which MuJoCo takes, and those that are beyond all measure."""
+    """Reject non-finite numbers, which MuJoCo accepts, and excessively large ones."""
     for key, value in element.attributes.items():
         try:
             numbers = [] if key in NAMES else [float(word) for word in value.split()]
@@ -135,14 +139,19 @@ def _sound(element: Element) -> None:
 
 
 def compiled(text: str, lines: Lines) -> tuple[ModuleType, Any]:
-    """Return MuJoCo and its model of a text. Raises PluginError without it, FormatError where it does not compile."""
+    """Return MuJoCo and its compiled model of a text.
+
+    Raises:
+        PluginError: if MuJoCo is missing.
+        FormatError: if the text does not compile.
+    """
     try:
         import mujoco
     except ImportError as error:
         raise PluginError(
             "MJCF says inertias and poses in ways that MuJoCo's compiler knows: pip install 'cdpr[mujoco]'"
         ) from error
-    mujoco.set_mju_user_warning(lambda text: None)  # which it would write into a file of this folder
+    mujoco.set_mju_user_warning(lambda text: None)  # MuJoCo would write them to a file in the working folder
     try:
         return mujoco, mujoco.MjModel.from_xml_string(text)
     except (ValueError, mujoco.FatalError) as error:
@@ -150,7 +159,7 @@ def compiled(text: str, lines: Lines) -> tuple[ModuleType, Any]:
         given = re.search(r"line (\d+)", told)
         number = int(given[1]) if given else 0
         place = lines.places[number - 1] if 0 < number <= len(lines.places) else lines.root
-        if given:  # of the text that was compiled
+        if given:  # line of the compiled text
             told = told[: given.start(1)] + str(place.line) + told[given.end(1) :]
         raise place.wrong(f"MuJoCo does not compile it: {told}") from None
 
@@ -177,7 +186,7 @@ def _kept(element: Element, dropped: set[int]) -> Iterator[Element]:
 
 
 def _written(element: Element, lines: Lines, dropped: set[int]) -> Iterator[str]:
-    """The element in a line of its own."""
+    """Yield the element and its children, one per line."""
     lines.places.append(element)
     cut = (*SEEN, "ctrl", "act") if element.name == "key" else SEEN
     given = {key: value for key, value in element.attributes.items() if key not in cut}

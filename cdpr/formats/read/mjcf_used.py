@@ -1,7 +1,7 @@
-"""Elements and attributes of MJCF that have an effect on the imported robot; all others are reported as not imported.
+"""Elements and attributes of MJCF that affect the imported robot; all others are reported as not imported.
 
-MuJoCo's compiler rejects those that it does not know, so the table need not be complete to be safe: what is missing
-here is reported although it was used, never the other way round.
+MuJoCo's compiler rejects unknown ones, so that the table need not be complete: a missing entry is reported although it
+was used, never the reverse.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ USED = {
 }
 TABLE = {name: tuple(words.split()) for name, words in USED.items()}
 
-# Parts that our own export writes to draw, measure or start a simulation: no robot depends on them. Those with a value
-# are such only with it.
+# Parts of cdpr's own export that draw, measure or start a simulation; no robot depends on them. A given value is
+# required.
 IDLE: dict[str, dict[str, str | None]] = {
     "option": {"timestep": None},
     "flag": {"contact": "disable"},
@@ -60,18 +60,18 @@ IDLE: dict[str, dict[str, str | None]] = {
 
 
 def mark(root: Element) -> None:
-    """Record as read what has an effect."""
+    """Record effective parts as read."""
     for element in root.everywhere():
         if element.name in TABLE:
             element.touch(*TABLE[element.name])
-    for group in root.all("keyframe"):  # the first keyframe is the home
+    for group in root.all("keyframe"):  # the first keyframe is the home pose
         if group.children:
             group.children[0].touch("name", "qpos")
             return
 
 
 def idle(root: Element) -> list[str]:
-    """Return one line that lists the parts of `IDLE` in a file, which count as reported from then on; or none."""
+    """Return at most one line that lists the parts of `IDLE` in a file, and record them as read."""
     found: dict[str, None] = {}
     for element in root.everywhere():
         if element.name not in IDLE:

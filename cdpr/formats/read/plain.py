@@ -1,4 +1,4 @@
-"""YAML of other programs, key by key: what is missing or of the wrong kind is told with file, line and key."""
+"""Typed access to YAML of other programs; errors are reported with file, line and key."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from cdpr.scenario.document import Document
 from cdpr.scenario.problems import Problems
 from cdpr.scenario.yaml_nodes import parse
 
-DONE = "\0"  # no key of a document: YAML holds no such character
+DONE = "\0"  # not a possible key: YAML does not allow this character
 
 
 @dataclass(frozen=True)
 class Node:
-    """A value of a document, and where it stands."""
+    """Value in a document, with its position."""
 
     document: Document
     path: Path = ()
-    read: set[Path] = field(default_factory=set)  # paths whose values were read, shared by all nodes of a document
+    read: set[Path] = field(default_factory=set)  # paths of values that were read, shared by all nodes of a document
 
     @property
     def value(self) -> Any:
-        """The plain value; None where there is none."""
+        """The plain value; None if missing."""
         self.read.add(self.path)
         return self.document.get(self.path)
 
     @property
     def line(self) -> int:
-        """Its line, or that of the section where it is missing."""
+        """Its line; if missing, that of the enclosing section."""
         return self.document.key_mark(self.path).line
 
     @property
@@ -50,29 +50,41 @@ class Node:
         return Node(self.document, (*self.path, key), self.read)
 
     def number(self) -> float:
-        """Return a finite number. Raises FormatError."""
+        """Return a finite number.
+
+        Raises:
+            FormatError: if it is not one.
+        """
         if isinstance(self.value, bool) or not isinstance(self.value, int | float) or not _moderate(self.value):
             raise self.wrong(f"a number of at most {MAX_MAGNITUDE:g} is expected, got {shown(self.value)}")
         return float(self.value)
 
     def vector(self, count: int) -> list[float]:
-        """Return so many finite numbers. Raises FormatError."""
+        """Return a list of `count` finite numbers.
+
+        Raises:
+            FormatError: if it is not one.
+        """
         if not isinstance(self.value, list) or len(self.value) != count:
             raise self.wrong(f"{count} numbers are expected, got {shown(self.value)}")
         return [(self / k).number() for k in range(count)]
 
     def items(self) -> list[Node]:
-        """Return the items of a list. Raises FormatError."""
+        """Return the items of a non-empty list.
+
+        Raises:
+            FormatError: if it is not one.
+        """
         if not isinstance(self.value, list) or not self.value:
             raise self.wrong(f"a list with one item or more is expected, got {shown(self.value)}")
         return [self / k for k in range(len(self.value))]
 
     def done(self) -> None:
-        """Record the value and everything within as accounted for, such as by a message of its own."""
+        """Mark the value and its content as reported, for example by a separate message."""
         self.read.add((*self.path, DONE))
 
     def unread(self) -> Iterator[Unread]:
-        """Yield the keys that were not read: those of which neither the value nor any value within was."""
+        """Yield keys that were not read, neither themselves nor any value inside."""
         yield from self._unread({path[:k] for path in self.read for k in range(len(path) + 1)})
 
     def _unread(self, known: set[Path]) -> Iterator[Unread]:
@@ -84,17 +96,21 @@ class Node:
             if inner.path in known:
                 yield from inner._unread(known)
             elif isinstance(value, dict):
-                # Without the numbers of list items, so that items that leave out the same key share one line.
+                # Without indices of list items, so that items with the same unread key share one line.
                 name = ".".join(str(part) for part in inner.path if not isinstance(part, int))
                 yield Unread(self.document.source, inner.line, f"key '{name}'")
 
     def wrong(self, text: str) -> FormatError:
-        """Return an error of this place."""
+        """Return an error for this position."""
         return refuse(self.document.source, self.line, f"{dotted(self.path)}: {text}" if self.path else text)
 
 
 def document_of(content: bytes, file: str) -> Node:
-    """Return the top of a document. Raises ScenarioError where it cannot be read."""
+    """Return the root node of a document.
+
+    Raises:
+        ScenarioError: if it cannot be parsed.
+    """
     problems = Problems()
     found = parse(content, file, problems)
     problems.raise_any()

@@ -1,9 +1,9 @@
-"""Cable robots of SDF whose cables are legs: what the generators of the Gazebo plug-in write, the thesis's among them.
+"""Reader of SDF robots with cables as legs, as written by generators of the Gazebo plug-in.
 
-A leg is a slide between links of which one is joined to the link `frame`, the other to the link `platform`, by hinges,
-universal or ball joints over links between. Where those joints are is where the cable ends: A_i in the world, B_i on
-the platform. Names of legs and of links between do not matter. The place of a joint is its pose in its child link.
-Where gz-sim's system DetachableJoint welds a link to the platform, the cable ends at the origin of that link.
+A leg is a prismatic joint between two links; one is connected to the link `frame`, the other to the link `platform`, by
+revolute, universal or ball joints and possibly intermediate links. These joints define the cable's ends: A_i in the
+world, B_i on the platform. Names of legs and intermediate links do not matter. A joint's pose is relative to its child
+link. If gz-sim's system DetachableJoint welds a link to the platform, the cable ends at that link's origin.
 """
 
 from __future__ import annotations
@@ -26,36 +26,40 @@ FRAME, PLATFORM, WORLD = "frame", "platform", "world"
 SLIDE = "prismatic"
 HINGES = ("revolute", "revolute2", "universal", "ball", "fixed")
 PARTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-# What legs have besides, which one line of what is left out names.
+# Further properties of legs; one line reports all of them as omitted.
 OF_LEGS = {"inertial", "mass", "inertia", *PARTS, "axis", "xyz", "limit", "effort", "velocity", "lower", "upper"}
 OF_LEGS |= {"dynamics", "damping", "friction"}
-MODEL = ("", "__model__")  # what a pose may be relative to
-WELD = "DetachableJoint"  # the end of that system's name
+MODEL = ("", "__model__")  # supported values of a pose's reference
+WELD = "DetachableJoint"  # ending of that system's name
 
 
 class Pose(NamedTuple):
-    """Place (3,), m, and rotation (3, 3)."""
+    """Position (3,), m, and rotation (3, 3)."""
 
     place: Array
     turned: Array
 
     def then(self, other: Pose) -> Pose:
-        """Return a pose that is given in this one."""
+        """Return the composition with a pose relative to this one."""
         return Pose(self.place + self.turned @ other.place, self.turned @ other.turned)
 
 
 def recognise(content: bytes) -> bool:
-    """Whether it is SDF."""
+    """Return True if the content is SDF."""
     return root_of(content)[0] == "sdf"
 
 
 def leads(path: Path, content: bytes) -> bool:
-    """Whether a robot is read from here."""
+    """Return True: a robot can be read from each SDF file."""
     return True
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
-    """Read a robot. Raises FormatError."""
+    """Read a robot.
+
+    Raises:
+        FormatError: if the file is invalid or not representable.
+    """
     root = parse(content, str(path))
     models = [each for each in root.everywhere() if each.name == "model" and PLATFORM in _named(each, "link")]
     if len(models) != 1:
@@ -64,7 +68,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     links, stands = _links(model), _pose(model)
     platform = links[PLATFORM]
     at = stands.then(_pose(platform))
-    given = Path(model.attributes.get("name", "")).name  # the thesis's generator puts a path there
+    given = Path(model.attributes.get("name", "")).name  # the thesis's generator writes a path
     name = slug(given, slug(path.stem, "robot"))
     found = Imported(name, f"SDF with cables as legs: {path.name}, model '{given}'", {"name": name}, [root])
     rows, limits, comments, radii = _legs(model, links, stands, at)
@@ -103,7 +107,7 @@ def _links(model: Element) -> dict[str, Element]:
 
 
 def _pose(element: Element) -> Pose:
-    """Return the pose that an element has, of which the axes turn as roll, pitch, yaw about fixed ones say."""
+    """Return the pose of an element; roll, pitch, yaw are about fixed axes."""
     given = element.find("pose")
     if given is None:
         return Pose(np.zeros(3), np.eye(3))
@@ -118,7 +122,7 @@ def _pose(element: Element) -> Pose:
 def _legs(
     model: Element, links: dict[str, Element], stands: Pose, at: Pose
 ) -> tuple[list[dict[str, Any]], list[float], dict[tuple[str | int, ...], str], list[float | None]]:
-    """Return cables, their largest tensions, N, comments, and the radii with which they are drawn, m."""
+    """Return the cables, their largest tensions, N, comments, and the radii of the drawn legs, m."""
     slides = [joint for joint in model.all("joint") if joint.attributes.get("type") == SLIDE]
     if not slides:
         raise model.wrong("no joint is prismatic: of cables SDF says nothing where they are no legs")
@@ -147,14 +151,14 @@ def _legs(
 
 
 def _welds(model: Element) -> list[Element]:
-    """Return the systems that weld two links of the model to each other once the world runs."""
+    """Return the systems that weld two links of the model at start."""
     inside = (*MODEL, model.attributes.get("name", ""))
     found = [each for each in model.all("plugin") if each.attributes.get("name", "").endswith(WELD)]
     return [each for each in found if each.child("child_model").text.strip() in inside]
 
 
 def _ends(joint: Element, links: dict[str, Element]) -> tuple[str, str]:
-    """Return the names of the links that a joint or weld joins; the world is a frame, too."""
+    """Return the names of the links that a joint or weld connects; the world is allowed."""
     suffix = "" if joint.name == "joint" else "_link"
     names = [joint.child(f"{end}{suffix}").text.strip() for end in ("parent", "child")]
     for name in names:
@@ -166,7 +170,7 @@ def _ends(joint: Element, links: dict[str, Element]) -> tuple[str, str]:
 
 
 def _reached(slide: Element, side: str, beside: dict[str, list[tuple[str, Element]]]) -> tuple[str, Element]:
-    """Return which of frame and platform one side of a slide is joined to, and the joint there."""
+    """Return the end of a leg ("frame" or "platform") on one side of a slide, and the joint there."""
     if side in (FRAME, WORLD, PLATFORM):
         return (PLATFORM if side == PLATFORM else FRAME), slide
     seen, waiting = {side}, [side]
@@ -185,7 +189,7 @@ def _reached(slide: Element, side: str, beside: dict[str, list[tuple[str, Elemen
 
 
 def _at(joint: Element, links: dict[str, Element]) -> Pose:
-    """Return where a joint is, in its model; of a weld, where the link is that is not the platform."""
+    """Return the pose of a joint in the model; for a weld, that of the link that is not the platform."""
     if joint.name != "joint":
         return _pose(links[next(name for name in _ends(joint, links) if name not in (FRAME, WORLD, PLATFORM))])
     child = joint.child("child").text.strip()
@@ -198,7 +202,7 @@ def _effort(slide: Element) -> float:
     name = slide.attributes.get("name", "")
     try:
         value = 0.0 if effort is None else effort.number()
-    except FormatError as error:  # SDF writes 1e16 where there is no limit
+    except FormatError as error:  # SDF writes 1e16 for an unlimited effort
         raise FormatError(f"{error}: of slide '{name}' it is the largest tension, N") from None
     if not value > 0.0:
         raise slide.wrong(f"slide '{name}': <effort>, the largest tension in N, is expected")
@@ -213,7 +217,7 @@ def _radius(link: Element) -> float | None:
 
 
 def _body(found: Imported, platform: Element, anchors: Array) -> dict[str, Any]:
-    """Return the section of the platform."""
+    """Return the section `platform` of a robot file."""
     inertial = platform.child("inertial")
     mass, tensor = inertial.child("mass").number(), inertial.find("inertia")
     at = _pose(inertial)
@@ -247,7 +251,7 @@ def _part(tensor: Element, part: str) -> float:
 
 
 def _tell(found: Imported, model: Element) -> None:
-    """Tell what is left out, and what is likely to be wrong."""
+    """Report omitted parts, and values that are probably wrong."""
     slides = [joint for joint in model.all("joint") if joint.attributes.get("type") == SLIDE]
     limits = slides[0].child("axis").find("limit")
     speed = None if limits is None else limits.find("velocity")

@@ -7,10 +7,11 @@ from typing import NamedTuple, Protocol
 
 
 class Unread(NamedTuple):
-    """One part of a document that no importer code has read.
+    """Part of a document that no importer code has read.
 
     Attributes:
-        file, line: where it begins.
+        file: its file.
+        line: its first line.
         what: its description; equal descriptions are reported together.
     """
 
@@ -28,7 +29,7 @@ class Source(Protocol):
 
 
 def report(sources: Iterable[Source]) -> list[str]:
-    """Return one line for each kind of unread part, with the place of the first and the number of the others."""
+    """Return one line per kind of unread part, with the position of the first and the number of others."""
     first: dict[tuple[str, str], int] = {}
     more: dict[tuple[str, str], int] = {}
     for source in sources:

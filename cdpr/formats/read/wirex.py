@@ -1,9 +1,9 @@
-"""Robots of WireX, .wcrfx: chains, platform, winches and cables.
+"""Reader of WireX robots, .wcrfx: chains, platform, winches and cables.
 
 WireX is the library of Fraunhofer IPA (A. Pott, Cable-Driven Parallel Robots, Springer 2018, appendix). The orientation
-of a base turns the winch's axes into the world's; its cable arrives along their z and leaves over a pulley of `radius`.
-`elasticity` is Young's modulus of the cable, so that E A = E pi r^2. Where the XML specification (0.32) and the files
-that WireX writes name a thing differently, both names are read. A number that is `inf` is not given.
+of a base maps winch axes to world axes; the cable arrives along z and leaves over a pulley of `radius`. `elasticity` is
+Young's modulus of the cable, so that E A = E pi r^2. If the XML specification (0.32) and files written by WireX use
+different names, both are read. The number `inf` means not given.
 """
 
 from __future__ import annotations
@@ -26,27 +26,31 @@ from cdpr.problems import Path as Key
 PATTERNS = {"3R3T": DOF_NAMES, "3T": DOF_NAMES[:3]}
 PLANAR = {"1R2T": 1, "2T": 0}
 BREAKS = "breaking_load"
-FLAT = 1e-9  # of their extent, how far anchors of a planar robot may be from its plane
-# Alternative names: what WireX writes, then what its specification says.
+FLAT = 1e-9  # largest distance of a planar robot's anchors from its plane, relative to their extent
+# Alternative names: in files, and in the specification.
 PATTERN = ("motionpattern", "motion_pattern")
 PLATFORM = ("platform", "end_effector")
 TENSOR = ("inertiatensor", "inertia")
 CENTRE = ("centerofgravity", "centre_of_gravity", "center_of_gravity")
-META = ("id", "version", "author", "description", "generator", "creator", "name", "material")  # names, not data
+META = ("id", "version", "author", "description", "generator", "creator", "name", "material")  # metadata
 
 
 def recognise(content: bytes) -> bool:
-    """Whether it is a file of robots with chains."""
+    """Return True if the content is a file of robots with chains."""
     return root_of(content)[0] == "models" and b"<chain" in content
 
 
 def leads(path: Path, content: bytes) -> bool:
-    """Whether a robot is read from here."""
+    """Return True: a robot can be read from each WireX file."""
     return True
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
-    """Read a robot. Raises FormatError."""
+    """Read a robot.
+
+    Raises:
+        FormatError: if the file is invalid or not representable.
+    """
     root = parse(content, str(path))
     robots = root.all("robot")
     if len(robots) != 1:
@@ -157,7 +161,7 @@ def _platform(found: Imported, element: Element, anchors: Any, dof: tuple[str, .
 
 
 def _tension(found: Imported, robot: Element, parts: list[Parts]) -> dict[str, Any]:
-    """Return the limits: those of the application, else of the winches, else what the cable breaks at."""
+    """Return the tension limits: of the application, otherwise of the winches, otherwise the cable's breaking load."""
     use = robot.find("application")
     if use is not None:
         use.touch("name", "description")

@@ -1,4 +1,4 @@
-"""Parts of a WireX file: which cable and winch a chain has, material, rotations and tensors."""
+"""Parts of WireX files: cable and winch of a chain, material, rotations and tensors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cdpr.model.robot import Array
 from cdpr.problems import shown
 from cdpr.scenario.robot_schema import Inertia
 
-ROTATION = 1e-5  # of a matrix of six digits, and of the length of a quaternion or an axis
+ROTATION = 1e-5  # tolerance of matrices with six digits, and of the length of quaternions and axes
 WINCH, CABLE = ("winchtype", "winch_type"), ("cabletype", "cable_type")
 MATRIX = tuple(f"a{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
 QUATERNION = ("q0", "q1", "q2", "q3")
@@ -23,7 +23,7 @@ ANGLE = "beta"
 
 
 class Parts(NamedTuple):
-    """A chain with its cable and its winch, where the file has them."""
+    """Chain with its cable and winch, if present."""
 
     chain: Element
     cable: Element | None
@@ -31,7 +31,11 @@ class Parts(NamedTuple):
 
 
 def parts(found: Imported, root: Element, robot: Element, chain: Element) -> Parts:
-    """Return the parts of a chain. Raises FormatError where it names a cable that is not there."""
+    """Return the parts of a chain.
+
+    Raises:
+        FormatError: if it refers to a cable that does not exist, or chains end on several platforms.
+    """
     chain.touch("id")
     wanted = attribute(chain, WINCH)
     winch = next((each for each in root.all("winch") if each.attributes.get("name") == wanted), None)
@@ -43,9 +47,9 @@ def parts(found: Imported, root: Element, robot: Element, chain: Element) -> Par
 
 
 def _cable(found_: Imported, root: Element, robot: Element, chain: Element) -> Element | None:
-    """Return the cable that a chain names by `cable_type` or `cable_id`, else the first.
+    """Return the cable that a chain refers to by `cable_type` or `cable_id`; by default the first cable.
 
-    The ids of cables count from 0 in files of CDPyR, whose chains count cables from 1.
+    In files of CDPyR, ids of cables start at 0, and references to them at 1.
     """
     cables = root.all("cable")
     named, number_ = attribute(chain, CABLE), chain.attributes.get("cable_id", "").strip()
@@ -80,7 +84,7 @@ def _cable(found_: Imported, root: Element, robot: Element, chain: Element) -> E
 
 
 def material(found: Imported, every: list[Parts]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return what all cables have in common, and what each has of its own."""
+    """Return common properties of all cables, and individual properties of each."""
     if every and len({id(each.cable) for each in every}) == 1:
         cable = every[0].cable
         made = {} if cable is None else _made(cable)
@@ -116,9 +120,10 @@ def _made(cable: Element) -> dict[str, Any]:
 
 
 def rotation(element: Element) -> Array:
-    """Return the rotation (3, 3) of a base: a matrix, a quaternion (w first) or an axis and an angle.
+    """Return the rotation (3, 3) of a base: a matrix, a quaternion (w first), or an axis and angle.
 
-    Raises FormatError where it is none, or where several are given that differ.
+    Raises:
+        FormatError: if it is invalid, or several differ.
     """
     found = list[Array]()
     given = element.attributes
@@ -147,7 +152,11 @@ def rotation(element: Element) -> Array:
 
 
 def tensor(element: Element) -> Inertia:
-    """Return ixx, iyy, izz, ixy, ixz, iyz. Raises FormatError where a matrix is not symmetric."""
+    """Return ixx, iyy, izz, ixy, ixz, iyz.
+
+    Raises:
+        FormatError: if a matrix is not symmetric.
+    """
     for first, second in (("Ixy", "Iyx"), ("Ixz", "Izx"), ("Iyz", "Izy")):
         if first in element.attributes and second in element.attributes:
             a, b = number(element, first), number(element, second)
@@ -162,16 +171,21 @@ def tensor(element: Element) -> Inertia:
 
 
 def number(element: Element, name: str) -> float:
-    """Return an attribute, 0 where it is missing or infinite, which means that it is not given.
+    """Return a numeric attribute; 0 if it is missing or infinite, that is, not given.
 
-    Raises FormatError for what is no number.
+    Raises:
+        FormatError: if it is not a number.
     """
     given = element.attributes.get(name, "").strip().lower().lstrip("+")
     return 0.0 if given in ("inf", "infinity") else element.attribute_number(name, 0.0)
 
 
 def attribute(element: Element, names: tuple[str, ...]) -> str:
-    """Return an attribute that has several names, "" where it is missing. Raises FormatError where two differ."""
+    """Return an attribute with alternative names; "" if it is missing.
+
+    Raises:
+        FormatError: if several differ.
+    """
     given = {name: element.attributes.get(name, "").strip() for name in names if name in element.attributes}
     if len(set(given.values())) > 1:
         both = " and ".join(f"{name}={shown(value)}" for name, value in given.items())
@@ -180,7 +194,11 @@ def attribute(element: Element, names: tuple[str, ...]) -> str:
 
 
 def one_of(element: Element, names: tuple[str, ...]) -> Element | None:
-    """Return the child that has one of several names, None where there is none. Raises FormatError for several."""
+    """Return the child with one of these names, or None.
+
+    Raises:
+        FormatError: if there are several.
+    """
     found = [child for name in names for child in element.all(name)]
     if len(found) > 1:
         raise element.wrong(f"<{element.name}> has <{'>, <'.join(each.name for each in found)}>: keep one")

@@ -1,4 +1,4 @@
-"""XML as trees whose elements know their line. Entities are never resolved, and nothing is ever fetched."""
+"""XML trees whose elements have line numbers. Entities and external resources are never resolved."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAX_ELEMENTS = 200_000
 
 
 class Attributes(dict[str, str]):
-    """Attributes of an element; looking one up records its name in `read`. Iteration records nothing."""
+    """Attributes of an element; a lookup records the name in `read`, iteration does not."""
 
     def __init__(self, given: Mapping[str, str], read: set[str] | None = None) -> None:
         super().__init__(given)
@@ -38,20 +38,21 @@ class Attributes(dict[str, str]):
         return found
 
     def get(self, name: str, otherwise: Any = None) -> Any:
-        """Return an attribute, or another value where it is missing."""
+        """Return an attribute, or a default if it is missing."""
         if super().__contains__(name):
             self.read.add(name)
         return super().get(name, otherwise)
 
 
 class Element:
-    """One element, which records what is read of it.
+    """Element that records which of its parts are read.
 
     Attributes:
-        name: without a prefix of a namespace.
-        file, line: where it begins.
-        attributes: as they stand there.
-        children: elements within; `all`, `find` and `child` record those that they return as read.
+        name: name without namespace prefix.
+        file: its file.
+        line: its first line.
+        attributes: its attributes.
+        children: child elements; `all`, `find` and `child` record the returned ones as read.
     """
 
     def __init__(
@@ -71,67 +72,71 @@ class Element:
 
     @property
     def text(self) -> str:
-        """All text directly within, without that of children."""
+        """Text of the element itself, without that of its children."""
         self._text_read = True
         return "".join(self._text)
 
     @property
     def at(self) -> str:
-        """Its place, for messages."""
+        """Its position, for messages."""
         return f"{self.file}:{self.line}"
 
     def append(self, text: str) -> None:
-        """Add text that stands directly within."""
+        """Append text to the element."""
         self._text.append(text)
 
     def all(self, name: str) -> list[Element]:
-        """Return the children of a name."""
+        """Return the children of this name."""
         found = [child for child in self.children if child.name == name]
         for child in found:
             child.touch()
         return found
 
     def find(self, name: str) -> Element | None:
-        """Return the first child of a name, if there is one."""
+        """Return the first child of this name, or None."""
         found = next((child for child in self.children if child.name == name), None)
         if found is not None:
             found.touch()
         return found
 
     def child(self, name: str) -> Element:
-        """Return the one child of a name. Raises FormatError where there is none, or several."""
+        """Return the only child of this name.
+
+        Raises:
+            FormatError: if there is none, or several.
+        """
         found = self.all(name)
         if len(found) != 1:
             raise self.wrong(f"one <{name}> is expected within <{self.name}>, got {len(found)}")
         return found[0]
 
     def touch(self, *names: str) -> None:
-        """Record the element, and attributes of these names, as read."""
+        """Record the element and these attributes as read."""
         self._read = True
         self.attributes.read.update(names)
 
     def done(self) -> None:
-        """Record the element and everything within as accounted for, such as by a message of its own."""
+        """Mark the element and its content as reported, for example by a separate message."""
         self._done = True
 
     def alone(self) -> Element:
-        """Return the element without its children; what is read of it is read of this."""
+        """Return the element without its children; both share the record of read attributes."""
         other = Element(self.name, self.file, self.line, Attributes(self.attributes, self.attributes.read))
         other._text = self._text
         return other
 
     def known_as(self, name: str, **attributes: str) -> Element:
-        """Return the element under another name, with defaults of attributes; what is read of it is read of this."""
+        """Return the element under another name, with default attributes; both share the record of read attributes."""
         other = Element(name, self.file, self.line, Attributes({**attributes, **self.attributes}, self.attributes.read))
         other.children = self.children
         return other
 
     def unread(self) -> Iterator[Unread]:
-        """Yield the elements, attributes and texts within that were not read."""
+        """Yield the elements, attributes and texts that were not read."""
         yield from self._parts("")[1]
 
     def _parts(self, above: str) -> tuple[bool, list[Unread]]:
-        """Return whether anything here was read, and the parts that were not."""
+        """Return whether anything here was read, and the unread parts."""
         if self._done:
             return True, []
         name = f"<{self.name}>{above}"
@@ -148,38 +153,58 @@ class Element:
         return read, found if read else [Unread(self.file, self.line, name)]
 
     def everywhere(self) -> Iterator[Element]:
-        """Yield it and all within, in the order of the file."""
+        """Yield the element and all descendants, in document order."""
         yield self
         for child in self.children:
             yield from child.everywhere()
 
     def attribute(self, name: str) -> str:
-        """Return an attribute. Raises FormatError where it is missing or empty."""
+        """Return an attribute.
+
+        Raises:
+            FormatError: if it is missing or empty.
+        """
         value = str(self.attributes.get(name, "")).strip()
         if not value:
             raise self.wrong(f"<{self.name}> has no attribute '{name}'")
         return value
 
     def number(self) -> float:
-        """Return its text as a finite number. Raises FormatError."""
+        """Return the text as a finite number.
+
+        Raises:
+            FormatError: if it is not one.
+        """
         return self.vector(1)[0]
 
     def vector(self, count: int | None = None) -> list[float]:
-        """Return its text as finite numbers with blanks or commas between. Raises FormatError."""
+        """Return the text as finite numbers, separated by blanks or commas.
+
+        Raises:
+            FormatError: if it does not contain `count` numbers.
+        """
         return self._numbers(self.text, f"<{self.name}>", count)
 
     def attribute_number(self, name: str, otherwise: float | None = None) -> float:
-        """Return an attribute as a finite number, or another value where it is missing. Raises FormatError."""
+        """Return an attribute as a finite number, or a default if it is missing.
+
+        Raises:
+            FormatError: if it is not one.
+        """
         if otherwise is not None and not self.attributes.get(name, "").strip():
             return otherwise
         return self._numbers(self.attribute(name), f"{name} of <{self.name}>", 1)[0]
 
     def attribute_vector(self, name: str, count: int | None = None) -> list[float]:
-        """Return an attribute as finite numbers. Raises FormatError."""
+        """Return an attribute as finite numbers.
+
+        Raises:
+            FormatError: if it does not contain `count` numbers.
+        """
         return self._numbers(self.attribute(name), f"{name} of <{self.name}>", count)
 
     def wrong(self, text: str) -> FormatError:
-        """Return an error of this place."""
+        """Return an error for this position."""
         return refuse(self.file, self.line, text)
 
     def _numbers(self, text: str, what: str, count: int | None) -> list[float]:
@@ -198,16 +223,17 @@ class Element:
 def parse(content: bytes, file: str) -> Element:
     """Return the root of a document.
 
-    Raises FormatError where it is none, is too deep, or declares entities or attributes that it does not write.
+    Raises:
+        FormatError: if it is not well-formed, too large, or declares entities or default attributes.
     """
     tree = _Tree(file)
     tree.feed(content)
     return tree.root
 
 
-@lru_cache(maxsize=1)  # each format asks
+@lru_cache(maxsize=1)  # each format calls it
 def root_of(content: bytes) -> tuple[str, dict[str, str]]:
-    """Return name and attributes of the first element, "" where there is none; whatever follows is not looked at."""
+    """Return name and attributes of the root element without reading further; "" if there is none."""
     parser = expat.ParserCreate()
     found: list[tuple[str, dict[str, str]]] = []
 
@@ -240,7 +266,7 @@ class _Tree:
             self.parser.Parse(content, True)
         except expat.ExpatError as error:
             raise self._wrong(f"this is no sound XML: {expat.ErrorString(error.code)}") from None
-        except (ValueError, LookupError) as error:  # an encoding that nobody knows
+        except (ValueError, LookupError) as error:  # unknown encoding
             raise self._wrong(f"this is no sound XML: {error}") from None
 
     def _wrong(self, text: str) -> FormatError:
@@ -267,7 +293,7 @@ class _Tree:
         raise self._wrong(f"it declares the entity '{name}': entities are not resolved; write the text itself")
 
     def _attribute(self, element: str, name: str, _: str, default: str | None, __: bool) -> None:
-        """Refuse what each element of a name would be given: a small file could so fill any memory."""
+        """Reject default attributes: with them a small file could fill the memory."""
         if default is not None:
             raise self._wrong(f"it declares a default for the attribute '{name}' of <{element}>: write it where it is")
 

@@ -1,4 +1,4 @@
-"""What is written for other programs: one row for each format, with the module whose `write` makes its text."""
+"""Supported export formats, with the module whose `write` returns the text of each."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Target:
-    """One format.
+    """Export format.
 
     Attributes:
-        name: what people call it, and what reads it.
-        module: of `write(subject, options) -> str`.
-        ending: of its files.
-        options: of `Options` that it takes.
-        guides: whether it says what holds a platform that is not free in all directions.
+        name: title for users, with the program that reads it.
+        module: module with `write(subject, options) -> str`.
+        ending: file name ending.
+        options: supported fields of `Options`.
+        guides: True if the format represents guides of platforms with fewer than six degrees of freedom.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""From a scenario or a robot file to what is exported."""
+"""Conversion of a scenario or robot into the data of an export."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from cdpr.model import Robot
 from cdpr.scenario import Scenario
 from cdpr.scenario.schema import World
 
-STEP = 0.001  # s, of a robot without a scenario
+STEP = 0.001  # s, for a robot without a scenario
 
 
 def begin(loaded: Scenario | Robot) -> Subject:
-    """Return a scenario's robot as it begins, or a robot at rest at its home."""
+    """Return a scenario's robot in its initial state, or a robot at rest at its home."""
     if isinstance(loaded, Robot):
         state = np.concatenate([home_pose(loaded)[0], np.zeros(6)])
         return Subject(loaded, np.array(World().gravity), state, STEP)

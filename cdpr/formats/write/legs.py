@@ -1,12 +1,13 @@
-"""Cables as legs, as the thesis's generator made them: a universal joint, a slide and a ball joint each.
+"""Cables as legs in SDF: a universal joint, a slide and a ball joint each, as the thesis's generator writes them.
 
-Of its mistakes none is made here: the axes of a leg are those of the leg, not the world's; a leg ends where the cable
-does, also where the platform is turned; slides may go from a length of nothing to twice the way across the frame; each
-link has an inertia that a body of its size can have, and no mass is put in place of what the file says.
+Its errors are corrected. Axes are those of the leg, not of the world. Legs end at the anchors even if the platform is
+rotated. Slides allow lengths from zero to twice the frame's diagonal. Each link has a valid inertia, and masses from
+the
+file are not replaced.
 
-Legs close loops. Gazebo classic (ODE) holds them; gz-sim's engines take none from SDF, but its system DetachableJoint
-welds two links once the world runs, in whichever engine (gz-physics: `AttachFixedJoint`). So there each leg ends in a
-foot of its own, which is welded to the platform, and let go where the cable breaks.
+Legs form closed loops. Gazebo classic (ODE) supports them. gz-sim's engines do not support them in SDF, but its system
+DetachableJoint welds two links at start, in each engine (gz-physics: `AttachFixedJoint`). Therefore each leg ends in a
+separate foot that is welded to the platform, and released when the cable breaks.
 """
 
 from __future__ import annotations
@@ -23,17 +24,19 @@ from cdpr.model import Cable, rotations
 from cdpr.model.robot import Array
 
 MASS = 0.01  # kg, of each half of a leg
-RADIUS = 0.005  # m, where a robot says no diameter
+RADIUS = 0.005  # m, default radius
 CABLE = "#202020"
 FORCE = {"gz-sim-apply-joint-force-system": "gz::sim::systems::ApplyJointForce"}
 WELD = {"gz-sim-detachable-joint-system": "gz::sim::systems::DetachableJoint"}
-FOOT = 0.02  # m, radius of a leg's foot
+FOOT = 0.02  # m, radius of a foot
 
 
 def add(model: ET.Element, subject: Subject, modern: bool) -> None:
     """Add the legs of all cables.
 
-    Raises FormatError for held platforms, pulleys, winches and elastic cables, CdprError for cables without length.
+    Raises:
+        FormatError: for guided platforms, pulleys, winches and elastic cables.
+        CdprError: if a cable has zero length.
     """
     robot = subject.robot
     if robot.n < 6:
@@ -60,7 +63,7 @@ def add(model: ET.Element, subject: Subject, modern: bool) -> None:
 
 
 def _foot(model: ET.Element, cable: Cable, stands: str) -> str:
-    """Where a leg meets the platform: a ball with the platform's attitude; returns its name."""
+    """Add a leg's foot at the platform, a ball with the platform's attitude; return its name."""
     link = ET.SubElement(model, "link", name=f"{cable.name}_foot")
     sdf.text(link, "pose", stands)
     sdf.inertial(link, MASS, np.zeros(3), 0.4 * MASS * FOOT**2 * np.eye(3))
@@ -69,9 +72,10 @@ def _foot(model: ET.Element, cable: Cable, stands: str) -> str:
 
 
 def _leg(model: ET.Element, cable: Cable, ends: tuple[Array, Array], longest: float) -> str:
-    """A leg that lies along z of its links, from its frame anchor to its platform anchor (`ends`, world).
+    """Add a leg along z of its links, from frame anchor to platform anchor (`ends`, world frame).
 
-    Returns the name of the link that ends there.
+    Returns:
+        Name of the link at the platform end.
     """
     name, radius = cable.name, RADIUS if cable.diameter is None else cable.diameter / 2
     way = ends[1] - ends[0]
@@ -94,7 +98,7 @@ def _leg(model: ET.Element, cable: Cable, ends: tuple[Array, Array], longest: fl
 
 
 def _axes(along: Array) -> Array:
-    """A rotation (3, 3) whose third column is a direction, and whose first lies level."""
+    """Return a rotation (3, 3) whose third column is `along` and whose first is horizontal."""
     level = np.cross([0.0, 0.0, 1.0], along)
     first = level / np.linalg.norm(level) if np.linalg.norm(level) > 1e-6 else np.array([1.0, 0.0, 0.0])
     first = first - (first @ along) * along

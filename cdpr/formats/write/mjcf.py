@@ -1,9 +1,10 @@
-"""MJCF: a body on spatial tendons with one actuator each, and sensors of tension, length and pose.
+"""MJCF export: a body on spatial tendons with one actuator each, and sensors of tension, length and pose.
 
-The platform's body has its frame where the mujoco backend has it: for a free platform at the centre of mass along the
-principal axes, so that replayed tensions give that backend's motion to round-off; the site `platform` is the platform's
-own origin and axes. A tendon's force is positive where it pushes: the gear of -1 makes the control of an actuator the
-tension of its cable, N, and so is what its sensor reads.
+The body frame is that of the mujoco backend: for a free platform at the centre of mass along the principal axes, so
+that
+replayed tensions reproduce that backend's motion to round-off. The site `platform` has the platform's own origin and
+axes. A tendon force is positive when it pushes; the gear of -1 makes an actuator's control the cable tension, N, which
+its sensor also measures.
 """
 
 from __future__ import annotations
@@ -18,13 +19,17 @@ from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
-# MuJoCo's compiler refuses moments that miss the triangle inequality by mere rounding.
+# MuJoCo's compiler rejects moments that violate the triangle inequality by round-off.
 ROUNDING = 1e-12
-LEAST = 1e-15  # kg, kg m^2: mjMINVAL, which what moves must exceed there
+LEAST = 1e-15  # kg, kg m^2: mjMINVAL, the lower bound of MuJoCo for moving bodies
 
 
 def write(subject: Subject, options: Options) -> str:
-    """Return the model. Raises FormatError for winches, elasticity and pulleys, and what is too light."""
+    """Return the model as text.
+
+    Raises:
+        FormatError: for winches, elastic cables and pulleys, and for too small masses.
+    """
     robot = subject.robot
     only_ideal(robot, "MJCF")
     frame = BodyFrame(robot)
@@ -49,13 +54,13 @@ def write(subject: Subject, options: Options) -> str:
         spatial = ET.SubElement(tendons, "spatial", name=cable.name)
         if cable.diameter is not None:
             spatial.set("width", words([cable.diameter / 2]))
-        if cable.length_max is not None:  # told, not held: our cables' lengths are no constraints either
+        if cable.length_max is not None:  # informative: cdpr does not enforce lengths either
             spatial.set("limited", "false")
             spatial.set("range", words([cable.length_min or 0.0, cable.length_max]))
         for end in ("frame", "platform"):
             ET.SubElement(spatial, "site", site=f"{cable.name}_{end}")
         low, high = cable.tension_min, cable.tension_max
-        limits = words([low, high if high > low else np.nextafter(high, np.inf)])  # a range of nothing is refused there
+        limits = words([low, high if high > low else np.nextafter(high, np.inf)])  # MuJoCo rejects empty ranges
         actuator = {"name": cable.name, "tendon": cable.name, "gear": "-1", "ctrllimited": "true", "ctrlrange": limits}
         ET.SubElement(actuators, "motor", actuator)
         ET.SubElement(sensors, "actuatorfrc", name=f"{cable.name}_tension", actuator=cable.name)
@@ -68,7 +73,7 @@ def write(subject: Subject, options: Options) -> str:
 
 
 def _platform(world: ET.Element, subject: Subject, frame: BodyFrame) -> None:
-    """The body, its joints, its inertia, and its sites and shape in the platform's own axes."""
+    """Add the body with its joints and inertia, and its sites and shape in the platform's own axes."""
     robot = subject.robot
     at = _body(subject, frame)
     place = at[:3] if frame.guide is None else at[:3] * (1.0 - frame.guide.packed[:3])
@@ -100,7 +105,7 @@ def _platform(world: ET.Element, subject: Subject, frame: BodyFrame) -> None:
 
 
 def _geom(parent: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None:
-    """A shape that touches nothing and weighs nothing."""
+    """Add a shape without collisions and mass."""
     size = solid.size
     if solid.kind == "box":
         size = tuple(side / 2 for side in size)
@@ -112,11 +117,11 @@ def _geom(parent: ET.Element, name: str, solid: Solid, rgba: list[float]) -> Non
 
 
 def _key(root: ET.Element, subject: Subject, frame: BodyFrame) -> None:
-    """The state in which it begins."""
+    """Add the initial state as a keyframe."""
     at = _body(subject, frame)
     if frame.guide is None:
         q = at[:7]
-        spin = rotations.matrix(at[3:7]).T @ at[10:]  # MuJoCo's rates of a free joint turn with the body
+        spin = rotations.matrix(at[3:7]).T @ at[10:]  # MuJoCo's angular velocity of a free joint is in body axes
         rates = np.concatenate([at[7:10], spin])
     elif frame.guide.spherical:
         q, rates = at[3:7], rotations.matrix(at[3:7]).T @ at[10:]
@@ -127,5 +132,5 @@ def _key(root: ET.Element, subject: Subject, frame: BodyFrame) -> None:
 
 
 def _body(subject: Subject, frame: BodyFrame) -> Array:
-    """The state (13,) of the body frame."""
+    """Return the state (13,) of the body frame."""
     return body_state(frame.offset, subject.state)

@@ -1,8 +1,8 @@
-"""SDF: a world for Gazebo with frame, platform and named anchors; or with cables as legs (`cdpr.formats.write.legs`).
+"""SDF export: a world for Gazebo with frame, platform and named anchors, or with legs (`cdpr.formats.write.legs`).
 
-In the style `platform` nothing stands for the cables: gz-sim's own system ApplyLinkWrench pushes the platform by what
-is published as gz.msgs.EntityWrench on /world/NAME/wrench (once) or /world/NAME/wrench/persistent, so that W t of a
-controller outside moves it. Version 1.6 has neither frames nor systems: there anchors are small balls that are drawn.
+In the style `platform`, cables are not modelled. gz-sim's system ApplyLinkWrench applies wrenches that are published as
+gz.msgs.EntityWrench on /world/NAME/wrench (once) or /world/NAME/wrench/persistent, so that W t of an external
+controller moves the platform. Version 1.6 has neither frames nor systems; there anchors are drawn as small balls.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from cdpr.mechanics.guide import Guide
 from cdpr.model.robot import Array
 
 FRAMES_SINCE = "1.9"
-BALL = 0.02  # m, of an anchor that is drawn
+BALL = 0.02  # m, of a drawn anchor
 TINY = 1e-6  # kg, of a link between two joints of a guide
 TINY_MOMENT = 1e-9  # kg m^2
 
-# What stock gz-sim loads for a world that names no systems; one that names any gets none of these by itself.
+# Default systems of gz-sim; a world that names any system does not load them automatically.
 STOCK = {
     "gz-sim-physics-system": "gz::sim::systems::Physics",
     "gz-sim-user-commands-system": "gz::sim::systems::UserCommands",
@@ -33,7 +33,11 @@ WRENCH = {"gz-sim-apply-link-wrench-system": "gz::sim::systems::ApplyLinkWrench"
 
 
 def write(subject: Subject, options: Options) -> str:
-    """Return the world. Raises FormatError where legs are asked for of a robot that cannot have them."""
+    """Return the world as text.
+
+    Raises:
+        FormatError: if the robot does not support legs.
+    """
     robot = subject.robot
     name = called(robot.name)
     root = ET.Element("sdf", version=options.version)
@@ -47,7 +51,7 @@ def write(subject: Subject, options: Options) -> str:
     text(world, "gravity", words(subject.gravity))
     light = ET.SubElement(world, "light", name=SUN, type="directional")
     text(light, "direction", "-0.5 0.1 -0.9")
-    if options.style == "legs":  # joints are between links of one model
+    if options.style == "legs":  # joints connect links of the same model
         model = ET.SubElement(world, "model", name=name)
         _frame(model, subject)
         joint(model, "fixed", "fixed", "world", "frame")
@@ -60,7 +64,7 @@ def write(subject: Subject, options: Options) -> str:
         _frame(stand, subject)
         _points(stand, "frame", {f"{cable.name}_frame": cable.frame for cable in robot.cables}, modern)
         model = ET.SubElement(world, "model", name=name)
-        if robot.n == 6:  # PyBullet's reader heeds the pose of a model, not that of its link
+        if robot.n == 6:  # PyBullet reads the pose of a model, but not that of its link
             text(model, "pose", _stands(subject))
         _platform(model, subject, placed=robot.n < 6)
         _held(model, subject)
@@ -71,7 +75,7 @@ def write(subject: Subject, options: Options) -> str:
 
 
 def _frame(model: ET.Element, subject: Subject) -> None:
-    """The frame, at the world's origin."""
+    """Add the frame at the world's origin."""
     robot = subject.robot
     link = ET.SubElement(model, "link", name="frame")
     inertial(link, 1.0, np.zeros(3), np.eye(3))
@@ -85,7 +89,7 @@ def _stands(subject: Subject) -> str:
 
 
 def _platform(model: ET.Element, subject: Subject, placed: bool) -> None:
-    """The platform's link; `placed` is whether it has the pose itself."""
+    """Add the platform's link, with its own pose if `placed`."""
     platform = subject.robot.platform
     link = ET.SubElement(model, "link", name="platform")
     if placed:
@@ -95,7 +99,8 @@ def _platform(model: ET.Element, subject: Subject, placed: bool) -> None:
 
 
 def _held(model: ET.Element, subject: Subject) -> None:
-    """What holds the directions that the robot does not have: slides along the world's axes, a hinge, or a ball."""
+    """Add the guide of a platform with fewer than six degrees of freedom: slides along world axes, a hinge, or a ball.
+    """
     robot = subject.robot
     if robot.n == 6:
         return
@@ -114,17 +119,17 @@ def _held(model: ET.Element, subject: Subject) -> None:
             link = ET.SubElement(model, "link", name=child)
             text(link, "pose", pose(subject.state[:3]))
             inertial(link, TINY, np.zeros(3), TINY_MOMENT * np.eye(3))
-        # The platform is turned about its hinge at most, and so has this axis where the world has it.
+        # The platform rotates only about its hinge, so that the hinge axis equals the world axis.
         turning(joint(model, f"guide_{k + 1}", kind, parent, child), "axis", np.eye(3)[axis])
         parent = child
 
 
 def _points(model: ET.Element, link: str, places: Mapping[str, Array], modern: bool) -> None:
-    """Points of a link that have a name: frames, or balls that are drawn."""
+    """Add named points of a link: as frames, or as drawn balls."""
     owner = next(each for each in model.iter("link") if each.get("name") == link)
     for name, place in places.items():
         there = model if modern else owner
-        free = called(name, "tool", [each.get("name") for each in there])  # joints and links have theirs
+        free = called(name, "tool", [each.get("name") for each in there])  # joints and links have names of their own
         if modern:
             frame = ET.SubElement(model, "frame", {"name": free, "attached_to": link})
             text(frame, "pose", pose(place))

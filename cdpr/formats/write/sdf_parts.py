@@ -1,4 +1,4 @@
-"""Elements of SDF that several styles are made of."""
+"""SDF elements shared by the export styles."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def text(parent: ET.Element, name: str, content: str) -> ET.Element:
-    """Add an element that holds a text."""
+    """Add an element that contains text."""
     element = ET.SubElement(parent, name)
     element.text = content
     return element
 
 
 def called(name: str, kind: str = "robot", taken: Collection[str | None] = RESERVED) -> str:
-    """Return the name of something, which may be none that is taken, nor one that SDF reserves, __such as this__."""
+    """Return a name that is neither taken nor reserved by SDF, as __names like this__ are."""
     while name in taken or (name.startswith("__") and name.endswith("__")):
         name = f"{kind}_{name}"
     return name
 
 
 def pose(place: Array, attitude: Array = UPRIGHT) -> str:
-    """Return a pose as SDF has it: place, m, and roll, pitch, yaw, rad."""
+    """Return a pose as SDF text: position, m, and roll, pitch, yaw, rad."""
     return words([*place, *rotations.to_euler(attitude, "xyz")])
 
 
 def inertial(link: ET.Element, mass: float, centre: Array, inertia: Array) -> None:
-    """Add the inertia (3, 3) about the centre of mass, kg m^2, axes of the link."""
+    """Add the inertia (3, 3) about the centre of mass, kg m^2, in link axes."""
     element = ET.SubElement(link, "inertial")
     text(element, "pose", pose(centre))
     text(element, "mass", words([mass]))
@@ -47,7 +47,7 @@ def inertial(link: ET.Element, mass: float, centre: Array, inertia: Array) -> No
 
 
 def visual(link: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None:
-    """Add a shape that is drawn."""
+    """Add a visual shape."""
     element = ET.SubElement(link, "visual", name=name)
     text(element, "pose", pose(solid.position, solid.attitude))
     shape = ET.SubElement(ET.SubElement(element, "geometry"), solid.kind)
@@ -63,7 +63,7 @@ def visual(link: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None
 
 
 def plugin(parent: ET.Element, system: Mapping[str, str], **keys: str) -> None:
-    """Add systems of gz-sim, by file and name, with what they are told."""
+    """Add gz-sim systems by file and name, with their parameters."""
     for file, name in system.items():
         element = ET.SubElement(parent, "plugin", filename=file, name=name)
         for key, value in keys.items():
@@ -79,7 +79,7 @@ def joint(model: ET.Element, name: str, kind: str, parent: str, child: str) -> E
 
 
 def turning(element: ET.Element, name: str, direction: Array, lower: float = -1e16, upper: float = 1e16) -> ET.Element:
-    """Add an axis (3,) of a joint, in the axes of its child, and return its limits."""
+    """Add an axis (3,) of a joint, in child axes, and return its limits."""
     axis = ET.SubElement(element, name)
     text(axis, "xyz", words(direction))
     limit = ET.SubElement(axis, "limit")

@@ -1,4 +1,4 @@
-"""What is exported: a robot where it stands, with what other programs can be told of its cables."""
+"""Data and options of an export: a robot in a state, and properties that formats can represent."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from cdpr.model.shapes import Box, Cylinder, Mesh, Sphere
 from cdpr.nearest import did_you_mean
 from cdpr.problems import shown
 
-PLATFORM = "#4878a8"  # where a robot names no colour
+PLATFORM = "#4878a8"  # default colour
 FRAME = "#808080"
-EDGE = 0.02  # m, radius of the bars that are drawn of a frame
+EDGE = 0.02  # m, radius of the drawn frame bars
 
 
 @dataclass(frozen=True)
 class Subject:
-    """What is exported.
+    """Data of an export.
 
     Attributes:
-        robot: with its degrees of freedom; those that it does not have are held.
-        gravity: (3,), m/s^2, world.
-        state: (13,), where it stands: of its origin, world axes.
-        step: of the physics, s.
-        actuated: whether actuators of the scenario, an FMU, pull its cables.
-        events: how many events the scenario has.
+        robot: the robot; its missing degrees of freedom are guided.
+        gravity: (3,), m/s^2, world frame.
+        state: (13,), state of the platform's origin, world frame.
+        step: physics step, s.
+        actuated: True if actuators of the scenario (an FMU) drive its cables.
+        events: number of events in the scenario.
     """
 
     robot: Robot
@@ -45,12 +45,12 @@ class Subject:
 
 @dataclass(frozen=True)
 class Options:
-    """How.
+    """Options of an export.
 
     Attributes:
-        style: of SDF: "platform", a body that is pushed by a wrench, or "legs", cables as legs that push and pull.
+        style: of SDF: "platform", a body moved by a wrench, or "legs", cables as legs that push and pull.
         version: of SDF.
-        pulleys: of MJCF and SDF: "keep" them, which is refused where the format has none, or replace them by "points".
+        pulleys: of MJCF and SDF: "keep" (rejected if the format does not support them) or "points" (replace them).
     """
 
     style: str = "platform"
@@ -58,7 +58,7 @@ class Options:
     pulleys: str = "keep"
 
 
-# What each of them may be, and what that means; the first unless said.
+# Allowed values of each option with their descriptions; the first is the default.
 CHOICES = {
     "style": {"platform": "pushed by a wrench", "legs": "cables that push and pull"},
     "version": {"1.9": "the present one", "1.6": "for readers that know no more"},
@@ -71,7 +71,7 @@ CHOICES = {
 
 @dataclass(frozen=True)
 class Solid:
-    """A shape to draw, with its place."""
+    """Shape to draw, with its pose."""
 
     kind: str  # "box", "sphere" or "cylinder"
     size: tuple[float, ...]  # m: sides; radius; radius and height
@@ -80,9 +80,15 @@ class Solid:
 
 
 def export(subject: Subject, to: str, options: Options | None = None) -> str:
-    """Return a robot in a format of `TARGETS`: the same text for the same robot.
+    """Return a robot as text in a format of `TARGETS`; equal robots give equal texts.
 
-    Raises FormatError where the format is not known, or cannot say what the robot is.
+    Args:
+        subject: data of the export.
+        to: key of `TARGETS`.
+        options: options of the export.
+
+    Raises:
+        FormatError: if the format is unknown or cannot represent the robot.
     """
     if to not in TARGETS:
         raise FormatError(f"to: {to!r} is no format: {did_you_mean(to, TARGETS)}there are {', '.join(TARGETS)}")
@@ -98,7 +104,7 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
 
 
 def left_out(subject: Subject, to: str) -> list[str]:
-    """Return what a format of `TARGETS` leaves out and does not refuse: of cables and guide, and of what happens."""
+    """Return parts that a format of `TARGETS` omits without an error: of cables, guides and events."""
     wound, rolled = _wound(subject.robot), _rolled(subject.robot)
     floats = subject.robot.n < 6 and not TARGETS[to].guides
     return [
@@ -111,7 +117,7 @@ def left_out(subject: Subject, to: str) -> list[str]:
 
 
 def only_ideal(robot: Robot, what: str) -> None:
-    """Raise FormatError for cables that the format cannot say: winches, elasticity, pulleys."""
+    """Raise FormatError if a cable has a winch, elasticity or a pulley, which the format does not support."""
     if wound := _wound(robot):
         raise FormatError(
             f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: they "
@@ -134,7 +140,7 @@ def _rolled(robot: Robot) -> list[str]:
 
 
 def drawn(robot: Robot) -> Solid:
-    """Return what stands for the platform, platform axes: its shape, or a ball through its anchors."""
+    """Return the platform's shape, platform axes; a sphere through its anchors if it has none."""
     shape = robot.platform.shape
     if isinstance(shape, Box):
         return Solid("box", shape.size)
@@ -150,7 +156,7 @@ def drawn(robot: Robot) -> Solid:
 
 
 def bars(robot: Robot) -> list[Solid]:
-    """Return the edges of the frame as cylinders, world."""
+    """Return the edges of the frame as cylinders, world frame."""
     if robot.frame is None:
         return []
     found = []
@@ -169,12 +175,12 @@ def colour(given: str | None, otherwise: str) -> list[float]:
 
 
 def words(values: Sequence[float] | Array) -> str:
-    """Return numbers with blanks between, each as short as brings back all its bits."""
+    """Return the numbers separated by blanks, each with the shortest exact representation."""
     return " ".join(repr(float(value) + 0.0).removesuffix(".0") for value in values)
 
 
 def _along(direction: Array) -> Array:
-    """The shortest turn (4,) that takes z into a direction (3,)."""
+    """Return the shortest rotation, a quaternion (4,), from z to `direction` (3,)."""
     x, y, z = direction.tolist()
     if z < -1.0 + 1e-12:
         return np.array([0.0, 1.0, 0.0, 0.0])

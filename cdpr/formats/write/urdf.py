@@ -1,8 +1,8 @@
-"""URDF of frame and platform with a link at each anchor and tool, for RViz and TF.
+"""URDF export of frame and platform with a link at each anchor and tool, for RViz and TF.
 
-URDF knows neither cables nor closed loops: the platform hangs on a joint of type floating, which who publishes
-transforms has to move. Each link has an inertia of its own, for readers give a kilogram to one without: the anchors'
-are a millionth of a gram, and the frame's is that of nothing that moves.
+URDF supports neither cables nor closed loops. The platform is connected by a floating joint, whose transform must be
+published. Each link has an inertia, because readers assign 1 kg to links without one: a millionth of a gram for
+anchors, and an arbitrary one for the immobile frame.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from cdpr.model.robot import Array
 
 TINY = 1e-9  # kg, of an anchor
 TINY_MOMENT = 1e-12  # kg m^2
-RADIUS = 0.02  # m, of the ball that is drawn at an anchor
+RADIUS = 0.02  # m, of the drawn ball at an anchor
 
 
 def write(subject: Subject, options: Options) -> str:
-    """Return the description."""
+    """Return the robot description."""
     robot = subject.robot
     platform = robot.platform
     root = ET.Element("robot", name=robot.name)
@@ -44,7 +44,7 @@ def write(subject: Subject, options: Options) -> str:
 
 
 def _point(root: ET.Element, name: str, parent: str, place: Array) -> None:
-    """A link where a point of another has a name."""
+    """Add a link at a named point of another link."""
     _visual(_link(root, name, TINY, np.zeros(3), TINY_MOMENT * np.eye(3)), Solid("sphere", (RADIUS,)), parent)
     fixed = ET.SubElement(root, "joint", name=name, type="fixed")
     _joined(fixed, parent, name, place, np.array([1.0, 0.0, 0.0, 0.0]))
