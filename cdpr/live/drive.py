@@ -15,6 +15,7 @@ from cdpr.live import RATES, SPEEDS
 from cdpr.live.requests import Request, Requests
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import RunFolder
+from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.problems import shown
 from cdpr.scenario import Scenario
@@ -214,7 +215,7 @@ class Driven(Simulation):
                     f"one for each of {', '.join(cables)} is expected, got {shown(names)}, {len(tension)} tensions"
                 )
             tension = [tension[names.index(cable)] for cable in cables]
-        self._given(None, tension)  # refused at once where it makes no sense
+        checked(tension, (self.scenario.robot.m,), "tension", finite=True)  # refused at once where it makes no sense
         self._tension = tension
 
     def ask_stop(self) -> None:

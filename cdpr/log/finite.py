@@ -35,9 +35,8 @@ class Finite:
         self.fault = ""
 
     def rewind(self, stop: int) -> None:
-        """Forget the samples from `stop` on."""
-        if stop < self._count:
-            self._count, self.fault = stop, ""
+        """Go on at sample `stop`, before which all are finite."""
+        self._count, self.fault = stop, ""
 
     def take(self, rows: Array, stop: int) -> None:
         """Check the samples up to `stop`, excluded, that were not yet checked; sample k is in rows[k % len(rows)]."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -29,6 +30,41 @@ LOG_NAME = "log.mcap"
 BLOCK_SECONDS = 0.5  # wall time after which rows go to the log though the block is not full
 
 
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Samples that are kept between two snapshots.
+
+    Attributes:
+        first, rows: number of the first row among those that are kept, and the rows.
+        counted, status: likewise of the statuses that a tally has.
+        before: the piece before.
+    """
+
+    first: int
+    rows: Array
+    counted: int
+    status: NDArray[np.int8]
+    before: Piece | None
+
+    def line(self) -> Iterator[Piece]:
+        """Yield this one and all before."""
+        here: Piece | None = self
+        while here is not None:
+            yield here
+            here = here.before
+
+
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """Snapshot of a recorder: what it kept of the samples up to `stop`, excluded."""
+
+    stop: int
+    piece: Piece
+    last: Array  # (1, width) the sample before `stop`; none at the start
+    tally: Tally | None
+    marked: dict[int, Array]
+
+
 class Recorder:
     """Rows of a run of `steps` steps, and their log where a run folder is given.
 
@@ -45,6 +81,10 @@ class Recorder:
     Args:
         marks: samples of which the row is kept in `marked` besides.
         closest: makes what looks at clearances, None where they are not known; asked where there is a tally.
+
+    Attributes:
+        rows: where the loop puts the samples.
+        first: the first sample that `rows` may hold.
     """
 
     def __init__(
@@ -67,6 +107,8 @@ class Recorder:
         self.finite = Finite(header.layout, header.control_step)
         self.marked: dict[int, Array] = {}
         self._marks = sorted(set(marks))
+        self.first = 0
+        self._piece: Piece | None = None  # of the last snapshot on the way to the present
         self._count = 0  # rows that are kept: row i is sample i * every, but for the last
         self._written = monotonic()
         self._failure: OutputError | None = None
@@ -88,12 +130,37 @@ class Recorder:
         if self.tally is not None:
             self.tally.amend(header)
 
-    def rewind(self, stop: int) -> None:
-        """Forget the samples from `stop` on, as where a simulation goes back; not of what is thinned or logged."""
-        assert self.tally is None
-        self._count = min(self._count, stop)
-        self.finite.rewind(stop)
-        self.marked.clear()  # taken anew: all rows are in memory
+    def snapshot(self, stop: int) -> Taken:
+        """Return what is kept of the samples up to `stop`, excluded, for `restore`; not of what is only on disk."""
+        self._take(stop)
+        tally, before = self.tally, self._piece
+        first = before.first + len(before.rows) if before else 0
+        counted = before.counted + len(before.status) if before else 0
+        if tally is not None:
+            self._tally_up(stop)
+            tally = tally.copy()
+        rows = self._kept[first : 0 if self._on_disk else self._count].copy()
+        status = np.empty(0, np.int8) if tally is None else tally.status[counted:].copy()
+        self._piece = Piece(first, rows, counted, status, before)
+        last = np.arange(max(stop - 1, 0), stop) % len(self.rows)
+        return Taken(stop, self._piece, self.rows[last], tally, dict(self.marked))
+
+    def restore(self, taken: Taken) -> None:
+        """Go back to a snapshot of this recorder, or of one of the same run that logged elsewhere."""
+        tally = None if taken.tally is None else taken.tally.copy()
+        known = set(self._piece.line()) if self._piece else set()
+        for piece in taken.piece.line():
+            if piece in known:
+                break
+            self._kept[piece.first : piece.first + len(piece.rows)] = piece.rows
+            if tally is not None:
+                tally.put(piece.counted, piece.status)
+        self._piece, self.tally, self.marked = taken.piece, tally, dict(taken.marked)
+        self._count = taken.piece.first + len(taken.piece.rows)
+        last = taken.stop - len(taken.last)
+        self.rows[np.arange(last, taken.stop) % len(self.rows)] = taken.last
+        self.first = 0 if self.rows is self._kept else last
+        self.finite.rewind(taken.stop)
 
     def close(self, stop: int) -> Array | LogRows:
         """Take the last samples, up to `stop`, excluded, complete the log, and return what the run keeps."""
@@ -117,6 +184,11 @@ class Recorder:
         if self._on_disk and self._writer is not None:
             return self._writer.so_far(self._kept, self._count, last)
         return np.concatenate([self._kept[: self._count], last])
+
+    @property
+    def on_disk(self) -> bool:
+        """Whether samples are kept in the log alone."""
+        return self._on_disk
 
     @property
     def kept(self) -> Array | LogRows:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
+from copy import copy, deepcopy
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -138,6 +138,16 @@ class Tally:
     def status(self) -> NDArray[np.int8]:
         """What the solver's answer was found to be at each sample so far, a `cdpr.tension.Status`, (K,)."""
         return self._status[: self.count]
+
+    def copy(self) -> Tally:
+        """Return one that has counted as much; they share the table of statuses. `amend` comes next."""
+        other = copy(self)
+        other._final, other._low, other._high = dict(self._final), dict(self._low), dict(self._high)
+        return other
+
+    def put(self, first: int, status: NDArray[np.int8]) -> None:
+        """Write the statuses of samples from `first` on, which were counted before."""
+        self._status[first : first + len(status)] = status
 
     def amend(self, header: Header) -> None:
         """Go by a header in which other cables break, after the samples that were counted."""

@@ -55,7 +55,7 @@ typedef struct {
 #define PyMODINIT_FUNC __attribute__((visibility("default"))) PyObject *
 
 enum { PyBUF_WRITABLE = 0x1, PyBUF_FORMAT = 0x4, PyBUF_C_CONTIGUOUS = 0x38 };
-enum { METH_VARARGS = 1, METH_NOARGS = 4, T_STRING = 5, T_OBJECT_EX = 16, T_ULONGLONG = 18, READONLY = 1, Py_TPFLAGS_DEFAULT = 0 };
+enum { METH_VARARGS = 1, METH_NOARGS = 4, METH_FASTCALL = 0x80, T_STRING = 5, T_OBJECT_EX = 16, T_ULONGLONG = 18, READONLY = 1, Py_TPFLAGS_DEFAULT = 0 };
 enum { Py_mod_exec = 2, Py_tp_call = 50, Py_tp_dealloc = 52, Py_tp_doc = 56, Py_tp_methods = 64, Py_tp_new = 65 };
 enum { Py_tp_members = 72, Py_tp_getset = 73 };
 #endif

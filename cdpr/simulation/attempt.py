@@ -83,7 +83,7 @@ class Attempt:
     def begin(self) -> tuple[Loop, Recorder]:
         """Build and warm up; return what makes the samples, and what keeps them."""
         self.parts = build(self.scenario)
-        self.loop = Loop(self.parts)
+        self.loop = Loop(self.parts, self.session.record)
         self.loop.warm_up(self.scenario.initial.state())
         folder = None if self.folder is None else self.folder.path
         marked = marks(self.scenario.events, self.header.control_step)
@@ -124,7 +124,7 @@ class Attempt:
         if self.folder is not None:
             self.folder.finish(self.run)
         new = Attempt(self.scenario, self.header, folder)
-        new.parts, new.loop, new._started = self.parts, self.loop, perf_counter()
+        new.parts, new.loop, new.session, new._started = self.parts, self.loop, self.session, perf_counter()
         new.recorder = Recorder(self.header, self.scenario.simulation.steps, folder.path, closest=self._watching)
         self.loop.write_to(new.recorder.rows)
         return new

@@ -3,45 +3,29 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from cdpr.errors import CdprError, PluginError
-from cdpr.log.recorder import Recorder
+from cdpr.log.recorder import Recorder, Taken
 from cdpr.log.run_folder import RunFolder, folder_name, next_folder
-from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.simulation.live import Interventions
-from cdpr.simulation.loop import Moment
+from cdpr.simulation.moment import Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.session import Done
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A moment of a simulation, from which it can go on more than once.
-
-    Its samples are those of the snapshot before, if there is one, and those since.
-    """
+    """A moment of a simulation, from which it can go on more than once."""
 
     moment: Moment
-    first: int
-    rows: Array
+    samples: Taken
     done: Done
-    before: Snapshot | None
     of: object
 
     def __repr__(self) -> str:
         return f"<Snapshot at {self.moment.time:.6g} s>"
-
-    def line(self) -> Iterator[Snapshot]:
-        """Yield this one and all before."""
-        here: Snapshot | None = self
-        while here is not None:
-            yield here
-            here = here.before
 
 
 class Branches(Interventions):
@@ -50,7 +34,6 @@ class Branches(Interventions):
     _recorder: Recorder
     _pace: Pace
     _origin: object  # since the last reset
-    _snapshot: Snapshot | None  # the last one on the way to the present
 
     def snapshot(self) -> Snapshot:
         """Return all that the future depends on: plant, controller, solver, events, and how far it came.
@@ -64,17 +47,9 @@ class Branches(Interventions):
             solver = self._loop.parts.solver
             if entry.info.properties.get("warm_start") and type(solver).snapshot is TensionSolver.snapshot:
                 raise PluginError(f"solver '{entry.info.name}' remembers earlier answers, but cannot take snapshots")
-            moment, before = self._loop.snapshot(), self._snapshot
-            first = 0 if before is None else before.moment.count
-            rows = self._recorder.rows[first : moment.count].copy() if self._branches else np.empty((0, 0))
-            done = self._attempt.session.snapshot()
-            self._snapshot = Snapshot(moment, first, rows, done, before, self._origin)
-            return self._snapshot
-
-    @property
-    def _branches(self) -> bool:
-        """Whether samples can be made anew: those that are thinned, or on disk alone, stay."""
-        return self._recorder.tally is None
+            moment = self._loop.snapshot()
+            samples = self._recorder.snapshot(moment.count)
+            return Snapshot(moment, samples, self._attempt.session.snapshot(), self._origin)
 
     def restore(self, snapshot: Snapshot, *, out: str | os.PathLike[str] | None = None) -> None:
         """Go back to a snapshot of this simulation: what follows is the same to the bit.
@@ -86,35 +61,27 @@ class Branches(Interventions):
             snapshot: taken since the last reset. What was done after it is forgotten.
             out: the other folder, new or empty; the name of the first with -2, -3, ... unless given.
 
-        Raises CdprError, and goes on as if it had not been asked, where samples are thinned or too many for the memory,
+        Raises CdprError, and goes on as if it had not been asked, where samples are too many for the memory,
         OutputError where the folder cannot be written.
         """
         with self._alone("restore"):
             if not isinstance(snapshot, Snapshot) or snapshot.of is not self._origin:
                 raise CdprError("restore: a snapshot of this very simulation, since its last reset, is expected")
             self._ready(also_done=True)
-            if not self._branches:
-                raise CdprError(
-                    "restore: samples that are thinned, or in the log alone, stay: leave out log.step or `out`"
-                )
+            if self._recorder.on_disk:
+                raise CdprError("restore: samples that are in the log alone stay: leave out `out`, or set log.step")
             if out is not None and self._attempt.folder is None:
                 raise CdprError("restore: `out` is for a simulation that logs, as it is told when it is made")
-            shared: set[Snapshot] = set() if self._snapshot is None else set(self._snapshot.line())
             if self._attempt.folder is not None:
-                shared = set()  # the table of the other folder is empty
                 self._branch(self._attempt.folder, snapshot, out)
             with self._kept():
                 self._attempt.session.restore(snapshot.done)
+                self._recorder.restore(snapshot.samples)
+                self._pace = Pace(self._recorder.flush)
                 self._attempt.revise()
                 self._loop.restore(snapshot.moment)
-                for each in snapshot.line():
-                    if each in shared:
-                        break
-                    self._recorder.rows[each.first : each.moment.count] = each.rows
-                self._recorder.rewind(snapshot.moment.count)
                 if self._attempt.folder is not None:
                     self._recorder.flush(snapshot.moment.count)
-            self._snapshot = snapshot
 
     def _branch(self, before: RunFolder, snapshot: Snapshot, out: str | os.PathLike[str] | None) -> None:
         """End the log where it is, and begin one in another folder."""
@@ -126,4 +93,3 @@ class Branches(Interventions):
             self._attempt = self._attempt.branch(folder)
             assert self._attempt.recorder is not None
             self._recorder = self._attempt.recorder
-            self._pace = Pace(self._recorder.flush)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from time import monotonic
-from typing import Any
 
 import numpy as np
 
@@ -15,18 +13,20 @@ from cdpr.errors import BackendDied, Diverged, PluginError, SimulationStopped
 from cdpr.log.recorder import BLOCK
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
-from cdpr.plugins.snapshots import Saved, SnapshotOfArrays, put_back, save
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.faults import told
 from cdpr.simulation.loads import Loads
+from cdpr.simulation.moment import Memory, Moment
 from cdpr.simulation.outside import Outside
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.plant import clock_acts, moving
 from cdpr.simulation.playback import Playback
 from cdpr.simulation.program import Program
+from cdpr.simulation.record import Record
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.acts import Act, perform
@@ -37,33 +37,17 @@ from cdpr.trajectory import Trajectory
 
 # A call of the compiled loop takes at most about so long: an interrupt waits for its end.
 BRIEF = 0.02  # s
-MOST_SUBSTEPS = 100  # of which each has acts of its own
 
 # After these a solver need not have written any tensions.
 ANSWERS = (Status.OK, Status.INFEASIBLE, Status.UNSUPPORTED)
 
 
-@dataclass(frozen=True, eq=False)
-class Moment:
-    """All that the future of a loop depends on, between two samples."""
-
-    place: tuple[int, int, float, int]  # as `Program.place`
-    live: Saved
-    own: list[Any]  # of the parts
-
-    @property
-    def count(self) -> int:
-        """How many samples are complete."""
-        return self.place[0]
-
-    @property
-    def time(self) -> float:
-        """When it is, s."""
-        return self.place[2]
-
-
 class Loop:
     """A closed loop, ready to run.
+
+    Args:
+        parts: what it is made of.
+        record: keeps the commands from outside.
 
     Attributes:
         parts: what it is made of.
@@ -72,10 +56,11 @@ class Loop:
         advancing: the acts that take the plant to the next sample.
         row: the present sample, columns as `cdpr.log.layout` says; the parts work on views of it.
         out: where the controller writes: the wrench (6,) or the commands (m,).
+        outside: commands that replace the answers of controller or solver.
     """
 
-    def __init__(self, parts: Parts) -> None:
-        self.parts = parts
+    def __init__(self, parts: Parts, record: Record | None = None) -> None:
+        self.parts, self._record = parts, record or Record()
         self.last = 0
         self.present = present = Sample(parts)
         self.layout, self.row = present.layout, present.row
@@ -86,10 +71,9 @@ class Loop:
         self.sample = parts.trajectory.sampler(self.desired)
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
-        self._outside = Outside(self)
         loads = Loads(present.view("external"), parts.backend.external)
         self.schedule = Schedule(parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings)
-        self._clock = np.zeros(1)  # what the engine's reads, s
+        self._memory = Memory(parts, present, self.stage, self.schedule)
         # What looks at the plant, and what does so at first: made once, for the geometry of pulleys takes its time.
         self._looking, self._looking_first = (present.looking(h, self._check) for h in (parts.control_step, 0.0))
         self._plan()
@@ -173,9 +157,7 @@ class Loop:
         self.parts = replace(self.parts, events=tuple(events), trajectory=motion)
         self.sample = motion.sampler(self.desired)
         self.schedule.plan(events)
-        before = self.program
-        self._plan()
-        self.program.rows, self.program.place = before.rows, before.place
+        self._plan(self.program)
 
     def join(self, event: ScenarioEvent) -> None:
         """Let happen what an event, of which `revise` knows, does at the present sample, which is not yet decided."""
@@ -194,7 +176,7 @@ class Loop:
             program.rows = rows
 
     def decide(self, given: Program | None = None) -> None:
-        """Complete the sample that is looked at; by a program that `give` returned in place of the controller."""
+        """Complete the sample that is looked at; by the program of a command from outside, if given."""
         if given is None and self._playback is not None:
             given = self._playback.at(self.count)
         if given is None:
@@ -241,6 +223,8 @@ class Loop:
                 if given is None and self._playback is not None:
                     self.decide()
                     self.advance()
+                elif k - count == 1:
+                    program.look(k)
                 else:
                     start = monotonic()
                     program.look(min(k, max(pace.count, count + 1), count + most))
@@ -261,26 +245,16 @@ class Loop:
     def _dated(self, stop: SimulationStopped | PluginError) -> SimulationStopped | PluginError:
         return type(stop)(f"t = {self.time:.6g} s: {stop}")
 
-    def give(self, output: Output, values: Array) -> Program:
-        """Return the program in which these values decide in place of the controller, until others are given.
-
-        They are a wrench (6,) to distribute, or the command of each cable (m,). For `decide` and `go`.
-        """
-        return self._outside.give(output, values)
-
     def _programs(self) -> Iterator[Program]:
         yield self.program
-        yield from self._outside.programs
+        yield from self.outside.programs
 
     def snapshot(self) -> Moment:
         """Return all that the samples after the present one depend on, to be taken between them.
 
         Raises PluginError where a part of the loop cannot take one.
         """
-        parts, backend = self.parts, self.parts.backend
-        live = save((self.row, self.W, self.present.true_W, backend.command, backend.external))
-        own = [part.snapshot() for part in (backend, parts.controller, parts.solver, self.stage, self.schedule)]
-        return Moment(self.program.place, live, own)
+        return self._memory.take(self.program.place)
 
     @property
     def memory(self) -> tuple[Array, ...] | None:
@@ -288,23 +262,11 @@ class Loop:
 
         What events change is not among them.
         """
-        parts, backend = self.parts, self.parts.backend
-        plain = isinstance(parts.solver, TensionSolver) and type(parts.solver).snapshot is TensionSolver.snapshot
-        if not (plain and isinstance(backend, SnapshotOfArrays) and isinstance(parts.controller, SnapshotOfArrays)):
-            return None
-        if self._playback is not None:
-            return None
-        own = (*backend.arrays, *parts.controller.arrays, *self.stage.arrays)
-        several = (self.row, self.W, self.present.true_W, backend.command, backend.external, backend.state, *own)
-        return tuple({id(array): array for array in several}.values())
+        return None if self._playback is not None else self._memory.arrays
 
     def restore(self, snapshot: Moment) -> None:
         """Go back to a snapshot of this loop: what follows is the same to the bit. Raises PluginError likewise."""
-        parts, backend = self.parts, self.parts.backend
-        owners = (backend, parts.controller, parts.solver, self.stage, self.schedule)
-        for part, taken in zip(owners, snapshot.own, strict=True):
-            part.restore(taken)
-        put_back(snapshot.live, (self.row, self.W, self.present.true_W, backend.command, backend.external))
+        self._memory.put_back(snapshot)
         self.program.place = snapshot.place
         self._refresh()
 
@@ -332,8 +294,8 @@ class Loop:
         """What completes a sample, given what is written for the stage."""
         return self.present.completing(self.schedule.through(stage), self.parts.events)
 
-    def _plan(self) -> None:
-        """Make the program of a step."""
+    def _plan(self, before: Program | None = None) -> None:
+        """Make the program of a step; it goes on where the one `before` is."""
         parts, backend, controller = self.parts, self.parts.backend, self.parts.controller
         given = self.given_state, self.given_desired, self.out
         known = isinstance(controller, Controller) and speaks_for(controller.compiled, controller.control)
@@ -344,44 +306,23 @@ class Loop:
             control(time, *given)
 
         deciding = Act("controller", law) if law else Act("controller", ask, timed=True)
-        self.advancing = advancing = [
+        reading_clock, checking_clock = clock_acts(backend)
+        self.advancing = [
             Act("command", bind("copy", source=self.tension, target=backend.command)),
-            *self._moving(),
-            *self._reading_clock(),
+            *moving(backend, parts.substeps),
+            *reading_clock,
             *self._looking,
-            *self._checking_clock(),
+            *checking_clock,
             Act("time", bind("stamp", row=self.row), timed=True),
             Act("events", self._happen, due=True),
             Act("trajectory", self.sample, timed=True),
         ]
-        playback = Playback(parts.events, parts.control_step, self.give)
-        self._playback = playback if playback else None
         checking = Act("controller", bind("not_finite", values=self.out), self._refuse_output)
-        self._outside = Outside(self)
-        self.program = Program([deciding, checking, *self.through(self.stage)], advancing, self.row, parts.control_step)
-
-    def _moving(self) -> list[Act]:
-        """What takes the plant a control step further."""
-        backend, n = self.parts.backend, self.parts.substeps
-        known = n <= MOST_SUBSTEPS and isinstance(backend, Backend) and speaks_for(backend.acts, backend.step)
-        moving = backend.acts(n) if known else None
-        return [Act("backend", do, backend.refuse) for do in moving or ()] or [Act("backend", partial(backend.step, n))]
-
-    def _reading_clock(self) -> list[Act]:
-        backend = self.parts.backend
-        if backend.engine_time() is None:
-            return []
-        known = isinstance(backend, Backend) and speaks_for(backend.clock_act, backend.engine_time)
-        reader = backend.clock_act if known else partial(Backend.clock_act, backend)
-        return [Act("backend", reader(self._clock))]
-
-    def _checking_clock(self) -> list[Act]:
-        if self.parts.backend.engine_time() is None:
-            return []
-        return [Act("clock", bind("clock_differs", clock=self._clock), self._refuse_clock, timed=True)]
-
-    def _refuse_clock(self, _: int) -> None:
-        raise Diverged(f"the engine's clock reads {self._clock[0]:.6g} s: it reset itself")
+        acts = [deciding, checking, *self.through(self.stage)]
+        self.program = Program(acts, self.advancing, self.row, parts.control_step, before)
+        self.outside = Outside(self, self._record)
+        playback = Playback(parts.events, parts.control_step, self.outside.command)
+        self._playback = playback if playback else None
 
     def _refuse_output(self, _: int) -> None:
         values = ", ".join(f"{value:.4g}" for value in self.out)

@@ -1,4 +1,4 @@
-"""Programs in which wrenches or commands from outside decide in place of the controller."""
+"""Wrenches and tensions from outside, which replace the answers of controller or solver."""
 
 from __future__ import annotations
 
@@ -6,21 +6,27 @@ from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins.controller import Output
+from cdpr.scenario.events.commands import Kind
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.program import Program
+from cdpr.simulation.record import Record
 from cdpr.tension.acts import Act
 from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import TensionStage
 
 Stage = TensionStage | CommandStage
 
+GIVEN = b"\0"  # position of what a caller gives among the arrays of `record_command`
+
 
 class ClosedLoop(Protocol):
-    """The loop in whose steps they decide, with what its program is made of."""
+    """Loop whose controller or solver is replaced."""
 
     parts: Parts
     program: Program
@@ -28,10 +34,6 @@ class ClosedLoop(Protocol):
     advancing: list[Act]
     row: Array
     tension: Array
-
-    @property
-    def count(self) -> int:
-        """Number of complete samples."""
 
     def stage_of(self, output: Output) -> Stage:
         """Make a stage for such an output."""
@@ -43,47 +45,102 @@ class ClosedLoop(Protocol):
         """Return the acts that complete a sample by the stage."""
 
 
-class Outside:
-    """Programs beside that of a loop, made when they are first needed."""
+class Command:
+    """Command from outside.
 
-    def __init__(self, loop: ClosedLoop) -> None:
-        self._loop = loop
-        self._stages: dict[Output, Stage] = {}
-        self._made: dict[tuple[Output, bool], tuple[Array, Program]] = {}
+    Attributes:
+        kind: its name.
+        values: (6,) wrench in N and N m, or (m,) tensions in N; the program reads them here.
+        stage: distributes the wrench, or checks the tensions.
+        program: steps in which they replace the answer.
+        take: checks and copies values, and records that they replace the answer in so many `steps`.
+    """
+
+    __slots__ = ("_record", "_steps", "kind", "program", "stage", "steps", "take", "values")
+
+    def __init__(self, kind: Kind, values: Array, stage: Stage, program: Program, record: Record) -> None:
+        self.kind, self.values, self.stage, self.program = kind, values, stage, program
+        self._record, self._steps, self.steps = record, np.ones(1, dtype=np.int64), 1
+        table, used = record.table(kind, len(values))
+        given = {"given": np.zeros_like(values), "values": values}
+        live = {"standing": program.standing[0], "steps": self._steps}
+        self.take = bind("record_command", **given, record=table, used=used, **live).on
+
+    def last(self, steps: int) -> None:
+        """Record another number of steps from now on."""
+        self.steps = self._steps[0] = steps
+
+    def take_checked(self, values: ArrayLike) -> None:
+        """Take values of any type; CdprError where they are not finite numbers in the right shape."""
+        found = checked(values, self.values.shape, self.kind, finite=True)
+        if self.take(GIVEN, found):
+            self._record.complete()
+            self.take(GIVEN, found)
+
+
+class Outside:
+    """Programs of a loop for commands from outside; each is made at its first use."""
+
+    def __init__(self, loop: ClosedLoop, record: Record) -> None:
+        self._loop, self._record = loop, record
+        self._made: dict[tuple[Kind, bool], Command] = {}
+        self._last: Command | None = None  # given after the first sample
 
     @property
     def programs(self) -> Iterator[Program]:
-        """Those that are made."""
-        return (program for _, program in self._made.values())
+        """All programs made so far."""
+        return (command.program for command in self._made.values())
 
-    def give(self, output: Output, values: Array) -> Program:
-        """Return the program in which these values decide, (6,) or (m,); they are copied."""
-        first = self._loop.count == 0
-        made = self._made.get((output, first))
-        if made is None:
-            made = self._made[output, first] = self._make(output, first)
-        given, program = made
-        given[:] = values
-        if first and output != self._loop.parts.output:
-            self._stages[output].forget()
-        return program
+    def give(self, kind: Kind, values: ArrayLike, steps: int) -> Program:
+        """Return the program in which a wrench (6,) or tensions (m,) replace the answer; they are copied.
 
-    def _make(self, output: Output, first: bool) -> tuple[Array, Program]:
-        """Return where to write what is given, and the program for the first sample or for later ones.
+        It is recorded for so many steps. Raises CdprError where they are not finite numbers in that shape.
+        """
+        command = self._last
+        if command is None or command.kind != kind:
+            command = self.command(kind)
+        if command.steps != steps:
+            command.last(steps)
+        try:
+            if not command.take(GIVEN, values):
+                return command.program
+        except (TypeError, ValueError):  # another type, shape or memory layout
+            pass
+        command.take_checked(values)
+        return command.program
+
+    def command(self, kind: Kind) -> Command:
+        """Return the command for the present sample."""
+        loop, first = self._loop, self._loop.program.count == 0
+        found = self._made.get((kind, first))
+        if found is None:
+            found = self._made[kind, first] = self._make(kind, first)
+        if first and found.stage is not loop.stage:
+            found.stage.forget()
+        self._last = None if first else found
+        return found
+
+    def _make(self, kind: Kind, first: bool) -> Command:
+        """Return a command for the first sample or for later ones.
 
         A stage of its own takes the tensions of the sample before for its answer, and the loop's stage then takes its.
         """
-        loop = self._loop
-        if output not in self._stages:
-            self._stages[output] = loop.stage if output == loop.parts.output else loop.stage_of(output)
-        stage = self._stages[output]
+        loop, stage = self._loop, self._stage(kind)
         out = loop.written(stage)
-        given = np.zeros_like(out)
-        deciding = [Act("command", bind("copy", source=given, target=out)), *loop.through(stage)]
+        values = np.zeros_like(out)
+        deciding = [Act("command", bind("copy", source=values, target=out)), *loop.through(stage)]
         if stage is not loop.stage:
             before = [] if first else self._following(stage)
             deciding = [*before, *deciding, *self._following(loop.stage)]
-        return given, Program(deciding, loop.advancing, loop.row, loop.parts.control_step, loop.program)
+        program = Program(deciding, loop.advancing, loop.row, loop.parts.control_step, loop.program)
+        return Command(kind, values, stage, program, self._record)
+
+    def _stage(self, kind: Kind) -> Stage:
+        output: Output = "wrench" if kind == "wrench" else "command"
+        if output == self._loop.parts.output:
+            return self._loop.stage
+        made = [command.stage for command in self._made.values() if command.kind == kind]
+        return made[0] if made else self._loop.stage_of(output)
 
     def _following(self, stage: Stage) -> list[Act]:
         """Let a stage take the present tensions, which another one chose, for its answer of the step before."""

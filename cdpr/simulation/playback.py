@@ -5,24 +5,23 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 
-from cdpr.model.robot import Array
-from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent, first_sample
-from cdpr.scenario.events.commands import overlay
+from cdpr.scenario.events.commands import Kind, overlay
+from cdpr.simulation.outside import Command
 from cdpr.simulation.program import Program
 
-Give = Callable[[Output, Array], Program]
+Chosen = Callable[[Kind], Command]
 
 
 class Playback:
-    """Finds what is given at a sample; `give` makes what decides of it."""
+    """Finds what is given at a sample; `command` returns what replaces the answer."""
 
-    def __init__(self, events: Sequence[ScenarioEvent], step: float, give: Give) -> None:
+    def __init__(self, events: Sequence[ScenarioEvent], step: float, command: Chosen) -> None:
         spans = overlay([], [])
         for commands in filter(None, (event.commands() for event in events)):
             spans = overlay(spans, commands)
         self._spans = [(first_sample(span.start, step), first_sample(span.end, step), span) for span in spans]
-        self._give = give
+        self._command = command
 
     def __bool__(self) -> bool:
         return bool(self._spans)
@@ -33,5 +32,6 @@ class Playback:
         if i < 0 or k >= self._spans[i][1]:
             return None
         span = self._spans[i][2]
-        output: Output = "wrench" if span.kind == "wrench" else "command"
-        return self._give(output, span.values)
+        command = self._command(span.kind)
+        command.values[:] = span.values
+        return command.program

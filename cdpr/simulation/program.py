@@ -183,23 +183,26 @@ class Program:
         for line, act in zip(self._table, self.acts, strict=True):
             line[WHEN] = DUE if act.due else NEVER if act.when is not None and not act.when() else ALWAYS
 
-    def look(self, sample: int) -> None:
-        """Go on until a sample is looked at, and nothing of it is decided."""
-        self._go(sample, 0)
+    def look(self, sample: int, act: int = 0) -> None:
+        """Go on until a sample is looked at, and nothing of it is decided; or until this act of it is next."""
+        at = self._at
+        at[LAST], at[LAST_ACT] = sample, act
+        if (code := self._turn()) != REACHED:
+            self._go(code)
 
     def decide(self) -> None:
         """Complete the sample that is looked at."""
-        self._go(self.count + 1, self._complete + 1)
+        self.look(self.count + 1, self._complete + 1)
 
     def stand(self) -> None:
         """Stand after the sample that a program beside this one has completed."""
         self._place[ACT] = self._complete + 1
 
-    def _go(self, sample: int, act: int) -> None:
+    def _go(self, code: int) -> None:
+        """Do in Python what the compiled code returned for, and go on."""
         acts, plain, turn = self.acts, self._plain, self._turn
         place, time = self._at, self._now
-        place[LAST], place[LAST_ACT] = sample, act
-        while (code := turn()) != REACHED:
+        while code != REACHED:
             at = place[ACT]
             try:
                 if code != PYTHON:
@@ -215,6 +218,7 @@ class Program:
                 self._keep()
                 raise
             place[ACT] = at
+            code = turn()
 
     def _keep(self) -> None:
         """Keep the row of a sample of which no more is to come."""

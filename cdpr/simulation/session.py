@@ -7,40 +7,30 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
+import numpy as np
 from pydantic import ValidationError
 
 from cdpr.errors import CdprError, OutputError
 from cdpr.log.event import Event
 from cdpr.log.files import replace
-from cdpr.model.robot import Array
-from cdpr.plugins.controller import Output
 from cdpr.problems import dotted
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, first_sample
-from cdpr.scenario.events.commands import Kind, Span, overlay, written
+from cdpr.scenario.events.commands import Span, overlay, written
 from cdpr.scenario.events.outside import Outside
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.messages import explain
 from cdpr.scenario.overrides import plain_value
+from cdpr.simulation.record import Block, Record
 
 E = TypeVar("E", bound=ScenarioEvent)
 
 DIGITS = 12  # of the times that are written: first_sample takes what differs by less than 1e-9 of itself for equal
 
 
-class Given(NamedTuple):
-    """A command from outside, from sample `first` to `stop`, excluded, and those before: shared with snapshots."""
-
-    kind: Kind
-    first: int
-    stop: int
-    values: Array
-    before: Given | None
-
-
-Done = tuple[tuple[ScenarioEvent, ...], Given | None]
+Done = tuple[tuple[ScenarioEvent, ...], Block | None]
 
 
 class Session:
@@ -49,16 +39,17 @@ class Session:
     Attributes:
         scenario: as it was at the start.
         live: the events that were done since.
+        record: the commands from outside.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
         self.live: tuple[ScenarioEvent, ...] = ()
-        self._given: Given | None = None
+        self.record = Record()
 
     def __bool__(self) -> bool:
         """Whether anything was done."""
-        return bool(self.live) or self._given is not None
+        return bool(self.live) or self.record.complete() is not None
 
     @property
     def events(self) -> tuple[ScenarioEvent, ...]:
@@ -67,11 +58,12 @@ class Session:
 
     def snapshot(self) -> Done:
         """Return what was done so far."""
-        return self.live, self._given
+        return self.live, self.record.complete()
 
     def restore(self, done: Done) -> None:
         """Forget what was done since a snapshot."""
-        self.live, self._given = done
+        self.live, block = done
+        self.record.restore(block)
 
     def make(self, title: str, kind: type[E], k: int, keys: Mapping[str, Any]) -> E:
         """Return an event at sample k, checked as those of the scenario are; nothing is done yet.
@@ -123,10 +115,6 @@ class Session:
             return None
         return event.model_copy(update={"duration": _tidy(k * step - event.time)})
 
-    def give(self, output: Output, values: Array, first: int, stop: int) -> None:
-        """Keep that from sample `first` to `stop`, excluded, a wrench or tensions were given from outside."""
-        self._given = Given("wrench" if output == "wrench" else "tension", first, stop, values, self._given)
-
     def told(self, samples: int) -> Iterator[Event]:
         """Yield what was given within so many samples, an event for each uninterrupted span of one kind."""
         step = self.scenario.simulation.control_step
@@ -173,13 +161,15 @@ class Session:
 
     def _spans(self, samples: int) -> list[Span]:
         """Return what was given, by the scenario and since, within so many samples."""
-        step = self.scenario.simulation.control_step
-        since, given = [], self._given
-        while given is not None:
-            if given.first < samples:
-                stop = min(given.stop, samples)
-                since.append(Span(given.kind, _tidy(given.first * step), _tidy(stop * step), given.values))
-            given = given.before
+        step, last = self.scenario.simulation.control_step, self.scenario.simulation.steps
+        since, block = [], self.record.complete()
+        while block is not None:
+            for first, count, *values in block.rows:
+                if first < samples:
+                    stop = first + count
+                    end = min(stop if stop < last else last + 1, samples)  # with the last step its sample is decided
+                    since.append(Span(block.kind, _tidy(first * step), _tidy(end * step), np.array(values)))
+            block = block.before
         spans: list[Span] = []
         for event in self.scenario.events:
             spans = overlay(spans, event.commands())

@@ -21,7 +21,6 @@ from cdpr.log.run_folder import RunFolder
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
-from cdpr.plugins.controller import Output
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.attempt import Attempt
@@ -63,12 +62,12 @@ class Simulation(Branches):
     ) -> None:
         self._observers: list[Observer] = []
         self._at_work = Lock()
+        self._stepping = self._alone("step")
         self._start(attempt(scenario, backend, solver, controller, overrides, out))
 
     def _start(self, made: Attempt) -> None:
         """Build, and look at sample 0."""
         self._attempt, self._origin = made, object()
-        self._snapshot = None
         with self._kept():
             loop, self._recorder = made.begin()
             self._pace = Pace(self._recorder.flush)
@@ -124,10 +123,12 @@ class Simulation(Branches):
     def rows(self, first: int = 0) -> Array:
         """Return the complete samples from number `first` on, (n, width), columns as in `Run.rows`; a copy.
 
-        Of a simulation that is thinned, or so long that its log is on disk, the last 4096 are at hand.
+        Of a simulation that is thinned, or so long that its log is on disk, the last 4096 are at hand; where a thinned
+        one was restored, the last before and those since.
         """
         rows, stop = self._recorder.rows, self._loop.count
-        return np.array(rows[np.arange(max(first, stop - len(rows), 0), max(first, stop)) % len(rows)])
+        start = max(first, stop - len(rows), self._recorder.first)
+        return np.array(rows[np.arange(start, max(start, stop)) % len(rows)])
 
     @property
     def events(self) -> tuple[ScenarioEvent, ...]:
@@ -160,18 +161,22 @@ class Simulation(Branches):
 
         Raises CdprError for misuse, and SimulationStopped or PluginError where the run ends early.
         """
-        if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
-            raise CdprError(f"step: a whole number of steps, at least 1, is expected, got {n!r}")
-        with self._alone("step"):
-            self._ready()
-            until = min(self._loop.count + int(n), self._last)
-            if wrench is None and tension is None:
-                self._go(until, None)
-                return
-            given = self._given(wrench, tension)
-            stop = until + (until == self._last)  # then the last sample is decided, too
-            self._attempt.session.give(*given, self._loop.count, stop)
-            self._go(until, self._loop.give(*given))
+        if type(n) is not int or n < 1:
+            n = _steps(n)
+        with self._stepping:
+            first, last = self._loop.program.count, self._last
+            if first > last or self._attempt.run is not None:
+                self._ready()
+            until = first + n
+            if until > last:
+                until, n = last, last - first
+            if wrench is None:
+                given = None if tension is None else self._loop.outside.give("tension", tension, n)
+            elif tension is None:
+                given = self._loop.outside.give("wrench", wrench, n)
+            else:
+                raise CdprError("step: wrench or tension is expected, not both")
+            self._go(until, given)
 
     def until(self, time: float) -> None:
         """Go on to the first sample at or after `time` (s), or to the end."""
@@ -278,21 +283,12 @@ class Simulation(Branches):
         """Refuse what comes in the midst of something else."""
         return Alone(self._at_work, what)
 
-    def _given(self, wrench: ArrayLike | None, tension: ArrayLike | None) -> tuple[Output, Array]:
-        """What is given in place of the answer of controller or solver."""
-        if wrench is not None and tension is not None:
-            raise CdprError("step: wrench or tension is expected, not both")
-        if wrench is not None:
-            return "wrench", checked(wrench, (6,), "wrench", finite=True).copy()
-        assert tension is not None
-        return "command", checked(tension, (self.scenario.robot.m,), "tension", finite=True).copy()
-
     def _go(self, k: int, given: Program | None) -> None:
         """Go on to sample k; complete that, too, if it is the last. Whatever ends it, end the run with it."""
         try:
             if not self._observers:
                 self._loop.go(k, self._pace, given)
-            if self._loop.count < k or k == self._last:
+            if self._observers or k == self._last:
                 self._go_watched(k, given)
         except BaseException as error:
             self._attempt.end(self._attempt.told(error))
@@ -326,3 +322,10 @@ class Simulation(Branches):
             yield
         except BaseException as error:
             self._attempt.end(self._attempt.told(error))
+
+
+def _steps(n: object) -> int:
+    """Return a number of steps, at least 1, as an int."""
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+        raise CdprError(f"step: a whole number of steps, at least 1, is expected, got {n!r}")
+    return int(n)

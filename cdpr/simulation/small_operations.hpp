@@ -46,6 +46,38 @@ template <class T> inline int not_finite(Values<T>& array) {
     return code(select(zero == T(0.0), T(0.0), T(1.0)));
 }
 
+// Command from outside, and the record of all commands.
+struct GivenCommand {
+    const double* given;      // (n), by the caller
+    double* values;           // (n), read by the loop
+    double* record;           // (rows, n + 2): first sample, number of steps, values
+    int64_t* used;            // (1), rows of the record
+    const int64_t* standing;  // (5), of the loop, whose first number is the present sample
+    const int64_t* steps;     // (1), with this command
+    int64_t n;
+    int64_t rows;
+    static constexpr Field fields[] = {in("given", "n"),
+                                       out("values", "n"),
+                                       both("record", "rows", "n + 2"),
+                                       both<int64_t>("used", "1"),
+                                       in<int64_t>("standing", "5"),
+                                       in<int64_t>("steps", "1"),
+                                       size("n"),
+                                       size("rows")};
+};
+
+// Take and record a command. Do nothing and return 1 if a value is infinite or NaN, 2 if the record is full.
+inline int record_command(GivenCommand& command) {
+    Values<double> values = {command.given, command.n};
+    if (not_finite(values)) return 1;
+    if (!(command.used[0] >= 0 && command.used[0] < command.rows)) return 2;
+    double* const row = command.record + command.used[0]++ * (command.n + 2);
+    row[0] = double(command.standing[0]);
+    row[1] = double(command.steps[0]);
+    for (int64_t i = 0; i < command.n; i++) command.values[i] = row[2 + i] = command.given[i];
+    return 0;
+}
+
 struct Clock {
     const double* clock;  // (1), of an engine, s
     static constexpr Field fields[] = {in("clock", "1")};

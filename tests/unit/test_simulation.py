@@ -11,6 +11,7 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.errors import ExitCode
+from cdpr.log import recorder
 from cdpr.plugins import Controller
 
 BREAK = str(ROOT / "scenarios" / "cable_break.yaml")
@@ -199,6 +200,9 @@ MISUSE = {
     "both": (lambda sim: sim.step(wrench=[0] * 6, tension=[1] * 8), "not both"),
     "short wrench": (lambda sim: sim.step(wrench=[0, 0, 1]), r"wrench: the shape must be \(6,\)"),
     "nan": (lambda sim: sim.step(tension=[np.nan] * 8), "tension"),
+    "infinite": (lambda sim: sim.step(wrench=np.array([0, 0, np.inf, 0, 0, 0])), "wrench: all numbers must be finite"),
+    "masked": (lambda sim: sim.step(wrench=np.ma.masked_array(np.ones(6), [1, 0, 0, 0, 0, 0])), "wrench: .*masked"),
+    "complex": (lambda sim: sim.step(tension=np.ones(8, dtype=complex)), "tension: real numbers"),
     "past": (lambda sim: sim.until(0.001), "until: a time from the present one on, 0.003 s"),
     "no time": (lambda sim: sim.until(np.nan), "until: a time"),
     "words": (lambda sim: sim.until("noon"), "until: a time"),
@@ -231,15 +235,21 @@ def test_a_snapshot_of_another_simulation_is_refused():
 
 def test_what_is_logged_stays(tmp_path):
     with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
-        here = sim.snapshot()
         sim.step()
         with pytest.raises(cdpr.CdprError, match="leave out `out`"):
             sim.reset()
     assert len(cdpr.load_run(tmp_path / "run").rows) == 1
-    with cdpr.Simulation(CAROCA, overrides={**SHORT, "log.step": 0.01}) as sim:
+
+
+def test_samples_in_the_log_alone_are_not_made_anew(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder, "IN_MEMORY", 0)
+    with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
         here = sim.snapshot()
-        with pytest.raises(cdpr.CdprError, match=r"leave out log\.step"):
+        sim.step()
+        with pytest.raises(cdpr.CdprError, match=r"leave out `out`, or set log\.step"):
             sim.restore(here)
+        sim.step(100)
+        assert sim.run().status == "finished"
 
 
 class Forgetful(Controller):

@@ -20,6 +20,7 @@ static constexpr cdpr_entry entries[] = {
     entry<Stamp<Lanes>, stamp<Lanes>>("stamp_lanes"),
     entry<Values<double>, not_finite<double>>("not_finite"),
     entry<Values<Lanes>, not_finite<Lanes>>("not_finite_lanes"),
+    entry<GivenCommand, record_command>("record_command"),
     entry<Clock, clock_differs>("clock_differs"),
     entry<PowerOff<double>, power_off<double>>("power_off"),
     entry<PowerOff<Lanes>, power_off<Lanes>>("power_off_lanes"),

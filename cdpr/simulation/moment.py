@@ -1,0 +1,67 @@
+"""All that the future of a loop depends on, between two samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cdpr.model.robot import Array
+from cdpr.plugins import TensionSolver
+from cdpr.plugins.snapshots import Saved, SnapshotOfArrays, put_back, save
+from cdpr.simulation.parts import Parts
+from cdpr.simulation.sample import Sample
+from cdpr.simulation.schedule import Schedule
+from cdpr.tension.command import CommandStage
+from cdpr.tension.stage import TensionStage
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """Copy of all that the future of a loop depends on."""
+
+    place: tuple[int, int, float, int]  # as `Program.place`
+    live: Saved
+    own: list[Any]  # of the parts
+
+    @property
+    def count(self) -> int:
+        """Number of complete samples."""
+        return self.place[0]
+
+    @property
+    def time(self) -> float:
+        """Time, s."""
+        return self.place[2]
+
+
+class Memory:
+    """Parts and arrays of a loop that its future depends on."""
+
+    def __init__(self, parts: Parts, present: Sample, stage: TensionStage | CommandStage, schedule: Schedule) -> None:
+        backend = parts.backend
+        self._parts, self._stage = parts, stage
+        self._owners = (backend, parts.controller, parts.solver, stage, schedule)
+        self._live = (present.row, present.live.W, present.true_W, backend.command, backend.external)
+
+    def take(self, place: tuple[int, int, float, int]) -> Moment:
+        """Return a copy; PluginError where a part cannot make one."""
+        return Moment(place, save(self._live), [owner.snapshot() for owner in self._owners])
+
+    def put_back(self, moment: Moment) -> None:
+        """Go back to a copy; PluginError likewise."""
+        for owner, taken in zip(self._owners, moment.own, strict=True):
+            owner.restore(taken)
+        put_back(moment.live, self._live)
+
+    @property
+    def arrays(self) -> tuple[Array, ...] | None:
+        """The arrays that steps change and need, the row first; None where a part keeps more than arrays.
+
+        What events change is not among them.
+        """
+        backend, controller, solver = self._parts.backend, self._parts.controller, self._parts.solver
+        plain = isinstance(solver, TensionSolver) and type(solver).snapshot is TensionSolver.snapshot
+        if not (plain and isinstance(backend, SnapshotOfArrays) and isinstance(controller, SnapshotOfArrays)):
+            return None
+        several = (*self._live, backend.state, *backend.arrays, *controller.arrays, *self._stage.arrays)
+        return tuple({id(array): array for array in several}.values())

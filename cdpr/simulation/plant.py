@@ -1,0 +1,39 @@
+"""Operations that take the plant of a loop a control step further, and check its clock."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from cdpr.errors import Diverged
+from cdpr.native.bind import bind
+from cdpr.plugins import Backend
+from cdpr.plugins.compiled import speaks_for
+from cdpr.tension.acts import Act
+
+MOST_SUBSTEPS = 100  # of which each has acts of its own
+
+
+def moving(backend: Backend, substeps: int) -> list[Act]:
+    """Return the acts of the backend's physics steps in one control step."""
+    known = substeps <= MOST_SUBSTEPS and isinstance(backend, Backend) and speaks_for(backend.acts, backend.step)
+    acts = backend.acts(substeps) if known else None
+    if not acts:
+        return [Act("backend", partial(backend.step, substeps))]
+    return [Act("backend", do, backend.refuse) for do in acts]
+
+
+def clock_acts(backend: Backend) -> tuple[list[Act], list[Act]]:
+    """Return the acts that read an engine's clock, and those that compare it with the time; none without a clock."""
+    if backend.engine_time() is None:
+        return [], []
+    clock = np.zeros(1)  # s
+
+    def refuse(_: int) -> None:
+        raise Diverged(f"the engine's clock reads {clock[0]:.6g} s: it reset itself")
+
+    known = isinstance(backend, Backend) and speaks_for(backend.clock_act, backend.engine_time)
+    reader = backend.clock_act if known else partial(Backend.clock_act, backend)
+    checking = Act("clock", bind("clock_differs", clock=clock), refuse, timed=True)
+    return [Act("backend", reader(clock))], [checking]
