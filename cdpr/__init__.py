@@ -19,6 +19,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "BackendDied": "cdpr.errors",
+    "Batch": "cdpr.rollouts.batch",
     "BeyondLimits": "cdpr.errors",
     "CdprError": "cdpr.errors",
     "Diverged": "cdpr.errors",
@@ -55,6 +56,7 @@ _HOME = {
 
 __all__ = [
     "BackendDied",
+    "Batch",
     "BeyondLimits",
     "CdprError",
     "Diverged",
@@ -128,6 +130,7 @@ if TYPE_CHECKING:
     from cdpr.log.run import Run
     from cdpr.model import Robot
     from cdpr.native import get_include
+    from cdpr.rollouts.batch import Batch
     from cdpr.rollouts.rollout import rollout
     from cdpr.scenario import Scenario, load_robot, load_scenario
     from cdpr.simulation.simulate import simulate  # the package has a module of that name, too

@@ -9,10 +9,11 @@ out are arrays over cases and samples (`result`).
 from typing import TYPE_CHECKING
 
 from cdpr.lazy import lazily
+from cdpr.rollouts.batch import Batch
 from cdpr.rollouts.result import Rollouts
 from cdpr.rollouts.rollout import rollout
 
 if not TYPE_CHECKING:
     __getattr__ = lazily(__name__)
 
-__all__ = ["Rollouts", "rollout"]
+__all__ = ["Batch", "Rollouts", "rollout"]

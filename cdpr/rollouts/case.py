@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from cdpr.scenario.overrides import PART, Change, plain_value
 from cdpr.simulation.attempt import STATUS
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import columns_of
-from cdpr.simulation.loop import Loop
+from cdpr.simulation.loop import Loop, Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 
@@ -63,7 +63,8 @@ class Plan:
     @cached_property
     def places(self) -> NDArray[np.int64]:
         """Columns of a row that are kept, (W,)."""
-        return np.concatenate([np.r_[self.layout.columns[name]] for name in self.columns]).astype(np.int64)
+        none = np.zeros(0, dtype=np.int64)
+        return np.concatenate([none, *(np.r_[self.layout.columns[name]] for name in self.columns)])
 
     def changed(self, number: int, values: Sequence[Any]) -> Scenario:
         """Return the scenario of a case; ScenarioError where it does not take the values."""
@@ -80,10 +81,20 @@ class Plan:
             self.layout,
         ):
             raise CdprError(
-                f"{mark}: all cases of a rollout have the same samples and columns, and {', '.join(self.keys)} "
+                f"{mark}: all cases have the same samples and columns, and {', '.join(self.keys)} "
                 "changed them; a study can vary that"
             )
         return scenario
+
+
+class Home(Protocol):
+    """Holder of the lanes of cases, a `Block`."""
+
+    def release(self, case: Case) -> None:
+        """Move a case from its lane to its own arrays."""
+
+    def row(self, case: Case) -> Array:
+        """Return the row of the present sample."""
 
 
 class Case:
@@ -101,6 +112,11 @@ class Case:
         loop: once it has begun.
         figures: likewise.
         going: whether it has begun, and has not ended early.
+        error: that ended it, if it is one of ours.
+        home: holds the lane in which its state is; None while that is in its own arrays.
+        known: how each block knows it: addresses of its arrays, None where it does not fit.
+        joined: sample at which it took its lane.
+        rest: samples that it goes on alone after it left.
     """
 
     loop: Loop
@@ -114,6 +130,19 @@ class Case:
         self._parts: Parts | None = None
         self._ended = "finished", "", ExitCode.OK
         self.going = False
+        self.error: CdprError | None = None
+        self.home: Home | None = None
+        self.known: dict[Home, NDArray[np.int64] | None] = {}
+        self.joined = self.rest = 0
+
+    @property
+    def begun(self) -> bool:
+        """Whether it has a loop."""
+        return hasattr(self, "loop")
+
+    def again(self) -> Case:
+        """Return the same case, not begun."""
+        return Case(self._plan, self._number, self._values, self._ring, self.out, self.stopped)
 
     @property
     def outcome(self) -> Outcome:
@@ -135,28 +164,42 @@ class Case:
                 loop.begin(self._ring, self._plan.steps)
             self.going = True
 
-    def come(self, sample: int) -> None:
-        """Look at this sample, from within a step."""
+    def ready(self, sample: int) -> bool:
+        """Return whether it can go on to this sample."""
+        return self.going and self.loop.count < sample
+
+    def stand(self) -> None:
+        """Take its state into its own arrays."""
+        if self.home is not None:
+            self.home.release(self)
+
+    def come(self, complete: int) -> None:
+        """Go on from within a step to its end; `complete` is the place of the act that completes a sample."""
+        sample, act, _, _ = self.loop.program.place
+        if act > complete:  # the next sample is looked at, and compared with this one
+            self._ring[(sample - 1) % len(self._ring)] = self.loop.row
         with self._attempt():
             with self.loop.timed():
-                self.loop.program.look(sample)
+                self.loop.program.look(sample + (act <= complete))
             self._take(self.loop.count)
 
     def go(self, sample: int) -> None:
         """Complete the samples before this one, and look at it."""
+        self.stand()
         with self._attempt():
             self.loop.go(sample, Pace(self._take, block=BLOCK))
             self._take(self.loop.count)
 
     def finish(self) -> None:
         """Complete the samples that are left."""
-        if self.going:
+        self.stand()
+        if self.ready(self._plan.steps):
             self.go(self._plan.steps)
         if self.going:
             with self._attempt(), self.loop.timed():
                 self.loop.decide()
                 self._take(self.loop.count)
-        if self.going:
+        if self.going and len(self.out):
             plan = self._plan
             finite = Finite(plan.layout, plan.every * plan.scenario.simulation.control_step, plan.columns)
             with self._attempt():
@@ -166,11 +209,23 @@ class Case:
 
     def close(self) -> None:
         """Free what it holds."""
+        self.stand()
         if self._parts is not None:
             self._parts.controller.close()
             self._parts.backend.close()
-        if hasattr(self, "loop"):
+        if self.begun:
             self.loop.close()
+            del self.loop
+        self.going = False
+
+    def restore(self, moment: Moment) -> None:
+        """Go on from a snapshot of a loop of this structure, with its own events."""
+        self.stand()
+        self.loop.restore(moment)
+        self.loop.push()
+        self.figures.samples = moment.count
+        self._ended = "finished", "", ExitCode.OK
+        self.error, self.going = None, True
 
     @contextmanager
     def _attempt(self) -> Iterator[None]:
@@ -181,7 +236,7 @@ class Case:
         except (Interrupted, KeyboardInterrupt):
             raise
         except CdprError as error:
-            self._ended = STATUS.get(type(error), "failed"), str(error), error.exit_code
+            self._ended, self.error = (STATUS.get(type(error), "failed"), str(error), error.exit_code), error
         except BaseException as error:  # of a plugin
             self._ended = "failed", f"a plugin raised {one_line(error)}", ExitCode.PLUGIN
         if self.going:
@@ -195,7 +250,7 @@ class Case:
             first = done % len(self._ring)
             rows = self._ring[first : first + stop - done]
             self.figures.take(rows, self._plan.places, self._plan.every, self.out)
-            if stop == steps + 1:
+            if stop == steps + 1 and len(self.out):
                 self.out[-1] = rows[-1, self._plan.places]
         if self.stopped():
             raise Interrupted("the rollout was stopped")

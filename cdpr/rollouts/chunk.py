@@ -11,9 +11,8 @@ import numpy as np
 from cdpr.jobs.cases import Outcome
 from cdpr.model.robot import Array
 from cdpr.native.operations import LANES
+from cdpr.rollouts.block import Group
 from cdpr.rollouts.case import BLOCK, Case, Plan
-from cdpr.rollouts.eights import Eights
-from cdpr.rollouts.recipe import UnfitError
 
 
 @dataclass(frozen=True)
@@ -37,27 +36,20 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> tupl
         Case(plan, number, values, ring, out, stopped)
         for number, values, out in zip(chunk.numbers, chunk.values, rows, strict=True)
     ]
-    eights: Eights | None = None
+    group = Group(plan)
     for first in range(0, len(cases), LANES):
-        eights = _run(plan, cases[first : first + LANES], eights)
+        _run(plan, cases[first : first + LANES], group)
     return [case.outcome for case in cases], rows
 
 
-def _run(plan: Plan, cases: Sequence[Case], eights: Eights | None) -> Eights | None:
-    """Run up to eight cases; return what went on with them side by side."""
+def _run(plan: Plan, cases: Sequence[Case], group: Group) -> None:
+    """Run up to eight cases."""
     try:
         for case in cases:
             case.begin()
-        going = [case for case in cases if case.going]
-        try:
-            eights = eights or (Eights(plan, going[0]) if going else None)
-            if eights is not None:
-                eights.run(going)
-        except UnfitError:
-            pass
+        group.go(cases, [plan.steps] * len(cases))
         for case in cases:
             case.finish()
     finally:
         for case in cases:
             case.close()
-    return eights

@@ -67,8 +67,8 @@ struct CountSamples {
     const int64_t* columns;  // (c), that are kept
     double* figures;         // (10)
     double* kept;            // (n, c), columns of each `every`th sample
-    int64_t first;           // number of the first sample
-    int64_t every;
+    int64_t first;           // number of the first sample, 0 or more
+    int64_t every;           // samples from one that is kept to the next; 0: none is
     int64_t k;
     int64_t w;
     int64_t m;
@@ -95,7 +95,8 @@ inline int count_samples(CountSamples& samples) {
         const double* row = samples.rows + i * samples.w;
         count(row, samples.since, samples.at, samples.m, samples.figures);
         const int64_t sample = samples.first + i;
-        if (sample % samples.every != 0) continue;
+        if (samples.every < 1 || sample < 0 || sample % samples.every != 0) continue;
+        if (sample / samples.every >= samples.n) continue;
         double* kept = samples.kept + (sample / samples.every) * samples.c;
         for (int64_t j = 0; j < samples.c; j++) kept[j] = row[samples.columns[j]];
     }

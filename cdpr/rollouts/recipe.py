@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cdpr.model.robot import Array
+from cdpr.native.bind import Compiled
 from cdpr.native.library import Bound
 from cdpr.native.operations import operations
 
@@ -32,6 +33,13 @@ class Root(NamedTuple):
     offset: int  # by how many bytes that is further
 
 
+def whole(array: Array) -> Array:
+    """Return the array of which this one is a part."""
+    while isinstance(array.base, np.ndarray):
+        array = array.base
+    return array
+
+
 class Recipe:
     """Which words of a case say what: those of arrays that steps change, then those of its acts, one after the other.
 
@@ -42,6 +50,7 @@ class Recipe:
         again: words that tell of a root once more: word, root, bytes by which it is further.
         fixed: words that are the same in all cases that go side by side.
         shared: arrays whose content is the same in all cases: the act, and the name of the argument.
+        given: the other arrays, likewise.
         moved: roots that steps change, in lanes or of a case alone, which therefore go from the one to the other.
     """
 
@@ -50,6 +59,7 @@ class Recipe:
         self.again: list[tuple[int, int, int]] = []
         self.fixed: list[int] = []
         self.shared: list[tuple[int, str]] = []
+        self.given: list[tuple[int, str]] = []
         self._word = 0
         self._known: dict[int, int] = {}
         self._held: list[Array] = []  # as long as they are here no other array has their id
@@ -73,20 +83,29 @@ class Recipe:
                     found[field.name] = value
             elif value is not None and field.role != "work":
                 if types[field.name] == "lanes*":
-                    found[field.name] = view = self.view(value)
-                    if field.role != "in" and view.root not in self.moved:
-                        self.moved.append(view.root)
+                    self.given.append((at, field.name))
+                    found[field.name] = self.view(value)
                 else:
                     self.shared.append((at, field.name))
                     found[field.name] = value
             self._word += 1
         return found
 
+    def note(self, call: Compiled | None) -> None:
+        """Note which roots an operation writes, whichever way it is run; all that one compiled elsewhere has."""
+        if isinstance(call, Bound):
+            fields = operations()[call.name].fields
+            arrays = [call.given.get(field.name) for field in fields if field.is_array and field.role != "in"]
+        else:
+            arrays = list(getattr(call, "arrays", ()))
+        for array in arrays:
+            root = None if array is None else self._known.get(id(whole(array)))
+            if root is not None and root not in self.moved:
+                self.moved.append(root)
+
     def view(self, array: Array) -> View:
         """Return what an array is, of which the next word tells; raises UnfitError if not laid out in C's order."""
-        root = array
-        while isinstance(root.base, np.ndarray):
-            root = root.base
+        root = whole(array)
         if not (root.flags.c_contiguous and root.flags.aligned and root.dtype == np.float64):
             raise UnfitError
         offset = array.ctypes.data - root.ctypes.data
@@ -98,3 +117,13 @@ class Recipe:
         else:
             self.again.append((self._word, known, offset))
         return View(known, offset // array.itemsize, array.shape)
+
+    @property
+    def words(self) -> list[int]:
+        """Which word tells where each root is."""
+        return [root.word for root in self.roots]
+
+    @property
+    def offsets(self) -> list[int]:
+        """By how many bytes that is further."""
+        return [root.offset for root in self.roots]

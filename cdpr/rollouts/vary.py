@@ -22,10 +22,10 @@ from cdpr.scenario.schema import MAX_SEED
 FIXED: tuple[Path, ...] = (("simulation", "duration"), ("simulation", "control_step"), ("simulation",), ("log",))
 
 
-def check_count(n: object) -> int:
-    """Return the number of cases; CdprError where it is none."""
+def check_count(n: object, title: str = "rollout") -> int:
+    """Return the number of cases; CdprError, which begins with the `title`, where it is none."""
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= MAX_COUNT:
-        raise CdprError(f"rollout: a whole number of cases from 1 to {MAX_COUNT} is expected, got {shown(n)}")
+        raise CdprError(f"{title}: a whole number of cases from 1 to {MAX_COUNT} is expected, got {shown(n)}")
     return int(n)
 
 

@@ -54,7 +54,7 @@ struct Proceed {
                                        both<int64_t>("place", "5"),
                                        both("time", "1"),
                                        in("row", "w"),
-                                       both("rows", "n", "v"),
+                                       both("rows", "n >= 1", "v"),
                                        value("period"),
                                        size("acts"),
                                        size("w"),

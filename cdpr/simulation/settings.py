@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import BaseModel
-
 from cdpr.errors import CdprError
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.registry import Role
@@ -18,7 +16,8 @@ class Settings:
 
     def __init__(self, options: Options, plugins: Mapping[Role, Controller | TensionSolver]) -> None:
         self._options, self._plugins = options, plugins
-        self._first = self.snapshot()
+        self._first = dict(options.values)
+        self._changes: dict[str, Any] = {}
 
     def set(self, key: str, value: Any) -> None:
         """Change an option, named as in `controller.kp`. Raises CdprError, having changed nothing."""
@@ -31,18 +30,25 @@ class Settings:
         except CdprError as error:
             values[role] = before
             raise type(error)(f"{key}: {error}") from error
+        self._changes[key] = value
 
-    def snapshot(self) -> Mapping[Role, BaseModel]:
-        """Return the options in force."""
-        return dict(self._options.values)
+    def snapshot(self) -> Mapping[str, Any]:
+        """Return the options that have changed since the start."""
+        return dict(self._changes)
 
-    def restore(self, snapshot: Mapping[Role, BaseModel]) -> None:
-        """Go back to the options of a snapshot."""
-        for role, options in snapshot.items():
-            if options is not self._options.values[role]:
-                self._plugins[role].change(options)
-                self._options.values[role] = options
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Go back to the options of a snapshot, perhaps of another loop; those that had not changed are its own."""
+        if snapshot == self._changes:
+            return
+        values = self._options.values
+        roles = {self._options.owner(key) for key in {*snapshot, *self._changes}}
+        values.update({role: self._first[role] for role in roles})
+        for key, value in snapshot.items():
+            self._options.change(key, value)
+        for role in roles:
+            self._plugins[role].change(values[role])
+        self._changes = dict(snapshot)
 
     def reset(self) -> None:
         """Go back to the options at the start."""
-        self.restore(self._first)
+        self.restore({})

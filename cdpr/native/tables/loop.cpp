@@ -1,6 +1,6 @@
 // The loop, alone and side by side. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/group.hpp>
-#include <cdpr/rollouts/advance.hpp>
+#include <cdpr/rollouts/block.hpp>
 #include <cdpr/rollouts/figures.hpp>
 #include <cdpr/simulation/proceed.hpp>
 

@@ -9,7 +9,7 @@ from conftest import ROOT
 import cdpr
 from cdpr.columns import FIRST
 from cdpr.native.operations import LANES
-from cdpr.rollouts import eights
+from cdpr.rollouts import block
 
 SCENARIOS = ROOT / "scenarios"
 ALL = tuple(column.name for column in FIRST if column.name != "time")
@@ -22,7 +22,7 @@ LIMIT = 10_000.0
 def both(monkeypatch):
     """Return what makes a rollout with cases side by side and one of cases alone, and how far the former went."""
     far: list[tuple[int, int]] = []
-    together = eights.Eights._together
+    together = block.Block._together
 
     def spy(self, cases, words):
         begun = cases[0].loop.count
@@ -33,10 +33,10 @@ def both(monkeypatch):
     def run(name, vary, n=MORE, **overrides):
         given = {"simulation.ends_early": True, "simulation.backend": "reference", **overrides}
         made = []
-        for least in (eights.WORTHWHILE, LIMIT):
+        for least in (block.WORTHWHILE, LIMIT):
             with monkeypatch.context() as patched:
                 patched.setattr(eights, "WORTHWHILE", least)
-                patched.setattr(eights.Eights, "_together", spy)
+                patched.setattr(block.Block, "_together", spy)
                 path = SCENARIOS / f"{name}.yaml"
                 made.append(cdpr.rollout(path, n, vary=vary, every=1, columns=ALL, overrides=given, threads=None))
         return *made, far

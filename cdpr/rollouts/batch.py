@@ -1,0 +1,291 @@
+"""Closed loops of one scenario side by side, stepped from outside."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from threading import Lock
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdpr.errors import CdprError, PluginError
+from cdpr.model.robot import Array, read_only
+from cdpr.native.operations import LANES
+from cdpr.nearest import did_you_mean
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.problems import shown
+from cdpr.rollouts.block import Group
+from cdpr.rollouts.case import BLOCK, Case, Plan
+from cdpr.rollouts.vary import check_count, values_of
+from cdpr.scenario import Scenario
+from cdpr.scenario.repeatable import check_repeatable
+from cdpr.simulation.branches import Snapshot
+from cdpr.simulation.live import Alone
+from cdpr.simulation.loop import Moment
+from cdpr.simulation.start import chosen_scenario
+
+
+class Batch:
+    """Closed loops of one scenario, a lane each, which are stepped together.
+
+    On `reference`, each lane has the bits of a `Simulation` of its own. Lanes have their own time, events and end: a
+    lane that fails stops alone, with its message. Between two calls a row holds the state and the desired motion of
+    the present time, and what the last complete sample decided, as a `Simulation` does.
+
+    Args:
+        scenario: Scenario file, or what `load_scenario` returned.
+        lanes: Number of lanes.
+        vary: Values by dotted key, one for each lane, as for `rollout`; without it all lanes are equal.
+        seed: Seed of the distributions in `vary`.
+        overrides: Values by dotted key, in all lanes.
+        backend: Backend by name or class, as for `simulate`.
+        solver: Tension solver, likewise.
+        controller: Controller, likewise.
+
+    Attributes:
+        rows: (columns, lanes) rows of all lanes, columns as in `Run.rows`; live and read-only.
+        time: (lanes,) s, present time of each lane; live and read-only.
+        samples: (lanes,) number of complete samples of each lane; live and read-only.
+        active: (lanes,) lanes that can be stepped; live and read-only.
+
+    Raises:
+        ScenarioError: The scenario is wrong, or no lane accepts its values.
+        PluginError: A plugin is missing or broken.
+
+    Example:
+        >>> batch = cdpr.Batch("scenarios/caroca.yaml", 16, vary={"controller.kp": {"uniform": [80.0, 200.0]}})
+        >>> batch.step(100)
+        >>> batch.column("position").shape, batch.time[0], batch.active.all()
+        ((3, 16), 0.1, True)
+        >>> batch.reset(3)
+        >>> batch.step(5, mask=batch.time < 0.05)
+        >>> batch.time[2:4]
+        array([0.1  , 0.005])
+    """
+
+    def __init__(
+        self,
+        scenario: str | os.PathLike[str] | Scenario,
+        lanes: int,
+        *,
+        vary: Mapping[str, Any] | None = None,
+        seed: int = 0,
+        overrides: Mapping[str, Any] | None = None,
+        backend: str | type[Backend] | None = None,
+        solver: str | type[TensionSolver] | None = None,
+        controller: str | type[Controller] | None = None,
+    ) -> None:
+        n = check_count(lanes, "Batch")
+        values = {} if vary is None else values_of(vary, n, seed, overrides or {})
+        base = chosen_scenario(scenario, backend, solver, controller, overrides)
+        check_repeatable(base, "a batch")
+        self._plan = plan = Plan(base, tuple(values), 0, ())
+        self._at_work = Lock()
+        self._rows = np.full((plan.layout.width, n), np.nan)
+        self._time, self._samples = np.zeros(n), np.zeros(n, dtype=np.int64)
+        self._active = np.zeros(n, dtype=bool)
+        self.rows, self.time = read_only(self._rows), read_only(self._time)
+        self.samples, self.active = read_only(self._samples), read_only(self._active)
+        ring, none = np.empty((min(plan.steps + 1, BLOCK), plan.layout.width)), np.empty((0, 0))
+        self._cases = [
+            Case(plan, i, [each[i] for each in values.values()], ring, none, lambda: False) for i in range(n)
+        ]
+        self._starts: list[Moment | None] = [None] * n
+        self._groups = [Group(plan) for _ in range(0, n, LANES)]
+        try:
+            for lane in range(n):
+                self._begin(lane)
+            if not self._active.any():
+                raise self._cases[0].error or CdprError(f"Batch: no lane began: {self.errors[0]}")
+        except BaseException:
+            self.close()
+            raise
+
+    def __repr__(self) -> str:
+        ended = len(self._cases) - int(self._active.sum())
+        return f"<Batch of {len(self._cases)} lanes of {self.scenario.name}{f', {ended} ended' if ended else ''}>"
+
+    def __len__(self) -> int:
+        """Return the number of lanes."""
+        return len(self._cases)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario without the values that vary."""
+        return self._plan.scenario
+
+    @property
+    def errors(self) -> tuple[str, ...]:
+        """Message of each lane that ended early; "" for the others."""
+        return tuple(case.outcome.message for case in self._cases)
+
+    def column(self, name: str) -> Array:
+        """Return the column of a name, (components, lanes); live and read-only.
+
+        Raises:
+            CdprError: No column has that name.
+        """
+        known = self._plan.layout.columns
+        if name not in known:
+            hint = did_you_mean(name, list(known)) if isinstance(name, str) else ""
+            raise CdprError(f"column: no column is named {shown(name)}: {hint}there are {', '.join(known)}")
+        at = known[name]
+        return self.rows[at if isinstance(at, slice) else slice(at, at + 1)]
+
+    def step(self, n: int = 1, *, mask: ArrayLike | None = None) -> None:
+        """Take active lanes n control steps further, or as many as are left to them.
+
+        With its last step a lane completes the last sample, and is no longer active.
+
+        Args:
+            n: Number of steps, at least 1.
+            mask: (lanes,) True for the lanes that are stepped; all unless given.
+
+        Raises:
+            CdprError: An argument is wrong. What ends a lane is in `errors`.
+        """
+        if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+            raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
+        with self._alone("step"):
+            chosen = self._active if mask is None else self._active & self._mask(mask)
+            last = self._plan.steps
+            for group, first in zip(self._groups, range(0, len(self), LANES), strict=True):
+                cases = [self._cases[i] for i in range(first, min(first + LANES, len(self))) if chosen[i]]
+                group.go(cases, [min(case.loop.count + int(n), last) for case in cases])
+                for case in cases:
+                    if case.going and case.loop.count == last:
+                        case.finish()
+            self._show(np.flatnonzero(chosen))
+
+    def reset(self, *lanes: int) -> None:
+        """Begin these lanes anew, all unless given, also those that have ended.
+
+        Raises:
+            CdprError: There is no such lane.
+        """
+        with self._alone("reset"):
+            for lane in [self._lane("reset", lane) for lane in lanes] or range(len(self)):
+                start = self._starts[lane]
+                if start is None:
+                    self._cases[lane].close()
+                    self._cases[lane] = self._cases[lane].again()
+                    self._begin(lane)
+                else:
+                    self._cases[lane].restore(start)
+                    self._show([lane])
+
+    def load(self, lane: int, snapshot: Snapshot | Moment) -> None:
+        """Put a state into a lane, which goes on from there with its own events and values, also if it has ended.
+
+        Args:
+            lane: Number of the lane.
+            snapshot: What `Simulation.snapshot` of a simulation of this structure returned, or `snapshot` of a batch.
+
+        Raises:
+            CdprError: There is no such lane, it never began, or the snapshot does not fit.
+            PluginError: A plugin cannot take snapshots.
+        """
+        with self._alone("load"):
+            case = self._begun("load", lane)
+            if isinstance(snapshot, Snapshot) and snapshot.done[0]:
+                raise CdprError(
+                    "load: events from outside happened before this snapshot, which a lane does not know: write them "
+                    "into the scenario, as Simulation.save does"
+                )
+            moment = snapshot.moment if isinstance(snapshot, Snapshot) else snapshot
+            if not isinstance(moment, Moment):
+                raise CdprError(f"load: expected a snapshot of a simulation or a batch, got {shown(snapshot)}")
+            case.stand()
+            if not _alike(moment, case.loop.snapshot()):
+                raise CdprError("load: the snapshot is of another robot, backend, controller or solver than the lane")
+            if moment.count > self._plan.steps + 1:
+                end = self._plan.steps * self.scenario.simulation.control_step
+                raise CdprError(f"load: the snapshot is of t = {moment.time:g} s, after the end of the lane, {end:g} s")
+            case.restore(moment)
+            self._show([lane])
+
+    def snapshot(self, lane: int) -> Moment:
+        """Return the state of a lane for `load`.
+
+        Raises:
+            CdprError: There is no such lane, or it never began.
+            PluginError: A plugin cannot take snapshots.
+        """
+        with self._alone("snapshot"):
+            case = self._begun("snapshot", lane)
+            case.stand()
+            return case.loop.snapshot()
+
+    def close(self) -> None:
+        """Free what the lanes hold; may be called again."""
+        for case in self._cases:
+            case.close()
+        self._active[:] = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _alone(self, what: str) -> Alone:
+        return Alone(self._at_work, what)
+
+    def _begin(self, lane: int) -> None:
+        case = self._cases[lane]
+        case.begin()
+        if case.going:
+            with suppress(PluginError):
+                self._starts[lane] = case.loop.snapshot()
+        self._show([lane])
+
+    def _show(self, lanes: Sequence[int] | NDArray[np.intp]) -> None:
+        """Update the rows of lanes."""
+        last = self._plan.steps
+        for lane in lanes:
+            case = self._cases[lane]
+            if case.begun:
+                loop = case.loop
+                self._rows[:, lane] = loop.row if case.home is None else case.home.row(case)
+                self._time[lane], self._samples[lane] = loop.time, loop.count
+                self._active[lane] = case.going and loop.count <= last
+
+    def _lane(self, what: str, lane: object) -> int:
+        n = len(self)
+        if isinstance(lane, bool) or not isinstance(lane, int | np.integer) or not 0 <= lane < n:
+            raise CdprError(f"{what}: expected the number of a lane, 0 to {n - 1}, got {shown(lane)}")
+        return int(lane)
+
+    def _begun(self, what: str, lane: object) -> Case:
+        case = self._cases[self._lane(what, lane)]
+        if not case.begun:
+            raise CdprError(f"{what}: lane {lane} never began: {case.outcome.message or 'the batch is closed'}")
+        return case
+
+    def _mask(self, mask: ArrayLike) -> NDArray[np.bool_]:
+        found = np.asarray(mask)
+        if found.dtype != bool or found.shape != (len(self),):
+            raise CdprError(f"step: mask: expected ({len(self)},) of bool, got {found.shape} of {found.dtype}")
+        return found
+
+
+def _alike(one: object, other: object) -> bool:
+    """Return whether two snapshots consist of arrays of the same types and shapes."""
+    arrays, others = list(_arrays(one)), list(_arrays(other))
+    return [(a.shape, a.dtype) for a in arrays] == [(a.shape, a.dtype) for a in others]
+
+
+def _arrays(part: object) -> Iterator[NDArray[Any]]:
+    if isinstance(part, np.ndarray):
+        yield part
+    elif isinstance(part, list | tuple):
+        for each in part:
+            yield from _arrays(each)
+    elif isinstance(part, Moment) or type(part).__module__.startswith("cdpr."):
+        yield from _arrays(list(vars(part).values()))

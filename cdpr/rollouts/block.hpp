@@ -1,0 +1,257 @@
+// Closed loops side by side: their operations in lanes, step after step. SPDX-License-Identifier: Apache-2.0
+//
+// The arrays of the cases are the lanes of one block (M, 8). Each case has its own sample, time and events. An
+// operation that has no vector form, or does not serve a case, is run by that case's own program on its own arrays, up
+// to the operation before which it joins the others again.
+#pragma once
+
+#include <cdpr/simulation/proceed.hpp>
+
+namespace cdpr {
+inline namespace CDPR_TARGET {
+
+constexpr int CASES = 8;
+
+// How an operation is run: in lanes, where it returns the bits of the lanes it does not serve; by each case's own
+// program; the desired motion; the time of a sample; the end of a sample; the next time; events.
+enum Way : int64_t { IN_LANES, ALONE, MOTION, TIME, COMPLETE, NEXT, EVENTS };
+
+// Row of the table of operations.
+struct CommonAct {
+    int64_t way;
+    int64_t operation, place;  // in lanes
+    int64_t lanes;             // bits of the lanes that need it
+    int64_t together;          // a case that is not served joins again after so many operations, this one included
+};
+
+// Progress of the block.
+struct CommonStanding {
+    int64_t steps;  // to do
+    int64_t alive;  // bits of the lanes that take part; at the end, of those that still do
+    int64_t left;   // bits of the cases that Python must serve: their programs are before the operation in question
+};
+
+// Array of a case and its first row in the block.
+struct CaseArray {
+    int64_t address, size, first;
+};
+
+// Program of a case.
+struct CaseProgram {
+    int64_t operation, place;  // of `proceed`
+    int64_t standing, time;    // addresses of its position and time
+};
+
+struct Advance {
+    const int64_t* table;     // (acts, 5), rows as CommonAct
+    int64_t* place;           // (3), as CommonStanding
+    const int64_t* programs;  // (8, 4), rows as CaseProgram
+    const int64_t* arrays;    // (8, r, 3), rows as CaseArray: the arrays that steps change
+    const int64_t* motions;   // (8, 2), operations that write the desired motions
+    const int64_t* desired;   // (8, 3), rows as CaseArray: where they write
+    const int64_t* counting;  // (2), operation that counts each complete sample, in lanes
+    const int64_t* columns;   // (w), kept columns, as rows of the block
+    const int64_t* kept;      // (8), addresses of the kept rows (n, w)
+    const int64_t* alike;     // (1), 1 if the cases have the same motion
+    double* block;            // (M, 8); its first row is the time of the sample, s
+    double period;            // s
+    int64_t every;            // samples from one that is kept to the next; 0: none is
+    int64_t n;
+    int64_t acts;
+    int64_t r;
+    int64_t w;
+    int64_t M;
+    static constexpr Field fields[] = {in<int64_t>("table", "acts", "5"),
+                                       both<int64_t>("place", "3"),
+                                       in<int64_t>("programs", "8", "4"),
+                                       in<int64_t>("arrays", "8", "r", "3"),
+                                       in<int64_t>("motions", "8", "2"),
+                                       in<int64_t>("desired", "8", "3"),
+                                       in<int64_t>("counting", "2"),
+                                       in<int64_t>("columns", "w"),
+                                       in<int64_t>("kept", "8"),
+                                       in<int64_t>("alike", "1"),
+                                       both("block", "M >= 1", "8"),
+                                       value("period"),
+                                       value<int64_t>("every"),
+                                       value<int64_t>("n"),
+                                       size("acts"),
+                                       size("r"),
+                                       size("w"),
+                                       size("M")};
+
+    CDPR_INLINE const CaseProgram& program(int lane) const {
+        return reinterpret_cast<const CaseProgram*>(programs)[lane];
+    }
+    CDPR_INLINE const CaseArray* memory(int lane) const {
+        return reinterpret_cast<const CaseArray*>(arrays) + r * lane;
+    }
+    CDPR_INLINE Standing& standing(int lane) const { return *reinterpret_cast<Standing*>(program(lane).standing); }
+    CDPR_INLINE double& time(int lane) const { return *reinterpret_cast<double*>(program(lane).time); }
+};
+
+CDPR_INLINE double* numbers_at(int64_t address) { return reinterpret_cast<double*>(address); }
+
+// Call do(lane) for each lane of which the bit is set.
+template <class F> CDPR_INLINE void each_lane(int64_t bits, F&& run) {
+    for (int lane = 0; lane < CASES; lane++)
+        if (bits >> lane & 1) run(lane);
+}
+
+// Copy arrays of a case into its lane of the block.
+CDPR_INLINE void gather(const CaseArray* arrays, int64_t count, double* block, int lane) {
+    for (int64_t k = 0; k < count; k++) {
+        const double* one = numbers_at(arrays[k].address);
+        double* first = block + CASES * arrays[k].first + lane;
+        for (int64_t i = 0; i < arrays[k].size; i++) first[CASES * i] = one[i];
+    }
+}
+
+// Copy them back.
+CDPR_INLINE void scatter(const CaseArray* arrays, int64_t count, const double* block, int lane) {
+    for (int64_t k = 0; k < count; k++) {
+        double* one = numbers_at(arrays[k].address);
+        const double* first = block + CASES * arrays[k].first + lane;
+        for (int64_t i = 0; i < arrays[k].size; i++) one[i] = first[CASES * i];
+    }
+}
+
+struct Lane {
+    const int64_t* arrays;  // (r, 3), rows as CaseArray
+    const int64_t* moved;   // (3): the lane, 1 for into the block or 0 for out of it, and the number of arrays
+    double* block;          // (M, 8)
+    int64_t r;
+    int64_t M;
+    static constexpr Field fields[] = {in<int64_t>("arrays", "r", "3"), in<int64_t>("moved", "3"),
+                                       both("block", "M", "8"), size("r"), size("M")};
+};
+
+// Copy the first arrays of a case into a lane of the block, or from there; return 1 if there is no such lane or array.
+inline int move_lane(Lane& moving) {
+    const CaseArray* arrays = reinterpret_cast<const CaseArray*>(moving.arrays);
+    const int64_t lane = moving.moved[0], count = moving.moved[2];
+    if (lane < 0 || lane >= CASES || count > moving.r) return 1;
+    if (moving.moved[1] != 0)
+        gather(arrays, count, moving.block, int(lane));
+    else
+        scatter(arrays, count, moving.block, int(lane));
+    return 0;
+}
+
+// Let a case's own program run the operations of a sample up to `until`; return whether it got there.
+CDPR_INLINE bool step_alone(const Advance& cases, int lane, int64_t act, int64_t until) {
+    const CaseProgram& program = cases.program(lane);
+    Standing& standing = cases.standing(lane);
+    const int64_t sample = standing.sample;
+    standing.act = act;
+    standing.last = sample;
+    standing.last_act = until;
+    if (call_at(program.operation, program.place, 0.0) == REACHED) return true;
+    standing.sample = sample;
+    standing.act = act;
+    return false;
+}
+
+// Write the desired motions; one motion at one time is computed once.
+CDPR_INLINE void follow(const Advance& cases, int64_t here) {
+    const CaseArray* desired = reinterpret_cast<const CaseArray*>(cases.desired);
+    const auto compute = [&cases](int lane) {
+        call_at(cases.motions[2 * lane], cases.motions[2 * lane + 1], cases.time(lane));
+    };
+    int first = -1;
+    bool once = *cases.alike != 0;
+    each_lane(here, [&](int lane) {
+        if (first < 0) first = lane;
+        once &= cases.time(lane) == cases.time(first);
+    });
+    if (first < 0) return;
+    double* rows = cases.block + CASES * desired[first].first;
+    if (once) {
+        compute(first);
+        const double* one = numbers_at(desired[first].address);
+        for (int64_t i = 0; i < desired[first].size; i++)
+            for (int lane = 0; lane < CASES; lane++) rows[CASES * i + lane] = one[i];
+        return;
+    }
+    each_lane(here, [&](int lane) {
+        compute(lane);
+        const double* one = numbers_at(desired[lane].address);
+        for (int64_t i = 0; i < desired[lane].size; i++) rows[CASES * i + lane] = one[i];
+    });
+}
+
+// Count a complete sample of each lane, and keep columns of some.
+CDPR_INLINE void complete(const Advance& cases, int64_t here) {
+    call_at(cases.counting[0], cases.counting[1], 0.0);
+    each_lane(here, [&](int lane) {
+        const int64_t sample = cases.standing(lane).sample++;
+        if (cases.every < 1 || sample % cases.every != 0 || sample / cases.every >= cases.n) return;
+        double* kept = numbers_at(cases.kept[lane]) + (sample / cases.every) * cases.w;
+        for (int64_t i = 0; i < cases.w; i++) kept[i] = cases.block[CASES * cases.columns[i] + lane];
+    });
+}
+
+// Take the lanes that take part `steps` steps further, or fewer if a case needs Python: then to the end of that step.
+inline int advance(Advance& cases) {
+    const CommonAct* const acts = reinterpret_cast<const CommonAct*>(cases.table);
+    CommonStanding& common = *reinterpret_cast<CommonStanding*>(cases.place);
+    int64_t here = common.alive, waiting = 0, left = 0;  // bits of lanes
+    const auto leave = [&](int lane, int64_t act) {
+        scatter(cases.memory(lane), cases.r, cases.block, lane);
+        cases.standing(lane).act = act;
+        here &= ~(int64_t(1) << lane);
+    };
+    for (; common.steps > 0 && left == 0 && here != 0; common.steps--) {
+        int64_t join = -1;
+        for (int64_t act = 0; act <= cases.acts; act++) {
+            if (act == join) {
+                each_lane(waiting, [&](int lane) { gather(cases.memory(lane), cases.r, cases.block, lane); });
+                here |= waiting;
+                waiting = 0;
+                join = -1;
+            }
+            if (act == cases.acts) break;
+            const CommonAct& next = acts[act];
+            const int64_t asked = next.lanes & here;
+            if (asked == 0) continue;
+            int64_t missing = 0;  // bits of lanes that are not served
+            if (next.way == IN_LANES) {
+                missing = asked == here ? call_at(next.operation, next.place, 0.0) & asked : asked;
+            } else if (next.way == ALONE) {
+                missing = asked;
+            } else if (next.way == MOTION) {
+                follow(cases, here);
+            } else if (next.way == TIME) {
+                each_lane(here, [&](int lane) { cases.block[lane] = cases.time(lane); });
+            } else if (next.way == COMPLETE) {
+                complete(cases, here);
+            } else if (next.way == NEXT) {
+                each_lane(here,
+                          [&](int lane) { cases.time(lane) = double(cases.standing(lane).sample) * cases.period; });
+            } else if (next.way == EVENTS) {
+                each_lane(here, [&](int lane) {
+                    if (cases.standing(lane).sample != cases.standing(lane).due) return;
+                    leave(lane, act);
+                    left |= int64_t(1) << lane;
+                });
+            }
+            if (missing != 0 && join < 0) join = act + next.together;
+            each_lane(missing, [&](int lane) {
+                leave(lane, act);
+                if (step_alone(cases, lane, act, join % cases.acts)) {
+                    waiting |= int64_t(1) << lane;
+                } else {
+                    scatter(cases.memory(lane), cases.r, cases.block, lane);
+                    left |= int64_t(1) << lane;
+                }
+            });
+        }
+    }
+    each_lane(here, [&](int lane) { cases.standing(lane).act = 0; });
+    common.alive = here;
+    common.left = left;
+    return 0;
+}
+
+}  // namespace CDPR_TARGET
+}  // namespace cdpr

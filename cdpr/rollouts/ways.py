@@ -1,0 +1,11 @@
+"""Numbers in the tables of a block; `block.hpp` gives them a meaning."""
+
+from __future__ import annotations
+
+# Columns of the table of operations.
+WAY, OPERATION, PLACE, IN, TOGETHER = range(5)
+# How an operation is run.
+IN_LANES, ALONE, MOTION, TIME, COMPLETE, NEXT, EVENTS = range(7)
+# Progress of the block.
+STEPS, ALIVE, LEFT = range(3)
+WORD = 8  # bytes
