@@ -152,14 +152,10 @@ class Batch:
             raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
         with self._alone("step"):
             chosen = self._active if mask is None else self._active & self._mask(mask)
-            last = self._plan.steps
-            for group, first in zip(self._groups, range(0, len(self), LANES), strict=True):
-                cases = [self._cases[i] for i in range(first, min(first + LANES, len(self))) if chosen[i]]
-                group.go(cases, [min(case.loop.count + int(n), last) for case in cases])
-                for case in cases:
-                    if case.going and case.loop.count == last:
-                        case.finish()
-            self._show(np.flatnonzero(chosen))
+            for first in range(0, len(self), LANES):
+                lanes = [i for i in range(first, min(first + LANES, len(self))) if chosen[i]]
+                if lanes:
+                    self._go(lanes, int(n))
 
     def reset(self, *lanes: int) -> None:
         """Begin these lanes anew, all unless given, also those that have ended.
@@ -243,18 +239,28 @@ class Batch:
         if case.going:
             with suppress(PluginError):
                 self._starts[lane] = case.loop.snapshot()
-        self._show([lane])
+        if case.begun:
+            self._show([lane])
 
-    def _show(self, lanes: Sequence[int] | NDArray[np.intp]) -> None:
-        """Update the rows of lanes."""
-        last = self._plan.steps
-        for lane in lanes:
-            case = self._cases[lane]
-            if case.begun:
-                loop = case.loop
-                self._rows[:, lane] = loop.row if case.home is None else case.home.row(case)
-                self._time[lane], self._samples[lane] = loop.time, loop.count
-                self._active[lane] = case.going and loop.count <= last
+    def _go(self, lanes: Sequence[int], n: int) -> None:
+        """Take lanes of one group further."""
+        cases, last = [self._cases[lane] for lane in lanes], self._plan.steps
+        self._groups[lanes[0] // LANES].go(cases, [min(case.count + n, last) for case in cases])
+        for case in cases:
+            if case.count == last and case.going:
+                case.finish()
+        self._show(lanes)
+
+    def _show(self, lanes: Sequence[int]) -> None:
+        """Update the rows of begun lanes of one group."""
+        cases, last, rows = [self._cases[lane] for lane in lanes], self._plan.steps, self._rows
+        self._groups[lanes[0] // LANES].show(cases, rows, lanes)
+        for lane, case in zip(lanes, cases, strict=True):
+            if case.home is None:
+                rows[:, lane] = case.loop.row
+        self._time[lanes] = [case.time for case in cases]
+        self._samples[lanes] = [case.count for case in cases]
+        self._active[lanes] = [case.going and case.count <= last for case in cases]
 
     def _lane(self, what: str, lane: object) -> int:
         n = len(self)

@@ -72,7 +72,9 @@ class Block:
         self._roots[:, 1], self._roots[:, 2] = [root.size for root in recipe.roots], self._starts[:-1]
         self._cases: list[Case | None] = [None] * LANES
         self._present: list[Case] = []  # those that the last call took further
+        self._alive = 0  # their bits
         self._alike, self._place = np.zeros(1, dtype=np.int64), np.zeros(3, dtype=np.int64)
+        self._progress = self._place.data  # quicker
         self._programs, self._motions = np.zeros((LANES, 4), dtype=np.int64), np.zeros((LANES, 2), dtype=np.int64)
         self._desired, self._kept = np.zeros((LANES, 3), dtype=np.int64), np.zeros(LANES, dtype=np.int64)
         self._arrays = np.zeros((LANES, len(recipe.moved), 3), dtype=np.int64)
@@ -107,11 +109,7 @@ class Block:
         pairs = list(zip(cases, stops, strict=True))
         fitting = [(case, stop) for case, stop in pairs if self._fits(case)]
         while len(going := [pair for pair in fitting if pair[0].ready(pair[1])]) >= WORTHWHILE:
-            self._enter([case for case, _ in going])
-            self._place[ways.STEPS] = min(SPAN, *(stop - case.loop.count for case, stop in going))
-            self._place[ways.ALIVE] = sum(1 << lane for lane, case in enumerate(self._cases) if case is not None)
-            self._advance.unlocked()
-            if left := int(self._place[ways.LEFT]):
+            if left := self._forward([case for case, _ in going], min([stop - case.count for case, stop in going])):
                 for case, stop in going:
                     if left >> self._cases.index(case) & 1:
                         self._leave(case, stop)
@@ -121,15 +119,25 @@ class Block:
             if case.ready(stop):
                 case.go(stop)
 
+    def _forward(self, cases: list[Case], steps: int) -> int:
+        """Take cases so many steps further, or fewer; return the bits of the lanes that have to leave."""
+        self._enter(cases)
+        self._progress[ways.STEPS], self._progress[ways.ALIVE] = min(steps, SPAN), self._alive
+        self._advance.unlocked()
+        return self._progress[ways.LEFT]
+
     def release(self, case: Case) -> None:
         """Move a case from its lane to its own arrays."""
         lane = self._cases.index(case)
         self._move(self._arrays[lane], lane, into=False)
         self._out(case)
 
-    def row(self, case: Case) -> Array:
-        """Return the row of the present sample of a case in a lane, (width,)."""
-        return self.lanes[: len(case.loop.row), self._cases.index(case)]
+    def show(self, cases: Sequence[Case], rows: Array, columns: Sequence[int]) -> None:
+        """Write the rows of those cases that have lanes here into columns of `rows`."""
+        pairs = [(case, at) for case, at in zip(cases, columns, strict=True) if case.home is self]
+        if pairs:
+            lanes = [self._cases.index(case) for case, _ in pairs]
+            rows[:, [at for _, at in pairs]] = self.lanes[: len(rows), lanes]
 
     def _enter(self, going: list[Case]) -> None:
         """Move these cases to lanes, and the others out: the next call would overwrite them."""
@@ -144,6 +152,7 @@ class Block:
                 self._take(case, self._cases.index(None))
         motions = [self._asked(case) for case in going]
         self._alike[0] = all(np.array_equal(motion, motions[0]) for motion in motions[1:])
+        self._alive = sum(1 << lane for lane, case in enumerate(self._cases) if case is not None)
         self._present = going
 
     def _take(self, case: Case, lane: int) -> None:
@@ -162,20 +171,20 @@ class Block:
         needed, bit = loop.program.when != NEVER, 1 << lane
         column = self._table[:-1, ways.IN]
         column[:] = np.where(needed, column | bit, column & ~bit)
-        self._cases[lane], case.home, case.joined = case, self, loop.count
+        self._cases[lane], case.home, case.joined = case, self, case.count
 
     def _out(self, case: Case) -> None:
         self._cases[self._cases.index(case)] = None
         self._present = []
-        case.home, case.figures.samples = None, case.loop.count
+        case.home, case.figures.samples = None, case.count
 
     def _leave(self, case: Case, stop: int) -> None:
         """Let Python serve a case whose arrays are its own again; often needed, it goes on alone for a while."""
         self._out(case)
-        case.rest = 0 if case.loop.count >= case.joined + SOON else min(2 * case.rest + SOON, LONGEST)
+        case.rest = 0 if case.count >= case.joined + SOON else min(2 * case.rest + SOON, LONGEST)
         case.come(self._complete)
         if case.rest and case.ready(stop):
-            case.go(min(case.loop.count + case.rest, stop))
+            case.go(min(case.count + case.rest, stop))
 
     def _lifted(self, given: object) -> object:
         """Return an argument as it is in the block."""
@@ -263,6 +272,11 @@ class Group:
         for case, stop in zip(cases, stops, strict=True):
             if self._block is None and case.ready(stop):
                 case.go(stop)
+
+    def show(self, cases: Sequence[Case], rows: Array, columns: Sequence[int]) -> None:
+        """Write the rows of those cases that have lanes into columns of `rows`."""
+        if self._block is not None:
+            self._block.show(cases, rows, columns)
 
 
 def _memory(case: Case) -> list[Array]:

@@ -27,6 +27,7 @@ from cdpr.simulation.columns import columns_of
 from cdpr.simulation.loop import Loop, Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.proceed import SAMPLE
 
 BLOCK = 1024  # samples of a case that are looked at together: few turns to Python, and they stay in the cache
 
@@ -93,9 +94,6 @@ class Home(Protocol):
     def release(self, case: Case) -> None:
         """Move a case from its lane to its own arrays."""
 
-    def row(self, case: Case) -> Array:
-        """Return the row of the present sample."""
-
 
 class Case:
     """A case under way.
@@ -121,6 +119,8 @@ class Case:
 
     loop: Loop
     figures: Figures
+    _place: memoryview  # as `Program.standing`
+    _time: memoryview
 
     def __init__(
         self, plan: Plan, number: int, values: Sequence[Any], ring: Array, out: Array, stopped: Callable[[], bool]
@@ -134,6 +134,16 @@ class Case:
         self.home: Home | None = None
         self.known: dict[Home, NDArray[np.int64] | None] = {}
         self.joined = self.rest = 0
+
+    @property
+    def count(self) -> int:
+        """Number of complete samples."""
+        return self._place[SAMPLE]
+
+    @property
+    def time(self) -> float:
+        """Present time, s."""
+        return self._time[0]
 
     @property
     def begun(self) -> bool:
@@ -157,6 +167,7 @@ class Case:
             scenario = self._plan.changed(self._number, self._values)
             self._parts = parts = build(scenario)
             self.loop = loop = Loop(parts)
+            self._place, self._time = (each.data for each in loop.program.standing)
             self.figures = Figures(loop.layout, loop.row, _broken(scenario))
             loop.program.apart()
             loop.warm_up(scenario.initial.state())
@@ -166,7 +177,7 @@ class Case:
 
     def ready(self, sample: int) -> bool:
         """Return whether it can go on to this sample."""
-        return self.going and self.loop.count < sample
+        return self.going and self._place[SAMPLE] < sample
 
     def stand(self) -> None:
         """Take its state into its own arrays."""

@@ -22,21 +22,21 @@ LIMIT = 10_000.0
 def both(monkeypatch):
     """Return what makes a rollout with cases side by side and one of cases alone, and how far the former went."""
     far: list[tuple[int, int]] = []
-    together = block.Block._together
+    forward = block.Block._forward
 
-    def spy(self, cases, words):
-        begun = cases[0].loop.count
-        found = together(self, cases, words)
-        far.append((begun, found[0]))
-        return found
+    def spy(self, cases, steps):
+        begun = cases[0].count
+        left = forward(self, cases, steps)
+        far.append((begun, cases[0].count))
+        return left
 
     def run(name, vary, n=MORE, **overrides):
         given = {"simulation.ends_early": True, "simulation.backend": "reference", **overrides}
         made = []
         for least in (block.WORTHWHILE, LIMIT):
             with monkeypatch.context() as patched:
-                patched.setattr(eights, "WORTHWHILE", least)
-                patched.setattr(block.Block, "_together", spy)
+                patched.setattr(block, "WORTHWHILE", least)
+                patched.setattr(block.Block, "_forward", spy)
                 path = SCENARIOS / f"{name}.yaml"
                 made.append(cdpr.rollout(path, n, vary=vary, every=1, columns=ALL, overrides=given, threads=None))
         return *made, far

@@ -1,0 +1,284 @@
+"""Batches: each lane has the bits of a simulation of its own, whatever the others do."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr.rollouts import block
+
+CAROCA, BREAK, WINCH = (ROOT / "scenarios" / f"{name}.yaml" for name in ("caroca", "cable_break", "winch"))
+BRIEF = {"simulation.backend": "reference", "simulation.duration": 0.4, "simulation.ends_early": True}
+N = 11  # lanes: a full block, and three in another
+GAINS = np.linspace(80.0, 200.0, N)
+
+
+def make(scenario=CAROCA, n=N, **more):
+    given = {"vary": {"controller.kp": GAINS[:n]}, "overrides": BRIEF, **more}
+    return cdpr.Batch(scenario, n, **given)
+
+
+def alone(steps, scenario=CAROCA, **overrides):
+    """Return a simulation after so many steps."""
+    simulation = cdpr.Simulation(scenario, overrides={**BRIEF, **overrides})
+    if steps:
+        simulation.step(steps)
+    return simulation
+
+
+def assert_same(batch, lane, simulation):
+    assert np.array_equal(batch.rows[:, lane], simulation._loop.row, equal_nan=True)
+    assert batch.time[lane] == simulation.time
+    assert batch.samples[lane] == simulation.samples
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Return how many cases were taken further in lanes, call by call."""
+    found: list[int] = []
+    forward = block.Block._forward
+
+    def spy(self, cases, steps):
+        found.append(len(cases))
+        return forward(self, cases, steps)
+
+    monkeypatch.setattr(block.Block, "_forward", spy)
+    return found
+
+
+def test_lanes_at_different_times(calls):
+    batch = make()
+    batch.step(50)
+    batch.reset(3, 9)
+    batch.step(20, mask=np.arange(N) != 5)
+    batch.step(7)
+    assert calls == [8, 3, 7, 3, 8, 3]
+    steps = [77] * N
+    steps[3] = steps[9] = 27
+    steps[5] = 57
+    for lane, count in enumerate(steps):
+        assert_same(batch, lane, alone(count, **{"controller.kp": GAINS[lane]}))
+
+
+def test_views_are_live_and_read_only():
+    batch = make()
+    rows, time, position = batch.rows, batch.time, batch.column("position")
+    before = rows.copy()
+    batch.step(3)
+    assert rows is batch.rows
+    assert (time == 0.003).all()
+    assert not np.array_equal(rows, before)
+    assert np.array_equal(position, rows[1:4])
+    assert batch.column("time").shape == (1, N)
+    for view in (rows, time, position, batch.samples, batch.active):
+        with pytest.raises(ValueError, match="read-only"):
+            view[...] = 0
+
+
+def test_a_lane_ends_with_its_last_sample():
+    batch = make(n=3)
+    batch.step(399)
+    assert batch.active.all()
+    batch.step(5, mask=np.array([True, False, False]))
+    assert batch.active.tolist() == [False, True, True]
+    assert batch.samples.tolist() == [401, 399, 399]
+    last = alone(400, **{"controller.kp": GAINS[0]})
+    assert_same(batch, 0, last)
+    batch.step(100)
+    assert not batch.active.any()
+    assert batch.errors == ("", "", "")
+    before = batch.rows.copy()
+    batch.step()
+    assert np.array_equal(batch.rows, before)
+    batch.reset()
+    batch.step(2)
+    assert_same(batch, 0, alone(2, **{"controller.kp": GAINS[0]}))
+
+
+def test_a_state_of_a_simulation_goes_on_in_lanes():
+    simulation = alone(60, BREAK)
+    snapshot = simulation.snapshot()
+    batch = make(BREAK, vary=None)
+    batch.step(10)
+    for lane in (2, 4, 8):
+        batch.load(lane, snapshot)
+    batch.load(5, batch.snapshot(4))
+    assert batch.time[[2, 3, 4, 5]].tolist() == [0.06, 0.01, 0.06, 0.06]
+    batch.step(70)
+    simulation.step(70)
+    for lane in (2, 4, 5, 8):
+        assert_same(batch, lane, simulation)
+    assert_same(batch, 3, alone(80, BREAK))
+
+
+def test_a_lane_keeps_its_own_values_when_a_state_is_loaded():
+    batch = make()
+    batch.load(1, alone(30, **{"controller.kp": 100.0}).snapshot())
+    batch.step(50)
+    simulation = alone(30, **{"controller.kp": 100.0})
+    simulation.set("controller.kp", float(GAINS[1]))
+    simulation.step(50)
+    assert_same(batch, 1, simulation)
+
+
+def test_options_that_changed_go_with_a_state():
+    simulation = alone(30)
+    simulation.set("controller.kp", 150.0)
+    simulation.step(5)
+    scenario = {**BRIEF, "events": [{"type": "set", "key": "controller.kp", "value": 150.0, "time": 0.03}]}
+    batch = cdpr.Batch(CAROCA, 3, overrides=scenario)
+    with pytest.raises(cdpr.CdprError, match="events from outside"):
+        batch.load(0, simulation.snapshot())
+    other = cdpr.Simulation(CAROCA, overrides=scenario)
+    other.step(35)
+    batch.load(0, other.snapshot())
+    batch.step(20)
+    simulation.step(20)
+    assert_same(batch, 0, simulation)
+    batch.reset(0)
+    batch.step(10)
+    assert_same(batch, 0, alone(10))
+
+
+def test_events_have_their_own_times():
+    times = [0.05, 0.06, 0.05, 0.2, 0.3]
+    with make(CAROCA.with_name("cable_break.yaml"), 5, vary={"events[0].time": times}) as batch:
+        batch.step(70)
+        batch.reset(1)
+        batch.step(55)
+        for lane, time in enumerate(times):
+            steps = 55 if lane == 1 else 125
+            assert_same(batch, lane, alone(steps, BREAK, **{"events[0].time": time}))
+
+
+def test_a_lane_that_fails_fails_alone():
+    vary = {
+        "robot.platform.mass": [25.0, 25.0, -1.0, 1e4, 26.0, 27.0],
+        "solver.infeasible": ["best_effort", "stop", "stop", "stop", "stop", "best_effort"],
+    }
+    batch = make(n=6, vary=vary)
+    assert batch.active.tolist() == [True, True, False, True, True, True]
+    assert "robot.platform.mass" in batch.errors[2]
+    batch.step(40)
+    assert batch.active.tolist() == [True, True, False, False, True, True]
+    with pytest.raises(cdpr.Infeasible) as stop:
+        alone(40, **{key: values[3] for key, values in vary.items()})
+    assert batch.errors[3] == str(stop.value)
+    for lane in (0, 1, 4, 5):
+        assert_same(batch, lane, alone(40, **{key: values[lane] for key, values in vary.items()}))
+    with pytest.raises(cdpr.CdprError, match="lane 2 never began"):
+        batch.snapshot(2)
+    batch.load(3, batch.snapshot(0))  # as heavy as before: it fails at once again
+    assert batch.active[3]
+    batch.step(1)
+    assert not batch.active[3]
+
+
+def test_a_lane_that_diverges_is_as_far_as_it_was():
+    given = {**BRIEF, "simulation.control_step": 0.01, "simulation.physics_step": 0.01, "robot.tension.max": 1e11}
+    batch = make(n=4, vary={"controller.kp": [100.0, 1e6, 100.0, 90.0]}, overrides=given)
+    batch.step(40)
+    assert batch.active.tolist() == [True, False, True, True]
+    with pytest.raises(cdpr.SimulationStopped) as stop:
+        alone(40, **given, **{"controller.kp": 1e6})
+    assert batch.errors[1] == str(stop.value)
+    assert batch.errors[0] == ""
+
+
+@pytest.mark.parametrize("solver", ["dykstra", "qp"])
+def test_parts_without_lanes_step_alone(solver, calls):
+    overrides = {**BRIEF, "solver.type": solver}
+    batch = make(WINCH, 3, vary=None, overrides=overrides)
+    batch.step(20)
+    batch.reset(1)
+    batch.step(5)
+    assert calls == [3, 3]
+    assert_same(batch, 0, alone(25, WINCH, **{"solver.type": solver}))
+    assert_same(batch, 1, alone(5, WINCH, **{"solver.type": solver}))
+
+
+def test_other_backends_step_alone():
+    given = {**BRIEF, "simulation.backend": "mujoco"}
+    pytest.importorskip("mujoco")
+    batch = make(n=3, vary=None, overrides=given)
+    batch.step(5)
+    batch.reset(2)
+    batch.step(5)
+    assert_same(batch, 0, alone(10, **{"simulation.backend": "mujoco"}))
+    assert_same(batch, 2, alone(5, **{"simulation.backend": "mujoco"}))
+
+
+def test_cases_of_different_structure_do_not_share_lanes():
+    vary = {"controller.type": ["static", "pid", "static", "static"]}
+    batch = make(n=4, vary=vary)
+    batch.step(20)
+    for lane, kind in enumerate(vary["controller.type"]):
+        assert_same(batch, lane, alone(20, **{"controller.type": kind}))
+
+
+WRONG = {
+    "lanes": (lambda batch: make(n=0), "Batch: a whole number of cases"),
+    "every value": (lambda batch: make(n=2, vary={"robot.platform.mass": [-1.0, -2.0]}), "robot.platform.mass"),
+    "steps": (lambda batch: batch.step(0), "step: expected a whole number of steps"),
+    "kind of steps": (lambda batch: batch.step(True), "step: expected a whole number of steps"),
+    "mask": (lambda batch: batch.step(mask=[True]), r"mask: expected \(2,\) of bool"),
+    "numbers as mask": (lambda batch: batch.step(mask=[1, 0]), r"mask: expected \(2,\) of bool"),
+    "lane": (lambda batch: batch.reset(2), "expected the number of a lane, 0 to 1, got 2"),
+    "negative lane": (lambda batch: batch.load(-1, None), "expected the number of a lane, 0 to 1, got -1"),
+    "snapshot": (lambda batch: batch.load(0, "start"), "load: expected a snapshot"),
+    "another robot": (lambda batch: batch.load(0, alone(0, WINCH).snapshot()), "load: the snapshot is of another"),
+    "column": (lambda batch: batch.column("positon"), "no column is named 'positon'.*position"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_mistakes(name):
+    do, text = WRONG[name]
+    batch = make(n=2)
+    before = batch.rows.copy()
+    with pytest.raises(cdpr.CdprError, match=text):
+        do(batch)
+    assert np.array_equal(batch.rows, before)
+    batch.step(2)
+    assert (batch.samples == 2).all()
+
+
+def test_a_state_after_the_end_is_refused():
+    batch = make(n=2, vary=None, overrides={**BRIEF, "simulation.duration": 0.01})
+    with pytest.raises(cdpr.CdprError, match="after the end of the lane"):
+        batch.load(0, alone(20).snapshot())
+
+
+def test_two_threads_do_not_step_one_batch():
+    batch = make()
+    failed = []
+
+    def step():
+        for _ in range(20):
+            try:
+                batch.step(1)
+            except cdpr.CdprError as error:
+                failed.append(str(error))
+
+    threads = [threading.Thread(target=step) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    done = 40 - len(failed)
+    assert (batch.samples == done).all()
+    assert_same(batch, 4, alone(done, **{"controller.kp": GAINS[4]}))
+
+
+def test_a_closed_batch_has_no_lanes():
+    with make(n=2) as batch:
+        batch.step()
+    assert not batch.active.any()
+    batch.close()
+    batch.step()
+    with pytest.raises(cdpr.CdprError, match="the batch is closed"):
+        batch.snapshot(0)
