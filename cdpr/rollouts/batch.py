@@ -89,7 +89,8 @@ class Batch:
         self._time, self._samples = np.zeros(n), np.zeros(n, dtype=np.int64)
         self._active = np.zeros(n, dtype=bool)
         self.rows, self.time = read_only(self._rows), read_only(self._time)
-        self.samples, self.active = read_only(self._samples), read_only(self._active)
+        self.samples, self.active = self._samples.view(), self._active.view()
+        self.samples.flags.writeable = self.active.flags.writeable = False
         ring, none = np.empty((min(plan.steps + 1, BLOCK), plan.layout.width)), np.empty((0, 0))
         self._cases = [
             Case(plan, i, [each[i] for each in values.values()], ring, none, lambda: False) for i in range(n)

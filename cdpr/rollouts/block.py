@@ -208,7 +208,8 @@ class Block:
     def _asked(self, case: Case) -> Words:
         """Return the struct of the motion of a case, but for where it writes."""
         words = _words(case.loop.program.bound[self._motion])
-        return words[words != address(case.loop.desired)]
+        asked: Words = words[words != address(case.loop.desired)]
+        return asked
 
     def _words_of(self, case: Case) -> Words:
         """Return addresses of the arrays of a case, then the structs of its operations, as the recipe says."""

@@ -181,7 +181,7 @@ def test_a_lane_that_fails_fails_alone():
 def test_a_lane_that_diverges_is_as_far_as_it_was():
     given = {**BRIEF, "simulation.control_step": 0.01, "simulation.physics_step": 0.01, "robot.tension.max": 1e11}
     batch = make(n=4, vary={"controller.kp": [100.0, 1e6, 100.0, 90.0]}, overrides=given)
-    batch.step(40)
+    batch.step(30)
     assert batch.active.tolist() == [True, False, True, True]
     with pytest.raises(cdpr.SimulationStopped) as stop:
         alone(40, **given, **{"controller.kp": 1e6})
