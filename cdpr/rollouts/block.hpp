@@ -7,8 +7,7 @@
 
 #include <cdpr/simulation/proceed.hpp>
 
-namespace cdpr {
-inline namespace CDPR_TARGET {
+namespace cdpr::CDPR_TARGET {
 
 constexpr int CASES = 8;
 
@@ -253,5 +252,4 @@ inline int advance(Advance& cases) {
     return 0;
 }
 
-}  // namespace CDPR_TARGET
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET
