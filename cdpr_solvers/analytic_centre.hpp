@@ -51,6 +51,8 @@ struct AnalyticCentre {
     inline double find() const;
     inline double move_to_ball(const TensionProblem<double>& inner, int64_t r) const;
     inline bool reach_centre(const TensionProblem<double>& inner, int64_t r, bool flat) const;
+    inline int64_t go_to_end(const TensionProblem<double>& inner, int64_t r, int64_t i, double sign) const;
+    inline bool endless(const TensionProblem<double>& inner, int64_t r) const;
     inline bool lock(const TensionProblem<double>& inner, int64_t r, double thin) const;
 };
 
@@ -79,13 +81,31 @@ inline bool AnalyticCentre::reach_centre(const TensionProblem<double>& inner, in
     return barrier.minimise(true);
 }
 
+// Write the admissible tensions, into row 2 of the space, where sign times that of one cable is least; return as
+// `extreme`. x stays.
+inline int64_t AnalyticCentre::go_to_end(const TensionProblem<double>& inner, int64_t r, int64_t i, double sign) const {
+    const Matrix<double> rows = {space, 2 * inner.m + 1};
+    const Matrix<const double> N = {inner.basis, inner.m};
+    const Polytope<double> set = {N, inner.center(), inner.low(), inner.high(), rows[1], rows[2], rows[3], r, inner.m};
+    for (int64_t k = 0; k < r; k++) rows[0][k] = sign * N(i, k);
+    ActiveSet active = active_set(rows[4], rows.stride, r);
+    return extreme(set, active, rows[0]);
+}
+
+// Return whether some tension has no end where its limit is infinite: the farther, the lower the barrier.
+inline bool AnalyticCentre::endless(const TensionProblem<double>& inner, int64_t r) const {
+    for (int64_t i = 0; i < inner.m; i++) {
+        if (inner.low()[i] == -INFINITE && go_to_end(inner, r, i, 1.0) == -UNSUPPORTED) return true;
+        if (inner.high()[i] == INFINITE && go_to_end(inner, r, i, -1.0) == -UNSUPPORTED) return true;
+    }
+    return false;
+}
+
 // Lock the cables whose tensions can change by no more than round-off where they are; return whether there are any.
 // A set that is as good as flat may still be long: its centre is that of the other cables. `thin` is in N.
 inline bool AnalyticCentre::lock(const TensionProblem<double>& inner, int64_t r, double thin) const {
-    const Matrix<double> rows = {space, 2 * inner.m + 1};
     const Matrix<const double> N = {inner.basis, inner.m};
-    double *g = rows[0], *point = rows[2];
-    const Polytope<double> set = {N, inner.center(), inner.low(), inner.high(), rows[1], point, rows[3], r, inner.m};
+    const double* point = Matrix<double>{space, 2 * inner.m + 1}[2];
     bool found = false;
     for (int64_t i = 0; i < inner.m; i++) {
         double middle = 0.0, span = 0.0;
@@ -93,9 +113,7 @@ inline bool AnalyticCentre::lock(const TensionProblem<double>& inner, int64_t r,
         for (int64_t k = 0; k < r; k++) moves = moves || N(i, k) != 0.0;
         if (!moves) continue;
         for (int side = 0; side < 2; side++) {
-            for (int64_t k = 0; k < r; k++) g[k] = side == 0 ? N(i, k) : -N(i, k);
-            ActiveSet active = active_set(rows[4], rows.stride, r);
-            if (extreme(set, active, g) < 0) return false;
+            if (go_to_end(inner, r, i, side == 0 ? 1.0 : -1.0) < 0) return false;
             middle += 0.5 * point[i];
             span += side == 1 ? point[i] : -point[i];
         }
@@ -120,7 +138,7 @@ inline double AnalyticCentre::find() const {
         if (r < 0) return round > 0 ? status : double(-r);
         const double radius = safest_point(true, polytope_of<double>(inner, r, x(), nullptr), space);
         if (radius != radius) return status;
-        if (radius == INFINITE && r > 0) return UNSUPPORTED;  // the farther, the lower the barrier
+        if (r > 0 && (radius == INFINITE || endless(inner, r))) return UNSUPPORTED;
         const double largest = move_to_ball(inner, r);
         const bool thin = r > 0 && !(radius > THIN * largest);
         if (r > 0 && !thin && !reach_centre(inner, r, radius < FLAT * largest)) return status;

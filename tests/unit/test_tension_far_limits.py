@@ -65,3 +65,16 @@ def test_the_centre_is_found_where_one_direction_is_far_longer_than_the_others()
     status, t = ask("analytic_centre", W, [1994.8782348632812, -3813.7672119140625, 4445.7286376953125], [0] * 5, high)
     assert status == Status.OK
     assert t[0] == pytest.approx(2.0**35)  # which nothing else depends on
+
+
+@pytest.mark.parametrize(
+    ("W", "wrench", "high"),
+    [
+        ([[0, -1, -2, -1], [0, 2, -1, 1]], [17687799.0, -28987813.0], [np.inf, np.inf, np.inf, 36510977.0]),
+        ([[1, -1, 0, 0], [0, 0, 1, 0]], [2.0, 3.0], [9.0, 9.0, 9.0, np.inf]),
+    ],
+)
+def test_there_is_no_centre_where_a_tension_has_no_end(W, wrench, high):
+    """The farther, the lower the barrier, however near other limits are: an answer would be round-off."""
+    status, _ = ask("analytic_centre", W, wrench, [0.0, -19056200.0, -5042881.0, -36510977.0], high)
+    assert status == Status.UNSUPPORTED
