@@ -12,8 +12,11 @@ from __future__ import annotations
 import hashlib
 import json
 import struct
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from types import UnionType
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar, get_args, get_origin, get_type_hints
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -68,6 +71,47 @@ def validated(content: object, schema: TypeAdapter[T]) -> T:
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
         where = ".".join(map(str, first["loc"]))
         raise ValueError(f"{where}: {first['msg']}" if where else first["msg"]) from None
+
+
+def check_type(content: object, kind: Any) -> None:
+    """Raise ValueError, with the first problem, where plain JSON data does not match a type.
+
+    For files that are read often: without pydantic, whose import takes longer than all else in `cdpr.load_run`.
+
+    Args:
+        content: what `json.loads` returned.
+        kind: a dataclass, `dict[str, T]`, `tuple[T, ...]`, a union or a type of JSON; other keys are ignored.
+    """
+    for problem in _problems(content, kind, ""):
+        raise ValueError(problem)
+
+
+def _problems(value: Any, kind: Any, where: str) -> Iterator[str]:
+    plain, parts = get_origin(kind) or kind, get_args(kind)
+    if is_dataclass(plain) and isinstance(value, dict):
+        kinds = get_type_hints(plain)
+        for field in fields(plain):
+            if field.name in value:
+                yield from _problems(value[field.name], kinds[field.name], f"{where}{field.name}.")
+            elif field.default is field.default_factory is MISSING:
+                yield f"{where}{field.name}: it is missing"
+    elif plain is dict and isinstance(value, dict):
+        for key, each in value.items():
+            yield from _problems(each, parts[1], f"{where}{key}.")
+    elif plain is tuple and isinstance(value, list):
+        for i, each in enumerate(value):
+            yield from _problems(each, parts[0], f"{where}{i}.")
+    elif not _is_a(value, plain, parts):
+        name = getattr(kind, "__name__", str(kind))
+        yield f"{where.rstrip('.')}: {name} expected, got {type(value).__name__}"
+
+
+def _is_a(value: Any, plain: Any, parts: tuple[Any, ...]) -> bool:
+    if plain is UnionType:
+        return any(not [*_problems(value, part, "")] for part in parts)
+    if plain is float and isinstance(value, int):
+        return abs(value) <= sys.float_info.max
+    return plain is Any or (plain not in (dict, tuple) and isinstance(value, plain))
 
 
 def opened(text: str | bytes, schema: TypeAdapter[T], job: str = "") -> T:

@@ -101,11 +101,6 @@ def model_of(robot: Robot) -> str:
     return models.pop() if len(models) == 1 else MIXED
 
 
-def ideal(model: str) -> bool:
-    """Return whether cables of a model pull what they are commanded, so that a log has no column of their tensions."""
-    return model == COMMANDED
-
-
 def immediate(robot: Robot) -> bool:
     """Tell whether the tensions of all cables are their commands."""
     return all(chain_of(robot, cable).immediate for cable in robot.cables)

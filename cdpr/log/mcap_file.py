@@ -37,6 +37,7 @@ from cdpr.model.robot import Array
 
 FORMATS = ("2", "3", "4")  # that are read; the last is written
 UNCOMPRESSED = ("2", "3")
+LOG_NAME = "log.mcap"  # of a run folder
 MAGIC = b"\x89MCAP0\r\n"
 BLOCK = 256  # rows in a full block
 PICTURE_ROWS = 16 * BLOCK  # rows of the run whose pictures share chunks: few, for they are not needed at once

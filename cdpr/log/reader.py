@@ -28,8 +28,7 @@ from cdpr.log.checksum import crc32
 from cdpr.log.chunk_index import Written
 from cdpr.log.event import Event
 from cdpr.log.index import read_index
-from cdpr.log.mcap_file import FORMATS, MAGIC, METADATA, OPENING, LogFormat
-from cdpr.log.recorder import LOG_NAME
+from cdpr.log.mcap_file import FORMATS, LOG_NAME, MAGIC, METADATA, OPENING, LogFormat
 from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import CLEARANCE, Header, Run
 from cdpr.log.walk import Walk

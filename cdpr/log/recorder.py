@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cdpr.errors import Diverged, OutputError
 from cdpr.log.finite import Finite
-from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
+from cdpr.log.mcap_file import BLOCK, LOG_NAME, PICTURE_ROWS
 from cdpr.log.pages import table
 from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import Header
@@ -24,9 +24,8 @@ from cdpr.model.robot import Array
 if TYPE_CHECKING:
     from cdpr.mechanics.closest import Closest
 
-__all__ = ["BLOCK", "BLOCK_SECONDS", "LOG_NAME", "Recorder"]
+__all__ = ["BLOCK", "BLOCK_SECONDS", "Recorder"]
 
-LOG_NAME = "log.mcap"
 BLOCK_SECONDS = 0.5  # wall time after which rows go to the log though the block is not full
 
 

@@ -16,9 +16,8 @@ from cdpr.errors import OutputError
 from cdpr.locks import Lock, lock, open_to_lock
 from cdpr.log import run_json
 from cdpr.log.files import GOES_ON, Reserved, replacing, unwritable
-from cdpr.log.mcap_file import BLOCK, FORMATS, PICTURE_ROWS, LogFormat, Piece
+from cdpr.log.mcap_file import BLOCK, FORMATS, LOG_NAME, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.reader import Scan, amended, locate, scan
-from cdpr.log.recorder import LOG_NAME
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import SCENARIO_NAME
 

@@ -9,19 +9,15 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.cables import COMMANDED, ideal, read_exits
 from cdpr.columns import BELIEVED, FIRST, Column
 from cdpr.errors import CdprError
 from cdpr.lazy import late
-from cdpr.log.beyond import LimitChanges
 from cdpr.log.event import Event
 from cdpr.log.layout import Layout
-from cdpr.mechanics.reach import Bounds
 from cdpr.model import rotations
 from cdpr.model.frozen import Frozen
-from cdpr.model.robot import Array, read_only
+from cdpr.model.robot import COMMANDED, Array, ideal, read_only
 from cdpr.problems import printable
-from cdpr.view import Subject
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +25,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
+    from cdpr.log.beyond import LimitChanges
     from cdpr.log.rows import LogRows
+    from cdpr.mechanics.reach import Bounds
+    from cdpr.view import Subject
 
 
 @dataclass(frozen=True)
@@ -95,6 +94,9 @@ class Header:
     @cached_property
     def subject(self) -> Subject:
         """What of the robot is drawn."""
+        from cdpr.cables import read_exits  # takes long to import
+        from cdpr.view import Subject
+
         return Subject(
             cables=self.cables,
             anchors=np.array(self.anchors, dtype=np.float64).reshape(-1, 6),

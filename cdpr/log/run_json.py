@@ -7,20 +7,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from cdpr.checksums import checksum, sealed, unsealed, validated
+from cdpr.checksums import check_type, checksum, sealed, unsealed
 from cdpr.errors import LogError
 from cdpr.log.event import Event
 from cdpr.log.files import replace
 from cdpr.log.run import Header, Run
-
-if TYPE_CHECKING:
-    from pydantic import TypeAdapter
 
 NAME = "run.json"
 WITHOUT = "without that file the log still loads"
@@ -122,19 +118,12 @@ def read(folder: Path) -> dict[str, Any] | None:
     path = folder / NAME
     try:
         content = unsealed(path.read_bytes())
-        validated(content, _schema())
+        check_type(content, Recorded)
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:
         raise LogError(f"{path}: cannot be read: {error}; {WITHOUT}") from error
     return content
-
-
-@cache
-def _schema() -> TypeAdapter[Recorded]:
-    from pydantic import TypeAdapter  # takes long to import
-
-    return TypeAdapter(Recorded)
 
 
 def plain(value: Any) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from cdpr.log.recorder import LOG_NAME
+from cdpr.log.mcap_file import LOG_NAME
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.log.writer import LogWriter

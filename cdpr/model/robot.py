@@ -40,6 +40,11 @@ def read_only(array: Array) -> Array:
     return view
 
 
+def ideal(model: str) -> bool:
+    """Return whether tensions of a cable model are their commands, so that a log has no column of its own for them."""
+    return model == COMMANDED
+
+
 class CableExit(Protocol):
     """Where a cable leaves the frame, as `cdpr.cables` describes it; see there."""
 

@@ -11,12 +11,12 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from cdpr import tolerances
-from cdpr.cables import ideal, model_of
+from cdpr.cables import model_of
 from cdpr.errors import PluginError
 from cdpr.fmu.read.options import FMU
 from cdpr.lazy import late
 from cdpr.model import Robot
-from cdpr.model.robot import Array, frozen_array
+from cdpr.model.robot import Array, frozen_array, ideal
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registered, Registry, Role

@@ -25,7 +25,8 @@ from cdpr.errors import (
     one_line,
 )
 from cdpr.log.event import Event
-from cdpr.log.recorder import LOG_NAME, Recorder
+from cdpr.log.mcap_file import LOG_NAME
+from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import CLEARANCE, Header, Run
 from cdpr.log.run_folder import RunFolder

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables import exits_of
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array, CableExit
 
@@ -32,6 +31,8 @@ class Subject:
     @classmethod
     def of_robot(cls, robot: Robot) -> Subject:
         """Return the display data of a robot."""
+        from cdpr.cables import exits_of  # takes long to import
+
         return cls(
             cables=tuple(cable.name for cable in robot.cables),
             anchors=robot.anchors,

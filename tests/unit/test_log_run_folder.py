@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
 from datetime import datetime
 from pathlib import Path
 
 import pytest
 from log_cases import make_header, make_rows, same_bits, write_log
 
-from cdpr.errors import OutputError
+from cdpr.checksums import sealed
+from cdpr.errors import LogError, OutputError
 from cdpr.log.event import Event
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
@@ -83,3 +86,45 @@ def test_the_log_alone_is_enough(tmp_path: Path) -> None:
     run = load_run(str(write_log(tmp_path / "somewhere.mcap", HEADER, rows)))
     assert same_bits(run.rows, rows)
     assert (run.header, run.status, run.folder) == (HEADER, "finished", None)
+
+
+def test_opening_a_run_imports_nothing_slow(tmp_path: Path) -> None:
+    """Imports are most of the time that it takes."""
+    folder, rows = RunFolder(tmp_path / "run", HEADER), make_rows(HEADER, 10)
+    write_log(folder.path / "log.mcap", HEADER, rows)
+    folder.finish(Run(HEADER, rows))
+    slow = ("pydantic", "pydantic_core", "scipy", "matplotlib", "logging", "rich", "cdpr.cables", "cdpr.scenario")
+    code = f"import sys, cdpr; cdpr.load_run({str(folder.path)!r}); print([*{set(slow)!r} & set(sys.modules)])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("status", 1, "status: str expected, got int"),
+        ("status", None, "status: str expected, got NoneType"),
+        ("summary", [], "summary: dict expected, got list"),
+        ("events", {}, "events: tuple expected, got dict"),
+        ("events", [{"time": "1", "kind": "", "text": ""}], "events.0.time: float expected, got str"),
+        ("events", [{"time": 10**400, "kind": "", "text": ""}], "events.0.time: float expected, got int"),
+        ("events", [{"time": 0, "kind": "", "text": "", "until": []}], "events.0.until: float | None expected"),
+        ("events", [{"time": 0.0, "kind": ""}], "events.0.text: it is missing"),
+        ("events", [[]], "events.0: Event expected, got list"),
+        ("timings", {"setup_s": "1"}, "timings.setup_s: float | None expected, got str"),
+        ("unused", [1], "unused.0: str expected, got int"),
+        ("log", {"scenario": "", "rows": 1.5, "last_row": None}, "log.rows: int expected, got float"),
+        ("log", None, "log: LogOf expected, got NoneType"),
+    ],
+)
+def test_run_json_is_validated(tmp_path: Path, key: str, value: object, told: str) -> None:
+    folder, rows = RunFolder(tmp_path / "run", HEADER), make_rows(HEADER, 10)
+    write_log(folder.path / "log.mcap", HEADER, rows)
+    folder.finish(Run(HEADER, rows))
+    path = folder.path / "run.json"
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps(sealed({**content, "loop": None, "timings": {"setup_s": None, "loop_s": 2}})))
+    assert load_run(folder.path).status == "finished"
+    path.write_text(json.dumps(sealed({**content, key: value})))
+    with pytest.raises(LogError, match=rf"run\.json: cannot be read: {re.escape(told)}.*the log still loads"):
+        load_run(folder.path)

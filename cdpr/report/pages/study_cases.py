@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from cdpr.errors import CdprError
 from cdpr.jobs.folder import RESULTS
+from cdpr.log.mcap_file import LOG_NAME
 from cdpr.log.reader import load_run
-from cdpr.log.recorder import LOG_NAME
 from cdpr.log.run import Run
 from cdpr.report.marks import overlaid_looks, shorten
 from cdpr.report.pages.page import figure, panels, swatch, table, theatre
