@@ -47,8 +47,7 @@ class Points:
     blends: Array
 
     def share(self, k: int, time: float) -> tuple[float, float]:
-        """Return the fraction of the way from point k to the next at a time, and its rate, 1/s; at rest at both ends.
-        """
+        """Return the fraction of the way from point k to the next at a time, and its rate, 1/s, from rest to rest."""
         T, still = float(self.times[k + 1] - self.times[k]), np.zeros((3, 1))
         there = np.array([[1.0], [0.0], [0.0]])
         at, rate, _ = BETWEEN[self.kind](still, there, np.array([time - self.times[k]]), T, float(self.blends[k + 1]))
