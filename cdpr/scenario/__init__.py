@@ -1,15 +1,15 @@
-"""Scenario and robot files: from strict YAML to checked, typed data.
+"""Scenario and robot files: from strict YAML to validated, typed data.
 
-A file is read in phases, and the problems of all of them are reported at once, each as
+A file is read in phases. The problems of all phases are reported together, each as
 `file:line:col: key: what is wrong, what is allowed`:
 
-1. `yaml_nodes`: text to plain data with positions, refusing what no scenario needs (tags, merge keys, bombs);
-2. `source`: values set from outside are written into that data; a robot file is put where it is named, its home where
-   nothing says where the run begins (`beginning`);
-3. `schema`, `robot_schema`, `motions`, `events`: types, units and ranges; `options`: the plugins' own models;
-4. `robot_checks`, `run_checks`, `motion_checks`, `event_checks`: what only several sections together can show.
+1. `yaml_nodes`: text to plain data with positions; rejects tags, merge keys and alias bombs.
+2. `source`: applies overrides, inserts the robot file, and sets the initial pose to the robot's home by default
+   (`beginning`).
+3. `schema`, `robot_schema`, `motions`, `events`: types, units and ranges; `options`: the plugins' own models.
+4. `robot_checks`, `run_checks`, `motion_checks`, `event_checks`: checks across sections.
 
-What is allowed and seldom meant is found by `plausible` when it is asked for; `template` writes new files.
+`plausible` finds values that are allowed but probably not intended; `template` writes new files.
 """
 
 from cdpr.scenario.initial import Initial

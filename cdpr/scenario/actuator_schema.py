@@ -1,4 +1,4 @@
-"""The section of an FMU between the commands and the cables of the plant."""
+"""Section of an FMU between commands and cables of the plant."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cdpr.plugins import FileName, PluginOptions
 
 
 class Actuators(PluginOptions, FmuFile):
-    """Winches that come as one FMU for all cables: commands in, tensions out."""
+    """Winches as one FMU for all cables, with commands as inputs and tensions as outputs."""
 
     file: FileName | None = Field(
         None,

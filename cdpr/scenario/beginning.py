@@ -1,4 +1,4 @@
-"""Where a run begins that does not say it: at the robot's home."""
+"""Initial pose of a run from the robot's home."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ BASE: Path = ("robot", "frame")
 
 
 def begin_at_home(document: Document, problems: Problems) -> None:
-    """Write the home pose where `initial` says no position; where it says one, what it leaves out is upright.
+    """Write the home pose into `initial` if it has no position; with a position, a missing orientation is upright.
 
-    It is written with the place of the home, and taken back before the next change: see `Document.filled`.
+    The value has the position of the home in the file. It is removed before the next change: see `Document.filled`.
     """
     given = document.data.get("initial", {})
     if not isinstance(given, dict) or "position" in given:
-        return  # null is told as any
+        return  # null values are reported elsewhere
     home, base = document.get(HOME), document.get(BASE)
     lacking = (*INITIAL, "position") if "initial" in document.data else INITIAL
     if home is None:
-        if ("robot",) in problems.unreadable or "home" in (document.get(HOME[:1]) or {}):  # null is told
+        if ("robot",) in problems.unreadable or "home" in (document.get(HOME[:1]) or {}):  # null is reported elsewhere
             problems.unreadable.add(lacking)
         return
     try:
         pose = Home.model_validate_json(json.dumps(home))
         frame = FrameSection.model_validate_json(json.dumps(base or {}))
-    except ValidationError:  # is told
+    except ValidationError:  # reported elsewhere
         problems.unreadable.add(lacking)
         return
     values: dict[str, object] = {"position": frame.placed(pose.position).tolist()}
     if "orientation" not in given and (frame.moved or "orientation" in home):
         values["orientation"] = {"quaternion": frame.turned(pose.orientation.quaternion()).tolist()}
-    if not frame.moved:  # as it was written
+    if not frame.moved:  # as written in the file
         values = {key: home[key] for key in values}
     mark = document.mark((*HOME, "position"))
     if "initial" not in document.data:
@@ -50,7 +50,7 @@ def begin_at_home(document: Document, problems: Problems) -> None:
 
 
 def forget(document: Document) -> None:
-    """Take back what was filled in."""
+    """Remove the values that were filled in."""
     for path in reversed(document.filled):
         document.drop(path)
     document.filled.clear()

@@ -1,4 +1,4 @@
-"""The robot as controller and tension solver believe it to be: the true one with what `believed` says laid over it."""
+"""Nominal robot, as controller and tension solver know it: the true robot with the changes in `believed`."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ KEY = "believed"
 ROBOT: Path = ("robot",)
 CABLES: Path = ("robot", "cables")
 
-# Sections that hold one of several forms: another form takes the place of the first, they cannot be merged.
+# Sections with one of several forms: another form replaces the section instead of being merged.
 WHOLE = ("shape", "orientation")
 
-# What neither controller nor solver looks at.
+# Keys without effect on controller and solver.
 UNUSED = (
     "name",
     "home",
@@ -36,14 +36,15 @@ UNUSED = (
     "frame.colour",
 )
 
-MOST = 4  # differences that are told in one line
+MOST = 4  # differences in one line
 
 
 def change_belief(document: Document, change: Change, problems: Problems) -> None:
-    """Write a change of `believed...` into the document.
+    """Apply a change of `believed...` to the document.
 
-    What passes through an item of a list, such as believed.cables[0].frame[2], changes the whole list, which is that
-    of the robot where the file does not say it: such changes wait until there is one.
+    A change inside a list item, such as believed.cables[0].frame[2], affects the whole list. Without such a list in the
+    file
+    it is the robot's; therefore these changes are applied later.
     """
     if change.path == (KEY,):
         document.waiting = [each for each in document.waiting if each[0][0] != KEY]
@@ -59,14 +60,18 @@ def change_belief(document: Document, change: Change, problems: Problems) -> Non
 
 
 def believed_document(document: Document, found: Problems) -> Document | None:
-    """Return the same scenario of the believed robot, every value with the place where it stands.
+    """Return the scenario with the nominal robot, with the positions of all values.
 
-    None where the scenario says nothing of one, or nothing that could be laid over its robot; `found` takes what is
-    wrong with it, as of a robot.
+    Args:
+        document: document of the scenario.
+        found: receives the problems of the nominal robot, with paths of the robot.
+
+    Returns:
+        The document, or None if `believed` is missing or invalid.
     """
     given = document.data.get(KEY)
     if given is None:
-        return None  # null is told as any
+        return None  # null is reported elsewhere
     if not isinstance(given, dict):
         keys = ", ".join(RobotSection.model_fields)
         found.add(document.mark((KEY,)), ROBOT, f"a mapping of keys of the robot ({keys}) expected, got {shown(given)}")
@@ -81,7 +86,7 @@ def believed_document(document: Document, found: Problems) -> Document | None:
 
 
 def tell(found: Problems, problems: Problems) -> None:
-    """Move to `problems` what was found of the believed robot and is not wrong with the robot itself."""
+    """Add the problems of the nominal robot to `problems`, except those of the true robot."""
     known = {(each.mark, each.path, each.text) for each in problems.items}
     for each in found.items:
         if (each.mark, each.path, each.text) in known:
@@ -93,7 +98,7 @@ def tell(found: Problems, problems: Problems) -> None:
 
 
 def alone(thought: Iterable[Problem], true: Iterable[Problem]) -> tuple[Problem, ...]:
-    """Return the warnings of the believed robot that are not those of the true one."""
+    """Return the warnings about the nominal robot that do not also apply to the true one."""
     known = {(each.mark, each.text) for each in true}
     return tuple(
         Problem(each.mark, (KEY, *each.path[1:]), each.text)
@@ -103,13 +108,13 @@ def alone(thought: Iterable[Problem], true: Iterable[Problem]) -> tuple[Problem,
 
 
 class _Overlay:
-    """Lays what is believed over the robot: mappings key by key, cables by their names, all else as a whole."""
+    """Merge of `believed` into the robot: mappings by key, cables by name, everything else as a whole."""
 
     def __init__(self, document: Document, twin: Document, found: Problems) -> None:
         self._document, self._twin, self._found = document, twin, found
 
     def lay(self, at: Path, source: Path) -> None:
-        """Lay the value at `source` in the document over that at `at` in the twin."""
+        """Merge the value at `source` in the document into the value at `at` in the twin."""
         given, base = self._document.get(source), self._twin.get(at)
         if isinstance(given, dict) and isinstance(base, dict) and not _another_form(at, given, base):
             for key in given:
@@ -121,7 +126,7 @@ class _Overlay:
             self._twin.transplant(at, self._document, source)
 
     def _matched(self, given: list[Any], base: list[Any], source: Path) -> Iterator[tuple[int, int]]:
-        """Yield the index of each item that is given, and of the cable that it speaks of."""
+        """Yield the index of each given item, and of its cable."""
         names = cable_names(base)
         taken: dict[str, int] = {}
         for item, entry in enumerate(given):
@@ -131,7 +136,7 @@ class _Overlay:
                 continue
             name = entry.get("name")
             if name is None and len(given) == len(base):
-                name = names[item]  # all cables, in their order
+                name = names[item]  # all cables in order
             if name is None:
                 text = f"required but not given: which cable is meant; the robot has {len(base)}, got {len(given)}"
                 self._say((*path, "name"), text)
@@ -150,25 +155,25 @@ class _Overlay:
 
 
 def _another_form(at: Path, given: dict[str, Any], base: dict[str, Any]) -> bool:
-    """Whether a section is said anew: one that holds one of several forms, or is of another type."""
+    """Return True if a section replaces the base: its form or type differs."""
     return at[-1] in WHOLE or given.get("type", base.get("type")) != base.get("type")
 
 
 def cable_names(cables: list[Any]) -> list[str]:
-    """Return the names of cables that need not be right."""
+    """Return the names of cables, which may be invalid."""
     named = (cable.get("name") if isinstance(cable, dict) else None for cable in cables)
     return [str(name or f"cable_{i + 1}") for i, name in enumerate(named)]
 
 
 def _same_robot(document: Document, twin: Document, found: Problems) -> None:
-    """Refuse other cables and other degrees of freedom: what is believed is still this robot."""
+    """Report cables or degrees of freedom that differ from the robot's."""
     free, believed = (each.get((*ROBOT, "dof")) or list(DOF_NAMES) for each in (document, twin))
     if free != believed:
         text = f"must be the robot's, {_value(free)}: what is believed has the same cables and degrees of freedom"
         found.add(twin.mark((*ROBOT, "dof")), (*ROBOT, "dof"), text)
     cables = [each.get(CABLES) for each in (document, twin)]
     if not all(isinstance(each, list) for each in cables):
-        return  # their sections say it
+        return  # reported by their sections
     legs = (*ROBOT, "unilateral")
     if document.get(legs) is not False and twin.get(legs) is False and _commanded(document, cables[0]):
         text = "must be the robot's, true: what is commanded of its ideal cables acts as it is, and they cannot push"
@@ -182,7 +187,7 @@ def _same_robot(document: Document, twin: Document, found: Problems) -> None:
 
 
 def _commanded(document: Document, cables: list[Any]) -> bool:
-    """Whether the tension of some cable is its command."""
+    """Return True if the tension of some cable equals its command."""
     if document.get(("actuators",)) is not None:
         return False
     common = document.get((*ROBOT, "cable", "model")) or COMMANDED
@@ -191,7 +196,7 @@ def _commanded(document: Document, cables: list[Any]) -> bool:
 
 
 def differences(robot: RobotSection, believed: RobotSection) -> list[str]:
-    """Say in a few words each how the believed robot differs from the true one; sections with all names."""
+    """Return short descriptions of the differences; sections must have all names."""
     if believed.frame is not None and robot.frame is None:
         robot = robot.model_copy(update={"frame": FrameSection()})
     true, thought = (each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in (robot, believed))
@@ -227,7 +232,7 @@ def _value(value: Any) -> str:
 
 
 def in_a_line(told: list[str]) -> str:
-    """The first differences, and how many more there are."""
+    """Return the first differences and the number of others."""
     if not told:
         return "the robot as it is"
     more = f"; and {len(told) - MOST} more" if len(told) > MOST else ""
@@ -235,7 +240,7 @@ def in_a_line(told: list[str]) -> str:
 
 
 def unused(robot: RobotSection, believed: RobotSection) -> list[str]:
-    """Return the keys that are believed to be different without any effect."""
+    """Return the keys of `believed` that differ without effect."""
     if believed.frame is not None and robot.frame is None:
         robot = robot.model_copy(update={"frame": FrameSection()})
     keys = []

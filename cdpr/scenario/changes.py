@@ -1,4 +1,4 @@
-"""The options of controller and solver that are in force, and what may change of them while they run."""
+"""Current options of controller and solver, and changes during a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cdpr.scenario.messages import explain
 
 
 class RefusedError(CdprError):
-    """An option that cannot be changed so: `faults` are (path, text), below `key` or `value` of what asked for it."""
+    """Rejected change of an option; `faults` are (path, text), relative to `key` or `value` of the request."""
 
     def __init__(self, key: str, faults: list[tuple[Path, str]]) -> None:
         told = [text if path == ("key",) else f"{key}{dotted(path[1:])}: {text}" for path, text in faults]
@@ -25,10 +25,10 @@ class RefusedError(CdprError):
 
 
 class Options:
-    """Options in force, by role.
+    """Current options by role.
 
     Attributes:
-        values: an instance of the plugin's model each.
+        values: instance of each plugin's options model.
     """
 
     def __init__(self, plugins: Mapping[Role, Registered], values: Mapping[Role, BaseModel], folder: str) -> None:
@@ -40,13 +40,13 @@ class Options:
         return [f"{role}.{name}" for role, entry in self._plugins.items() for name in entry.info.changeable]
 
     def numbers(self) -> dict[str, float]:
-        """Return those that may change and are one number, with their values."""
+        """Return the changeable options that are single numbers, with their values."""
         found = {key: getattr(self.values[self.owner(key)], key.partition(".")[2], None) for key in self.changeable()}
         numbers = {key: value for key, value in found.items() if isinstance(value, int | float)}
         return {key: float(value) for key, value in numbers.items() if not isinstance(value, bool)}
 
     def owner(self, key: str) -> Role:
-        """Return whose option `key` is; RefusedError where it may not change."""
+        """Return the role of the option `key`; raise RefusedError if it may not change."""
         for role, entry in self._plugins.items():
             if key in (f"{role}.{name}" for name in entry.info.changeable):
                 return role
@@ -55,9 +55,11 @@ class Options:
         raise RefusedError(key, [(("key",), f"'{key}' cannot change during a run: {did_you_mean(key, keys)}{may}")])
 
     def change(self, key: str, value: Any) -> None:
-        """Give an option, named as in `controller.kp`, another value.
+        """Set an option, named as in `controller.kp`.
 
-        Raises RefusedError where it may not change, or where its plugin does not take the value.
+        Raises:
+            RefusedError: if it may not change, or the plugin rejects the value.
+            PluginError: if the plugin's model raises another exception.
         """
         role, name = self.owner(key), key.partition(".")[2]
         entry = self._plugins[role]
@@ -72,6 +74,6 @@ class Options:
                 raise RefusedError(key, faults) from None
         except CdprError:
             raise
-        except Exception as error:  # the model is foreign code
+        except Exception as error:  # the model is third-party code
             title = f"the options of {role} '{entry.info.name}'"
             raise PluginError(f"{title} cannot be checked: {one_line(error)}") from error

@@ -1,4 +1,4 @@
-"""What a model says of one of its keys: unit, allowed keys, size; read from its JSON Schema."""
+"""Description of a model's keys from its JSON Schema: unit, allowed keys and size."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from pydantic import BaseModel
 
 from cdpr.problems import Path
 
-DEEP = 4  # sections below one another in which a misplaced key is looked for
+DEEP = 4  # levels of sections in which a misplaced key is searched
 
 
 @dataclass(frozen=True)
 class Place:
-    """One key of a model."""
+    """Description of one key of a model."""
 
     unit: str = ""
     description: str = ""
-    keys: tuple[str, ...] = ()  # what a mapping here may hold
-    size: int | None = None  # what a list here must hold
-    item: str = ""  # what the list is made of
-    types: tuple[str, ...] = ()  # where the key `type` decides between several forms: its values
+    keys: tuple[str, ...] = ()  # allowed keys of a mapping
+    size: int | None = None  # required length of a list
+    item: str = ""  # kind of the list's items
+    types: tuple[str, ...] = ()  # allowed values of `type`, if it selects one of several forms
 
 
 @lru_cache(maxsize=64)
 def json_schema(model: type[BaseModel]) -> dict[str, Any]:
-    """Return the model's JSON Schema; an empty one where a plugin's model has none."""
+    """Return the model's JSON Schema, or an empty one if a plugin's model has none."""
     try:
         return model.model_json_schema(by_alias=True)
-    except Exception:  # foreign models may hold types that JSON Schema cannot express
+    except Exception:  # third-party models may have types that JSON Schema does not support
         return {}
 
 
 def look(model: type[BaseModel], path: Path, data: Any) -> Place:
-    """Return what `model` says of `path`; `data`, what was validated, decides between forms of a union."""
+    """Return the description of `path` in `model`; the validated `data` select forms of unions."""
     _, nodes = _at(model, path, data)
     return Place(
         unit=next((node["unit"] for node in nodes if "unit" in node), ""),
@@ -48,7 +48,7 @@ def look(model: type[BaseModel], path: Path, data: Any) -> Place:
 
 
 def below(model: type[BaseModel], path: Path, data: Any, key: str) -> list[Path]:
-    """Return where in the sections under `path` a key of this name stands: the least deep places, from `path` on."""
+    """Return the places of keys of this name in the sections below `path`, relative to it, at the least depth."""
     root, nodes = _at(model, path, data)
     level: list[tuple[Path, dict[str, Any]]] = [((), node) for node in nodes]
     for _ in range(DEEP):
@@ -64,7 +64,7 @@ def below(model: type[BaseModel], path: Path, data: Any, key: str) -> list[Path]
 
 
 def _at(model: type[BaseModel], path: Path, data: Any) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """The model's schema, and in it the forms of what stands at `path`."""
+    """Return the model's schema, and the forms of the value at `path` in it."""
     root = json_schema(model)
     nodes = _forms(root, root, data)
     for part in path:
@@ -80,7 +80,7 @@ def _holds(data: Any, part: str | int) -> bool:
 
 
 def _forms(node: dict[str, Any], root: dict[str, Any], data: Any) -> list[dict[str, Any]]:
-    """Resolve references and unions; what is said beside them holds for every form."""
+    """Return the schemas after resolving references and unions; adjacent keys apply to all forms."""
     beside = {key: value for key, value in node.items() if key in ("unit", "description")}
     if "$ref" in node:
         target = root.get("$defs", {}).get(node["$ref"].rpartition("/")[2], {})
@@ -103,7 +103,7 @@ def _type_of(form: dict[str, Any]) -> Any:
 
 def _children(node: dict[str, Any], part: str | int) -> list[dict[str, Any]]:
     if isinstance(part, str):
-        named = [node.get("additionalProperties"), *node.get("patternProperties", {}).values()]  # by names of one's own
+        named = [node.get("additionalProperties"), *node.get("patternProperties", {}).values()]  # user-defined keys
         child = node.get("properties", {}).get(part) or next((each for each in named if isinstance(each, dict)), None)
     else:
         items = node.get("prefixItems", [])

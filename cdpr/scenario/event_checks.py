@@ -1,4 +1,4 @@
-"""Events that can happen: to cables that there are, in an order that makes sense."""
+"""Validation of events: existing cables, and a consistent order."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Places = list[tuple[int, ScenarioEvent]]  # with the index in the file
 
 
 class EventChecks(Checks):
-    """Checks the events that are right by themselves; `options` are those of the plugins where they are known."""
+    """Checks of the events that are valid on their own; `options` are those of the plugins, if known."""
 
     def __init__(self, document: Document, problems: Problems, options: Options | None = None) -> None:
         super().__init__(document, problems)
@@ -39,10 +39,11 @@ class EventChecks(Checks):
     def run(
         self, given: Sequence[ScenarioEvent] | None = None, new: ScenarioEvent | None = None
     ) -> list[ScenarioEvent]:
-        """Report everything that is wrong; return the events with what their files hold, those that are right.
+        """Report all problems; return the valid events with their files loaded.
 
-        They are the document's unless others are `given`; where one of them is `new`, what each is by itself is known
-        of the others.
+        Args:
+            given: events to check; defaults to those of the document.
+            new: the only one of them that has not been checked on its own.
         """
         events = self._read() if given is None else list(enumerate(given))
         if not events:
@@ -57,7 +58,7 @@ class EventChecks(Checks):
         cables = list(self.cables(("robot",)))
         given = self.document.get(("robot", "cables"))
         if not isinstance(given, list) or len(cables) != len(given):
-            return [event for _, event in events]  # names and limits are not known
+            return [event for _, event in events]  # names and limits are unknown
         names = [cable_name(cable, i) for i, cable in cables]
         known = [(i, event.named(names)) for i, event in events if self._cable_exists(i, event, names)]
         known.sort(key=lambda place: place[1].time)
@@ -135,11 +136,11 @@ class EventChecks(Checks):
 
 
 def _thin(cable: CableSection) -> bool:
-    """Whether a cable has no diameter of its own."""
+    """Return True if a cable has no diameter of its own."""
     return getattr(cable, DIAMETER.key) is None
 
 
 def beyond(events: Sequence[ScenarioEvent], simulation: Simulation) -> list[int]:
-    """Return the indices of the events that lie beyond the last sample."""
+    """Return the indices of the events after the last sample."""
     step = simulation.control_step
     return [i for i, event in enumerate(events) if first_sample(event.time, step) > simulation.steps]

@@ -1,4 +1,4 @@
-"""The examples that come with cdpr: scenarios, robots, studies and designs that a bare name finds, installed or not."""
+"""Examples that come with cdpr (scenarios, robots, studies and designs), found by their bare names."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ Kind = Literal["scenario", "robot", "study", "design"]
 PLACES: dict[Kind, str] = {
     "scenario": "*.yaml",
     "robot": "robots/*.yaml",
-    "study": "studies/[!d]*.yaml",  # those of designs begin with the word
+    "study": "studies/[!d]*.yaml",  # designs have the prefix design_
     "design": "studies/design_*.yaml",
 }
-USES: dict[Kind, str] = {  # what a command says that was given a name of another kind
+USES: dict[Kind, str] = {  # hint if a command gets an example of another kind
     "scenario": "'cdpr run {name}' runs it",
     "robot": "'cdpr info {name}' describes it",
     "study": "'cdpr study {name}' runs it",
@@ -34,19 +34,19 @@ USES: dict[Kind, str] = {  # what a command says that was given a name of anothe
 
 @dataclass(frozen=True)
 class Example:
-    """One file that comes with cdpr."""
+    """Example file."""
 
     kind: Kind
     path: Path
 
     @property
     def name(self) -> str:
-        """What finds it."""
+        """Name by which it is found."""
         return self.path.stem
 
     @property
     def shows(self) -> str:
-        """The first sentence of the comment that it begins with."""
+        """First sentence of the comment at its start."""
         lines = []
         for line in self.path.read_text(encoding="utf-8").splitlines():
             if not line.startswith("#"):
@@ -56,24 +56,24 @@ class Example:
 
 
 def folder() -> Path:
-    """Return where the examples are: in the package of an installation, beside it in a checkout."""
+    """Return the folder of the examples: in the package if installed, beside it in a checkout."""
     package = Path(__file__).parent.parent
     installed = package / "examples"
     return installed if installed.is_dir() else package.parent / "scenarios"
 
 
 def examples() -> list[Example]:
-    """Return all examples, scenarios first, each kind by name."""
+    """Return all examples, scenarios first, each kind sorted by name."""
     return [Example(kind, path) for kind, files in PLACES.items() for path in sorted(folder().glob(files))]
 
 
 def find(name: str, kind: Kind | None) -> Example | None:
-    """Return the example of that name, a scenario before a robot where any kind will do."""
+    """Return the example of this name; without a kind, scenarios come before robots."""
     return next((one for one in examples() if one.name == name and kind in (None, one.kind)), None)
 
 
 def resolve(path: str, kind: Kind | None) -> str:
-    """Return the file that is meant: the one of that path, or else, where that is a bare name, the example."""
+    """Return `path` if it is a file, otherwise the path of the example of this name."""
     if os.path.exists(path) and not os.path.isdir(path):
         return path
     example = find(path, kind)
@@ -81,18 +81,18 @@ def resolve(path: str, kind: Kind | None) -> str:
 
 
 def beside(folder: str, name: str, kind: Kind) -> str:
-    """Return the file that another file in `folder` names: one relative to it or, of a bare name, the example."""
+    """Return the path of a file referenced in `folder`: relative to it or, for a bare name, an example."""
     path = os.path.join(folder, name)
     example = None if os.path.exists(path) else find(name, kind)
     return path if example is None else str(example.path)
 
 
 def hint(path: str, kind: Kind | None) -> str:
-    """Return what to say of a file that does not exist, where an example may have been meant; it may be empty."""
+    """Return a hint on a missing file if an example may be meant, else ""."""
     name = Path(path).stem
     if find(name, kind) is not None:
         return f"; cdpr comes with an example '{name}': give that name alone"
-    if path != name:  # no bare name
+    if path != name:  # not a bare name
         return ""
     if (other := find(name, None)) is not None:
         use = USES[other.kind].format(name=name)
@@ -102,9 +102,11 @@ def hint(path: str, kind: Kind | None) -> str:
 
 
 def copy(name: str, to: Path) -> list[Path]:
-    """Copy an example with the files that it names into a folder, as they lie to each other; return all copies.
+    """Copy an example with its referenced files into a folder, preserving relative paths; return all copies.
 
-    Raises CdprError where there is no such example, OutputError where a file is there already or cannot be written.
+    Raises:
+        CdprError: if the example does not exist.
+        OutputError: if a file exists or cannot be written.
     """
     example = find(name, None)
     if example is None:
@@ -122,7 +124,7 @@ def copy(name: str, to: Path) -> list[Path]:
             create(target, path.read_bytes())
             written.append(target)
     except OSError as error:
-        for copied in written:  # a part of an example is of no use
+        for copied in written:  # a partial example is useless
             with contextlib.suppress(OSError):
                 copied.unlink()
         raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from error
@@ -130,13 +132,13 @@ def copy(name: str, to: Path) -> list[Path]:
 
 
 def _needed(path: Path, found: list[Path]) -> list[Path]:
-    """Return a file and all that it names, each once, in the order in which they are named."""
+    """Return a file and all files it references, each once, in order of reference."""
     if path not in found:
         found.append(path)
         if path.suffix != ".yaml":
             return found
         for text in _texts(yaml.safe_load(path.read_text(encoding="utf-8"))):
-            for start in (path.parent, folder()):  # a study's values start at its scenario
+            for start in (path.parent, folder()):  # values of a study are relative to its scenario
                 other = Path(os.path.normpath(start / text))
                 if other.suffix and other.is_file():
                     _needed(other, found)
@@ -144,7 +146,7 @@ def _needed(path: Path, found: list[Path]) -> list[Path]:
 
 
 def _texts(data: Any) -> Iterator[str]:
-    """Yield all texts among the values."""
+    """Yield all text values."""
     if isinstance(data, dict):
         data = list(data.values())
     for item in data if isinstance(data, list) else [data]:

@@ -1,4 +1,4 @@
-"""Reading a file that a user named: regular files only, never more than a scenario can need."""
+"""Reading of user files: regular files only, up to a size limit."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import time
 from cdpr.nearest import did_you_mean
 
 MAX_BYTES = 256 * 1024
-SECONDS = 10.0  # of CPU time that reading a file may take
-CHUNK = 2**18  # bytes: a read of the whole limit at once would take as much memory for a small file
+SECONDS = 10.0  # default limit of CPU time
+CHUNK = 2**18  # bytes: reading the whole limit at once would allocate it even for small files
 
 
 class UnreadableError(Exception):
-    """A file cannot be read; the text says why and goes after the place that named it."""
+    """Unreadable file; the message follows the position of the reference."""
 
 
 class CpuBudget:
-    """CPU time of this thread that loading one file may take, from reading it to using it."""
+    """Limit of the CPU time of this thread for loading one file, from reading to use."""
 
     def __init__(
         self, path: str = "", remedy: str = "simplify it", spent: float = 0.0, seconds: float = SECONDS
@@ -26,10 +26,10 @@ class CpuBudget:
         """Start the clock.
 
         Args:
-            path: of the file; empty where the caller names it.
-            remedy: advice for the user where the time is used up.
+            path: the file; empty if the caller names it.
+            remedy: advice for the user if the limit is exceeded.
             spent: CPU time of earlier parts, s.
-            seconds: CPU time of all parts together, s.
+            seconds: limit for all parts together, s.
         """
         self._seconds = seconds
         self._name, self._remedy = f"'{path}': " if path else "", remedy
@@ -41,23 +41,30 @@ class CpuBudget:
         return time.thread_time() - self._start
 
     def check(self) -> None:
-        """Raise UnreadableError where it is used up."""
+        """Raise UnreadableError if the limit is exceeded."""
         if self.spent > self._seconds:
             text = f"reading it takes more than {self._seconds:g} s of CPU time: {self._remedy}"
             raise UnreadableError(f"{self._name}{text}")
 
 
 def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml", ".yml")) -> bytes:
-    """Return the bytes of a regular file, one more than `limit` at most; `UnreadableError` otherwise.
+    """Return the content of a regular file, at most `limit` + 1 bytes.
 
-    Where there is no such file, the error suggests others with these `endings`.
-    A FIFO or a device is never opened: opening one may block for ever or do something.
+    FIFOs and devices are never opened, because opening may block or have side effects.
+
+    Args:
+        path: the file.
+        limit: largest allowed size, bytes.
+        endings: file name endings of suggestions if the file does not exist.
+
+    Raises:
+        UnreadableError: if it cannot be read.
     """
     try:
         _refuse_special(os.stat(path), path)
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
         with open(descriptor, "rb") as file:
-            _refuse_special(os.fstat(descriptor), path)  # it may have been replaced since
+            _refuse_special(os.fstat(descriptor), path)  # it may have been replaced in the meantime
             parts, left = list[bytes](), limit + 1
             while left and (part := file.read(min(left, CHUNK))):
                 parts.append(part)
@@ -67,15 +74,15 @@ def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml",
         if os.path.islink(path):
             raise UnreadableError(f"'{path}' is a link to '{os.readlink(path)}', which is not there") from None
         raise UnreadableError(f"there is no file '{path}'{_suggestion(path, endings)}") from None
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+    except (OSError, ValueError) as error:  # ValueError: NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
         raise UnreadableError(f"cannot read '{path}': {reason}") from None
 
 
 def seen_from(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> str:
-    """Return the name of a file as seen from a folder.
+    """Return the name of a file relative to a folder.
 
-    Links to folders are followed before: `..` leads upwards from where a link leads, not from where it stands.
+    Symbolic links to folders are resolved first, because `..` refers to the parent of the link's target.
     """
     above, name = os.path.split(path)
     return os.path.relpath(os.path.join(os.path.realpath(above), name), os.path.realpath(folder))
@@ -89,7 +96,7 @@ def _refuse_special(status: os.stat_result, path: str) -> None:
 
 
 def _suggestion(path: str, endings: tuple[str, ...]) -> str:
-    """Name the nearest file of the same folder, or say that the folder is missing."""
+    """Return a hint with the most similar file in the folder, or that the folder is missing."""
     folder, name = os.path.split(path)
     try:
         names = [entry for entry in os.listdir(folder or ".") if entry.endswith(endings)]

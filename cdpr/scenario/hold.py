@@ -1,4 +1,4 @@
-"""Whether cables can hold a platform at a pose: quick tests, right where they say that they can, or cannot."""
+"""Static feasibility of a pose: fast sufficient tests whether the cables can, or cannot, support the platform."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 
-# Of the largest singular value: below it the cables leave a motion of the platform as good as free.
+# Relative to the largest singular value: below this, a motion is practically uncontrolled.
 REGULAR = 1e-3
-MARGIN = 1e-3  # of the range of tensions, by which they are pushed within their limits
-STARTS = 8  # equal tensions between lowest and highest that are begun with
-PROJECTIONS = 100  # of each, by turns onto the limits and onto the tensions that hold the weight
-STEPS, LOOK = 2000, 20  # of a search, and how often it is looked at
-NEAR = 0.999  # share of what is left that is proved, at which a search ends
-ROUND_OFF = 1e-9  # of the weight
+MARGIN = 1e-3  # relative to the tension range; distance to the limits after projection
+STARTS = 8  # initial guesses: equal tensions between the limits
+PROJECTIONS = 100  # per initial guess, alternately onto the limits and onto the tensions that balance the weight
+STEPS, LOOK = 2000, 20  # largest number of iterations, and iterations between convergence checks
+NEAR = 0.999  # proved fraction of the residual at which the search ends
+ROUND_OFF = 1e-9  # relative to the weight
 
 
 def wrench_matrix(robot: Robot, position: Array, attitude: Array) -> Array:
-    """Rows of W that belong to the degrees of freedom, (n, m), for cables that leave the frame at their anchors.
+    """Return the rows (n, m) of the wrench matrix W of the degrees of freedom, for cables that leave at their anchors.
 
     Moments are divided by the characteristic length.
     """
@@ -33,7 +33,7 @@ def wrench_matrix(robot: Robot, position: Array, attitude: Array) -> Array:
 
 
 def weight(robot: Robot, attitude: Array, gravity: Array) -> Array:
-    """What the cables must exert against gravity, (n,), in the rows of `wrench_matrix`."""
+    """Return the wrench (n,) that balances gravity, in the rows of `wrench_matrix`."""
     force = -robot.platform.mass * gravity
     lever = rotations.matrix(attitude) @ robot.platform.center_of_mass
     wrench = np.concatenate([force, np.cross(lever, force) / robot.characteristic_length])
@@ -41,13 +41,13 @@ def weight(robot: Robot, attitude: Array, gravity: Array) -> Array:
 
 
 def regular(W: Array) -> bool:
-    """Whether no motion is left free."""
+    """Return True if W has full rank and is well-conditioned."""
     values = np.linalg.svd(W, compute_uv=False)
     return bool(W.shape[1] >= W.shape[0] and values[-1] > REGULAR * values[0])
 
 
 def holds(robot: Robot, position: Array, attitude: Array, gravity: Array) -> bool:
-    """Whether tensions within the limits hold the weight, looked for by alternating projections from equal ones."""
+    """Return True if tensions within the limits that balance the weight were found, by alternating projections."""
     W, wanted = wrench_matrix(robot, position, attitude), weight(robot, attitude, gravity)
     if not regular(W):
         return False
@@ -63,7 +63,7 @@ def holds(robot: Robot, position: Array, attitude: Array, gravity: Array) -> boo
 
 
 def held(robot: Robot, positions: Array, attitude: Array, gravity: Array) -> NDArray[np.bool_]:
-    """Return whether `holds` at each of many positions (K, 3), m, with one attitude: (K,), for all at once."""
+    """Return the result (K,) of `holds` at positions (K, 3), m, with one attitude, computed together."""
     matrices = np.array([wrench_matrix(robot, position, attitude) for position in positions])
     wanted = weight(robot, attitude, gravity)[:, None]
     sizes = np.linalg.svd(matrices, compute_uv=False)
@@ -84,11 +84,13 @@ def held(robot: Robot, positions: Array, attitude: Array, gravity: Array) -> NDA
 
 
 def unheld(robot: Robot, position: Array, attitude: Array, gravity: Array) -> float:
-    """Return how much of the weight tensions within the limits leave at least, N (moments as in `wrench_matrix`).
+    """Return a lower bound of the unbalanced weight for tensions within the limits, N (moments as in `wrench_matrix`).
 
-    The nearest wrench is looked for by accelerated projected gradients (Beck and Teboulle 2009). What is left of the
-    weight then is a direction y in which no tensions t within the limits pull enough: max y.W t over them, the sum of
-    what each cable can do, is less than y.w. That is proved however near the search has come; else 0 is returned.
+    Accelerated projected gradients (Beck and Teboulle 2009) search the nearest wrench. The residual y of the weight w
+    proves
+    the bound: no tensions t within the limits have y.W t larger than the sum of the cables' maxima. If that sum is less
+    than
+    y.w, the difference over |y| remains. The proof does not depend on convergence. 0 means that nothing was proved.
     """
     W, wanted = wrench_matrix(robot, position, attitude), weight(robot, attitude, gravity)
     low, high = robot.tension_min, robot.tension_max
@@ -112,9 +114,7 @@ def unheld(robot: Robot, position: Array, attitude: Array, gravity: Array) -> fl
 
 
 def pulls_against_itself(robot: Robot, position: Array, attitude: Array) -> bool:
-    """Whether the cables hold the platform against wrenches from all sides (wrench closure), by the tensions nearest
-    to equal ones that exert nothing.
-    """
+    """Return True if the pose has wrench closure, judged by the null-space tensions nearest to equal ones."""
     W = wrench_matrix(robot, position, attitude)
     equal = np.ones(robot.m)
     return regular(W) and bool(np.all(equal - np.linalg.pinv(W) @ (W @ equal) > REGULAR))

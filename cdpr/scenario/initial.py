@@ -1,4 +1,4 @@
-"""Where a run begins."""
+"""Initial state of a run."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Initial(Section):
     angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
 
     def state(self) -> Array:
-        """Return the state (13,), laid out as `cdpr.model` says."""
+        """Return the state (13,), in the layout of `cdpr.model`."""
         return np.concatenate([self.position, self.orientation.quaternion(), self.velocity, self.angular_velocity])
 
     def of_tool(self, tool: Array) -> Self:
-        """Return what is said here of the origin as it is of a tool at (3,), m, platform axes."""
+        """Return the initial state of a tool at (3,), m, platform axes, instead of the origin."""
         reach = matrix(self.orientation.quaternion()) @ tool
         position = np.array(self.position) + reach
         velocity = np.array(self.velocity) + np.cross(self.angular_velocity, reach)

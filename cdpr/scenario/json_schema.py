@@ -1,8 +1,8 @@
 """JSON Schemas (draft 2020-12) of scenario and robot files, for editors.
 
-They are looser than the loader: what only several keys together show is left to `cdpr validate`. Names of
-plugins are examples, so that a plugin which is not installed here is no error in the editor; of the installed
-ones the options are known.
+They are less strict than the loader: checks across keys are left to `cdpr validate`. Names of plugins are only
+examples,
+so that a plugin that is not installed is not an error in the editor. Options of installed plugins are included.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ def robot_schema() -> Schema:
 
 
 def scenario_schema(plugins: Registry | None = None) -> Schema:
-    """Return the schema of scenario files, with the options of `plugins`, the installed ones unless given."""
+    """Return the schema of scenario files, with the options of `plugins` (default: the installed ones)."""
     plugins = plugins or registry()
     schema = _tidy(ScenarioSection.model_json_schema(), without_null=True)
     definitions, sections = schema["$defs"], schema["properties"]
     for needed, key in ((schema["required"], "initial"), (definitions["Initial"]["required"], "position")):
-        needed.remove(key)  # the robot's home may say it
+        needed.remove(key)  # the robot's home may define it
     robot = sections["robot"]
     sections["robot"] = {
         "description": robot.pop("description"),
@@ -57,9 +57,9 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
 
 
 def _in_part(node: Any, definitions: Schema) -> Any:
-    """Return a schema of which no key is needed; what it refers to is put under `definitions` as such a one, too.
+    """Return a schema without required keys; referenced definitions are added in the same form.
 
-    Sections that hold one of several forms are whole as ever.
+    Sections with one of several forms keep their required keys.
     """
     if isinstance(node, list):
         return [_in_part(item, definitions) for item in node]
@@ -76,7 +76,7 @@ def _in_part(node: Any, definitions: Schema) -> Any:
 
 
 def _plugin_section(role: Role, core: Schema, plugins: Registry, definitions: Schema) -> Schema:
-    """Return a section whose further keys depend on `type`; those of an unknown type are not judged."""
+    """Return a section whose other keys depend on `type`; those of an unknown type are not checked."""
     names = plugins.names(role)
     keys = {key: core["properties"][key] for key in CORE_KEYS[role]}
     keys["type"] = {**keys["type"], "examples": names}
@@ -93,11 +93,11 @@ def _plugin_section(role: Role, core: Schema, plugins: Registry, definitions: Sc
 
 
 def _options(role: Role, name: str, plugins: Registry, definitions: Schema) -> Schema:
-    """Return the schema of a plugin's options, its definitions moved to ours under names of their own."""
+    """Return the schema of a plugin's options, with its definitions moved to `definitions` under unique names."""
     model = plugins.get(role, name).info.options
     try:
         schema = model.model_json_schema(ref_template=f"#/$defs/{role}.{name}.{{model}}")
-    except Exception:  # foreign models may hold types that JSON Schema cannot express
+    except Exception:  # third-party models may have types that JSON Schema does not support
         return {"type": "object"}
     for key, definition in schema.pop("$defs", {}).items():
         definitions[f"{role}.{name}.{key}"] = _tidy(definition, without_null=False)
@@ -106,7 +106,7 @@ def _options(role: Role, name: str, plugins: Registry, definitions: Schema) -> S
 
 
 def _tidy(node: Any, *, without_null: bool) -> Any:
-    """Drop generated titles, put units into descriptions, and leave out null where the loader refuses it."""
+    """Return a schema without generated titles and forbidden nulls, and with units in descriptions."""
     if isinstance(node, list):
         return [_tidy(item, without_null=without_null) for item in node]
     if not isinstance(node, dict):

@@ -1,4 +1,4 @@
-"""From files to checked scenarios and robots, with every problem of every phase in one error."""
+"""Loading of scenario and robot files, with the problems of all phases in one error."""
 
 from __future__ import annotations
 
@@ -32,18 +32,27 @@ def load_scenario(
     plugins: Registry | None = None,
     before: Scenario | None = None,
 ) -> Scenario:
-    """Load and check a scenario.
+    """Load and validate a scenario.
 
-    `overrides` maps dotted keys to values ({"robot.cables[0].frame[2]": 3.5}) or lists texts as typed after
-    `--set` ("simulation.duration=2"). `backend`, `solver` and `controller` choose plugins; where that changes
-    the type of the solver or controller, the file's options of the old one are left out, listed in
-    `Scenario.unused`, and reported in `Scenario.notes` and as the warning OptionsLeftOut. With `text`, that is read
-    in place of the file; `path` then only names it in messages, and its folder is where relative file names start.
-    `files` are texts that are read in place of robot files that it names, by their absolute paths.
-    `plugins` are the installed ones unless given. What a scenario `before` of the same file, loaded with the same
-    plugins, says too has passed the checks and is taken from there.
+    Args:
+        path: scenario file, or name of an example. With `text`, it is used only in messages and as the base of relative
+            file names.
+        text: YAML that is read instead of the file.
+        files: texts that are read instead of referenced robot files, by absolute path.
+        overrides: mapping of dotted keys to values ({"robot.cables[0].frame[2]": 3.5}), or list of texts as after
+            `--set`
+            ("simulation.duration=2").
+        backend: name of the backend plugin.
+        solver: name of the tension solver plugin. If it differs from the file's, the file's options of the old solver
+            are
+            dropped, listed in `Scenario.unused`, and reported in `Scenario.notes` and by the warning OptionsLeftOut.
+        controller: name of the controller plugin; as for `solver`.
+        plugins: available plugins; the installed ones by default.
+        before: scenario of the same file and plugins; sections that are equal are not validated again.
 
-    Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
+    Raises:
+        ScenarioError: with all problems.
+        PluginError: if all problems are missing plugins.
     """
     problems = Problems()
     document = open_document(file_name(path), "scenario", problems, text=text)
@@ -53,13 +62,13 @@ def load_scenario(
 
 
 def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrides: Overrides = ()) -> Robot:
-    """Load and check a robot file; arguments and errors as for `load_scenario`."""
+    """Load and validate a robot file; arguments and errors are those of `load_scenario`."""
     problems = Problems()
     return _robot(open_document(file_name(path), "robot", problems, text=text), overrides, problems)
 
 
 def file_name(path: object) -> str:
-    """Return the name of a file; ScenarioError where it is none."""
+    """Return a file name; raise ScenarioError if `path` is not one."""
     if isinstance(path, (str, os.PathLike)):
         return os.fspath(path)
     text = f"a file name is expected, not {type(path).__name__}: content goes into `text`, as YAML; see load_scenario"
@@ -74,9 +83,9 @@ def load_any(
     notes: list[str] | None = None,
     warnings: list[Problem] | None = None,
 ) -> Scenario | Robot:
-    """Load and check a file that may be a scenario or a robot.
+    """Load and validate a file that is a scenario or a robot.
 
-    `notes` takes what `Scenario.notes` holds, and `warnings` what `Scenario.warnings` does.
+    `notes` receives `Scenario.notes`, and `warnings` receives `Scenario.warnings`.
     """
     problems = Problems()
     document = open_document(file_name(path), None, problems)

@@ -1,4 +1,4 @@
-"""The sections of a robot file that say what it looks like, and where its base stands."""
+"""Sections of a robot file on appearance, obstacles and the pose of its base."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from cdpr.scenario.mesh import ENDINGS, box_around, hull_of
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
-# Pairs of corners that differ in one coordinate; those that differ in z are the posts.
+# Pairs of corners that differ in one coordinate; posts differ in z.
 EDGES = [(i, j) for i in range(8) for j in range(i + 1, 8) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 1.0]
 POSTS = [(i, j) for i, j in EDGES if CORNERS[i, 2] != CORNERS[j, 2]]
 
 
 class CylinderSection(Section):
-    """A cylinder along the platform's z."""
+    """Cylinder along z."""
 
     radius: Positive = Field(description="radius", json_schema_extra=unit("m"))
     height: Positive = Field(description="height, half of it above the platform's origin", json_schema_extra=unit("m"))
 
 
 class ShapeSection(Section):
-    """What the platform looks like; it has no effect on the motion."""
+    """Shape of the platform, for drawing; it has no effect on the motion."""
 
     box: tuple[Positive, Positive, Positive] | None = Field(
         None,
@@ -56,11 +56,15 @@ class ShapeSection(Section):
 
     @property
     def given(self) -> Any:
-        """The form that is given."""
+        """The given form."""
         return next((value for value in dict(self).values() if value is not None), None)
 
     def build(self, folder: str) -> Shape:
-        """Return the shape of the model. Raises UnreadableError where a mesh in `folder` cannot be read."""
+        """Return the shape.
+
+        Raises:
+            UnreadableError: if a mesh in `folder` cannot be read.
+        """
         if self.box is not None:
             return Box(self.box)
         if self.sphere is not None:
@@ -72,7 +76,7 @@ class ShapeSection(Section):
 
 
 class ObstacleSection(Section):
-    """Something that cables should not touch: workspaces and runs look at it; it does not act on the platform."""
+    """Obstacle that cables should not touch: workspaces and runs check it; it has no effect on the motion."""
 
     name: str | None = Field(None, min_length=1, description="name; obstacle 1, obstacle 2, ... unless said")
     box: tuple[Positive, Positive, Positive] | None = Field(
@@ -99,7 +103,11 @@ class ObstacleSection(Section):
         return self
 
     def build(self, number: int, folder: str) -> Obstacle:
-        """Return the obstacle, the `number`-th from 1. Raises UnreadableError as `ShapeSection.build` does."""
+        """Return the obstacle, the `number`-th starting at 1.
+
+        Raises:
+            UnreadableError: if a mesh in `folder` cannot be read.
+        """
         shape: Shape | Hull
         if self.box is not None:
             shape = Box(self.box)
@@ -115,7 +123,7 @@ class ObstacleSection(Section):
 
 
 class FrameSection(Section):
-    """The frame, from whose base the anchors A_i and the home pose are given; its outline is for drawing only."""
+    """Frame: pose of the base, to which the anchors A_i and the home pose refer, and its outline for drawing."""
 
     position: Position = Field(
         ZERO,
@@ -145,35 +153,35 @@ class FrameSection(Section):
 
     @property
     def attitude(self) -> Array:
-        """The base's attitude as quaternion w, x, y, z, (4,)."""
+        """Attitude of the base as quaternion w, x, y, z, (4,)."""
         return self.orientation.quaternion()
 
     @property
     def moved(self) -> bool:
-        """Whether the base is elsewhere than the world's origin."""
-        if self.orientation is UPRIGHT:  # unless said: each cable asks
+        """True if the base does not coincide with the world frame."""
+        if self.orientation is UPRIGHT:  # default value; checked first, because each cable calls this
             return self.position != ZERO
         return self.position != ZERO or self.attitude.tolist() != [1.0, 0.0, 0.0, 0.0]
 
     def placed(self, points: Any) -> Array:
-        """Return points (..., 3) that are given from the base, m, in the world."""
+        """Return points (..., 3), m, from base to world coordinates."""
         here = np.array(points, dtype=np.float64)
         if not self.moved:
             return here
         R = rotations.matrix(self.attitude)
-        turned = [here[..., j, None] * R[:, j] for j in range(3)]  # no matmul: its last bit depends on the machine
+        turned = [here[..., j, None] * R[:, j] for j in range(3)]  # no matmul: its rounding depends on the machine
         return turned[0] + turned[1] + turned[2] + self.position
 
     def turned(self, attitude: Array) -> Array:
-        """Return an attitude (4,) that is given from the base, in the world."""
+        """Return an attitude (4,) relative to the base, in the world."""
         return rotations.multiply(self.attitude, attitude) if self.moved else attitude
 
     def leaving(self, exit_: Exit | None) -> Exit | None:
-        """Return an exit that is given in the axes of the base, in those of the world."""
+        """Return an exit in base axes, in world axes."""
         return exit_.turned(rotations.matrix(self.attitude)) if exit_ and self.moved else exit_
 
     def build(self, anchors: Array) -> Frame:
-        """Return the frame of the model, around anchors (m, 3) given from its base."""
+        """Return the frame around anchors (m, 3), relative to the base."""
         low, high = anchors.min(axis=0), anchors.max(axis=0)
         low[2], high[2] = min(low[2], 0.0), max(high[2], 0.0)
         low = low if self.lower is None else np.array(self.lower)

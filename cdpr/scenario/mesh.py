@@ -1,4 +1,4 @@
-"""Meshes of triangles in files, STL or Wavefront OBJ: the box around them, and their convex hull."""
+"""Triangle meshes in STL or Wavefront OBJ files: bounding box and convex hull."""
 
 from __future__ import annotations
 
@@ -18,42 +18,44 @@ MAX_BYTES = 32 * 2**20  # half a million triangles in STL
 Point = tuple[float, float, float]
 Corners = tuple[Point, Point]
 
-# Binary STL: 80 bytes of comment, the number of triangles, and of each normal, three corners and two bytes more.
+# Binary STL: 80 bytes of comment, number of triangles; per triangle the normal, three corners and two more bytes.
 HEAD = 84
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
 
 EACH = 10_000  # lines between two checks of the CPU time
-BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # some editors put it before text
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # some editors write it at the start of a text
 
 
 def box_around(path: str) -> Corners:
-    """Return the lower and the upper corner, m, of the box around a mesh, whose numbers are metres.
+    """Return the lower and upper corner, m, of a mesh's bounding box.
 
-    Raises UnreadableError, which says what is wrong with the file.
+    Raises:
+        UnreadableError: if the file is invalid.
     """
     return _box(path, _stamp(path))
 
 
 def hull_of(path: str) -> tuple[tuple[Point, ...], float]:
-    """Return the corners, m, of the convex hull of a mesh, and how deep within it others of the mesh are, m.
+    """Return the corners of the convex hull of a mesh, m, and the largest depth of its other corners inside, m.
 
-    Raises UnreadableError likewise, and where there is no such hull, or one of too many corners.
+    Raises:
+        UnreadableError: if the file is invalid, or its hull is degenerate or too complex.
     """
     return _hull(path, _stamp(path))
 
 
 def _stamp(path: str) -> tuple[int, int]:
-    """When a file was changed, and its size."""
+    """Return the modification time and the size of a file, as cache key."""
     if not path.lower().endswith(ENDINGS):
         raise UnreadableError(f"'{path}': a mesh is expected in a file that ends with {' or '.join(ENDINGS)}")
     try:
         status = os.stat(path)
         return status.st_mtime_ns, status.st_size
     except (OSError, ValueError):
-        return 0, 0  # reading says why
+        return 0, 0  # reading reports the reason
 
 
-@lru_cache(maxsize=64)  # each case of a study asks for it
+@lru_cache(maxsize=64)  # each case of a study calls it
 def _box(path: str, stamp: tuple[int, int]) -> Corners:
     corners = _corners(path, CpuBudget(path))
     x, y, z = corners.min(axis=0).tolist()
@@ -73,7 +75,7 @@ def _hull(path: str, stamp: tuple[int, int]) -> tuple[tuple[Point, ...], float]:
 
 
 def _corners(path: str, budget: CpuBudget) -> Array:
-    """All corners (k, 3) in a file, m."""
+    """Return all corners (k, 3) in a file, m."""
     content = read(path, MAX_BYTES, ENDINGS)
     if len(content) > MAX_BYTES:
         raise UnreadableError(f"'{path}' is larger than {MAX_BYTES // 2**20} MiB: draw a coarser mesh")
@@ -83,13 +85,13 @@ def _corners(path: str, budget: CpuBudget) -> Array:
         raise UnreadableError(f"'{path}' is no mesh: {error}") from None
     if not len(corners):
         raise UnreadableError(f"'{path}' is no mesh: it has no corner")
-    if not (np.abs(corners) <= MAX_DISTANCE).all():  # false also where not finite
+    if not (np.abs(corners) <= MAX_DISTANCE).all():  # False also if not finite
         raise UnreadableError(f"'{path}' is no mesh: a corner is not finite or beyond {MAX_DISTANCE:g} m")
     return corners
 
 
 def _stl(content: bytes, budget: CpuBudget) -> Array:
-    """Corners (k, 3) of an STL file, binary or text; the comment of a binary one may begin as a text does."""
+    """Return the corners (k, 3) of an STL file, binary or text; a binary file may start like text."""
     count = int.from_bytes(content[80:HEAD], "little")
     length = HEAD + count * TRIANGLE.itemsize
     if len(content) >= HEAD and len(content) == length:
@@ -107,19 +109,19 @@ def _stl(content: bytes, budget: CpuBudget) -> Array:
 
 
 def _obj(content: bytes, budget: CpuBudget) -> Array:
-    """Corners (k, 3) of a Wavefront OBJ file; a line that ends with a backslash goes on in the next."""
+    """Return the corners (k, 3) of a Wavefront OBJ file; a backslash at the end continues a line."""
     return _vectors(content.removeprefix(BYTE_ORDER_MARK), b"v", budget, goes_on=b"\\")
 
 
 def _vectors(content: bytes, word: bytes, budget: CpuBudget, goes_on: bytes = b"") -> Array:
-    """The three numbers behind `word`, in small letters or capitals, in each line that begins with it, (k, 3)."""
+    """Return the three numbers after `word` (case-insensitive) in each line that starts with it, (k, 3)."""
     found = []
     lines = iter(enumerate(content.splitlines(), 1))
     for number, line in lines:
         if number % EACH == 0:
             budget.check()
         if goes_on and line.rstrip().endswith(goes_on):
-            parts = list[bytes]()  # joined once: a file of such lines would else take the square of its length
+            parts = list[bytes]()  # joined once, which avoids quadratic time
             while line.rstrip().endswith(goes_on):
                 if len(parts) % EACH == 0:
                     budget.check()
@@ -129,7 +131,7 @@ def _vectors(content: bytes, word: bytes, budget: CpuBudget, goes_on: bytes = b"
         words = line.split()
         if words and words[0].lower() == word:
             try:
-                x, y, z = map(float, (each.replace(b"_", b"?") for each in words[1:4]))  # 1_0 is one in Python alone
+                x, y, z = map(float, (each.replace(b"_", b"?") for each in words[1:4]))  # 1_0 is valid only in Python
             except ValueError:
                 raise ValueError(f"three numbers are expected after '{word.decode()}' in line {number}") from None
             found.append((x, y, z))

@@ -1,7 +1,7 @@
-"""From pydantic's errors to one line for each thing that is wrong, in the words of a scenario.
+"""Conversion of pydantic errors into one message per problem, in terms of a scenario.
 
-Pydantic reports a union once per branch and a short tuple once per missing item, and says neither unit nor
-allowed keys. Here a union yields the errors of the branch that was meant, or one line that names all.
+Pydantic reports a union once per branch and a short tuple once per missing item, without units and allowed keys. Here a
+union gives the errors of the intended branch, or one message that names all branches.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cdpr.problems import Path, dotted, shown
 from cdpr.scenario.describe import Place, below, look
 from cdpr.units import known_unit
 
-# Errors that say "another kind of value is expected", and that kind.
+# Errors of type "wrong kind of value", with the expected kind.
 KINDS = {
     "float_type": "a number",
     "float_parsing": "a number",
@@ -49,13 +49,13 @@ BOUNDS = {
 }
 
 
-OBVIOUS = 4  # numbers, as of a quaternion: of longer lists it is told what they are, if their description lists it
-FEW = 3  # places at which a misplaced key may belong; more are no help
+OBVIOUS = 4  # items up to which a list needs no explanation, as a quaternion
+FEW = 3  # largest number of suggested places for a misplaced key
 
 
 @dataclass(frozen=True)
 class Message:
-    """One problem of a model: the key, what is wrong, and whether the key itself is."""
+    """Problem of a model: path, message, and whether the key itself is wrong."""
 
     path: Path
     text: str
@@ -66,15 +66,15 @@ class Message:
 class _Fault:
     type: str
     path: Path
-    unions: tuple[tuple[Path, str], ...]  # the unions passed on the way: where, which branch
+    unions: tuple[tuple[Path, str], ...]  # unions on the way: path and branch
     value: Any
     context: dict[str, Any]
     message: str
-    kinds: tuple[str, ...] = ()  # kinds of value that all branches together expect
+    kinds: tuple[str, ...] = ()  # kinds of value expected by all branches together
 
 
 def explain(error: ValidationError, model: type[BaseModel], data: Any, core_keys: Iterable[str] = ()) -> list[Message]:
-    """Return what is wrong with `data`; `core_keys` are further keys that stand beside those of `model`."""
+    """Return the problems of `data`; `core_keys` are allowed in addition to the keys of `model`."""
     faults = [
         _fault(row, data) for row in error.errors(include_url=False) if row["type"] != "default_factory_not_called"
     ]
@@ -110,7 +110,7 @@ def _fault(row: Any, data: Any) -> _Fault:
 
 
 def _collapse(faults: list[_Fault], depth: int) -> list[_Fault]:
-    """Leave, for each union, the faults of the branch that was meant, or one that names all branches."""
+    """Reduce each union to the errors of the intended branch, or to one that names all branches."""
     result = [fault for fault in faults if len(fault.unions) <= depth]
     roots = dict.fromkeys(fault.unions[depth][0] for fault in faults if len(fault.unions) > depth)
     for root in roots:
@@ -123,7 +123,7 @@ def _collapse(faults: list[_Fault], depth: int) -> list[_Fault]:
 
 
 def _meant(root: Path, branches: list[list[_Fault]]) -> list[_Fault]:
-    """Choose the branch whose kind of value was given; if none was, merge them."""
+    """Return the errors of the branch that accepts the given kind of value; merge all branches if there is none."""
     for branch in branches:
         if not any(fault.path == root and fault.type in KINDS for fault in branch):
             return branch
@@ -171,13 +171,13 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         return Message(path, f"must be {words} {limit}{unit}, got {found}")
     if fault.type == "wrong_size":
         return Message(path, _wrong_size(fault, place, unit))
-    if "error" in fault.context:  # a ValueError of one of the models' own checks
+    if "error" in fault.context:  # a ValueError of a model's own validator
         return Message(path, str(fault.context["error"]))
     return Message(path, f"{fault.message[:1].lower()}{fault.message[1:]}{unit}, got {found}")
 
 
 def _remedy(fault: _Fault, place: Place) -> str:
-    """Say how a number is written that has a decimal comma, or its unit behind it; and a type that stands alone."""
+    """Return advice on numbers with decimal comma or unit, and on a bare `type`."""
     unit = place.unit
     if isinstance(fault.value, str) and "type" in place.keys:
         return f"; write {{type: {fault.value}}}"
@@ -202,7 +202,7 @@ def _unknown_key(path: Path, allowed: tuple[str, ...], elsewhere: list[Path]) ->
 
 
 def _key_meant(key: str, allowed: tuple[str, ...], elsewhere: list[Path]) -> str:
-    """A key of that very name, if it stands further down in few places; otherwise one that is allowed here."""
+    """Return a suggestion: the same key at a deeper level, if there are few places, else a similar allowed key."""
     if not 0 < len(elsewhere) <= FEW:
         return did_you_mean(key, allowed)
     written = f", written {_nested(elsewhere[0])}" if len(elsewhere) == 1 else ""

@@ -1,4 +1,4 @@
-"""A motion that fits the run: in its guide, at rest where a pose is held, and sound by itself."""
+"""Validation of the motion: its own values, its guide, and rest where it starts and ends."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ TOOLS: TypeAdapter[Tools] = TypeAdapter(Tools, config=DEFERRED)
 
 
 class MotionChecks(Checks):
-    """Checks the desired motion, and the directions in which a guide lets the platform move.
+    """Checks of the desired motion and of the directions that the guide leaves free.
 
     Attributes:
-        motion: the section, with its file read; None where it is wrong by itself.
+        motion: the section with its file loaded; None if it is invalid.
     """
 
     motion: Motion | None = None
 
     def load(self) -> None:
-        """Find the section and read its file."""
+        """Load the section and its file."""
         if ROOT not in self.document.data:
             return
         try:
@@ -44,7 +44,7 @@ class MotionChecks(Checks):
         self.motion = motion.load(Below(self, (ROOT,)))
 
     def check(self, initial: Initial | None, duration: float | None) -> None:
-        """Report what is wrong, of a run that lasts `duration` (s)."""
+        """Report problems for a run of `duration` s."""
         motion, report = self.motion, Below(self, (ROOT,))
         if motion is None:
             return
@@ -60,7 +60,7 @@ class MotionChecks(Checks):
             self._rest_outside(motion, duration, report)
 
     def guided(self, initial: Initial | None) -> None:
-        """Report what the guide does not allow: the initial state, the motion, controlled directions."""
+        """Report violations of the guide: by the initial state, the motion and the controlled directions."""
         dof = self.directions(("robot", "dof"))
         if dof and self.document.get(("controlled",)) is not None:
             controlled = self.directions(("controlled",))
@@ -72,7 +72,7 @@ class MotionChecks(Checks):
         guide = Guide(dof, initial.position, self.say)
         if not guide.held.any():
             return
-        if ("initial", "orientation") not in self.document.filled:  # what is wrong with home is told there
+        if ("initial", "orientation") not in self.document.filled:  # problems of the home are reported there
             guide.attitude(("initial", "orientation"), initial.orientation)
         guide.rates(("initial",), initial)
         begins = self._begins(initial)
@@ -87,7 +87,7 @@ class MotionChecks(Checks):
             self.motion.stay(guide, Below(self, (ROOT,)))
 
     def _tools(self) -> Mapping[str, Sequence[float]] | None:
-        """The platform's tools, whatever else is wrong with it; None where they are not known."""
+        """Return the platform's tools, even if other parts of it are invalid; None if unknown."""
         platform = self.document.get(("robot", "platform"))
         if not isinstance(platform, dict):
             return None
@@ -97,14 +97,14 @@ class MotionChecks(Checks):
             return None
 
     def _begins(self, initial: Initial | None) -> Initial | None:
-        """The initial state of what the motion moves; None where it is not known."""
+        """Return the initial state of the moved point; None if unknown."""
         motion, tools = self.motion, self._tools()
         if motion is None or motion.tool is None or initial is None:
             return initial
         return motion.begins(initial, tools) if tools and motion.tool in tools else None
 
     def _rest_outside(self, motion: Motion, duration: float, report: Below) -> None:
-        """Before and after the motion a pose is held, so the motion must start and end at rest there."""
+        """Report a motion that is not at rest where a constant pose precedes or follows it."""
         start, end = motion.span()
         if start is not None and start > 0:
             text = f"the pose is held until {exact(start)} s, so the motion must start at rest"

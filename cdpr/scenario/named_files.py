@@ -1,4 +1,4 @@
-"""Which files a document names besides its robot's: in motions, events, meshes, and options of plugins."""
+"""Files that a document references besides its robot: in motions, events, meshes and plugin options."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ MOTIONS: tuple[type[Motion], ...] = get_args(get_args(AnyMotion)[0])
 
 
 def files_of_robot(data: dict[str, Any]) -> Iterator[tuple[Path, str]]:
-    """Yield path and file, of a robot that may be unsound."""
+    """Yield path and file name in a robot's data, which may be invalid."""
     return _given(data, [MESH])
 
 
 def files_of_scenario(data: dict[str, Any], plugins: Registry) -> Iterator[tuple[Path, str]]:
-    """Yield the same of a scenario, beside its robot's own file."""
+    """Yield path and file name in a scenario's data, except the robot file."""
     return _given(data, _paths(data, plugins))
 
 
@@ -37,7 +37,7 @@ def _given(data: dict[str, Any], paths: Iterable[Path]) -> Iterator[tuple[Path, 
 
 
 def _at(data: Any, path: Path) -> Any:
-    """What plain data hold at a path; None where they hold nothing."""
+    """Return the value at a path in plain data, or None."""
     for key in path:
         if isinstance(data, dict):
             data = data.get(key)
@@ -75,7 +75,7 @@ def _of_plugin(plugins: Registry, role: Role, name: Any) -> list[str]:
 
 
 def _named(model: type[BaseModel]) -> list[str]:
-    """Options that name files."""
+    """Return the options that are file names."""
     return [
         info.alias or key
         for key, info in model.model_fields.items()

@@ -1,4 +1,4 @@
-"""The options of plugins, checked by the models that the plugins declare."""
+"""Plugin options, validated by the plugins' models."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from cdpr.scenario.schema import Simulation
 
 @dataclass(frozen=True)
 class OptionsReader:
-    """Reads the options of one document; whatever is wrong goes to `problems`, and None is returned."""
+    """Reader of a document's options; on errors it adds to `problems` and returns None."""
 
     document: Document
     problems: Problems
     plugins: Registry
 
     def of_section(self, role: Role, options: dict[str, Any]) -> BaseModel | None:
-        """Return the options that stand beside `type` in the section `role`."""
+        """Return the plugin options in the section `role`."""
         name = self.document.get((role, "type"))
         name = DEFAULT_TYPE[role] if name is None else name
         if not self._known(role, name, (role, "type")):
@@ -35,7 +35,7 @@ class OptionsReader:
         return self._read(role, name, options, (role,), CORE_KEYS[role])
 
     def of_backends(self) -> dict[str, BaseModel]:
-        """Return the options of all backends that are named, and of the chosen one in any case."""
+        """Return the options of all backends that are given, and of the selected one."""
         given = self.document.get(("backend_options",))
         given = dict(given) if isinstance(given, dict) else {}
         chosen = self.document.get(("simulation", "backend"))
@@ -53,7 +53,7 @@ class OptionsReader:
 
     def _known(self, role: Role, name: Any, path: Path) -> bool:
         if not isinstance(name, str):
-            return False  # reported as a wrong type by our own models
+            return False  # reported as a wrong type by cdpr's own models
         try:
             self.plugins.get(role, name)
         except PluginError as error:
@@ -68,12 +68,12 @@ class OptionsReader:
         model = entry.info.options
         try:
             try:
-                # Strict also where the plugin's author did not ask for it: no silent conversions.
-                context = {"folder": self.document.folder}  # where the files start that they name
+                # Always strict: no silent conversions, even if the plugin's model allows them.
+                context = {"folder": self.document.folder}  # base of relative file names
                 return model.model_validate_json(json.dumps(data), strict=True, context=context)
             except ValidationError as error:
                 messages = explain(error, model, data, core_keys)
-        except Exception as error:  # the model is foreign code
+        except Exception as error:  # the model is third-party code
             text = f"the options of {role} '{name}' of {entry.distribution} {entry.version} cannot be checked"
             self.problems.add(self.document.mark(path), path, f"{text}: {one_line(error)}", plugin=True)
             return None

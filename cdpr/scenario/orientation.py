@@ -1,4 +1,4 @@
-"""An attitude, written in the way that suits its source."""
+"""Attitudes in several representations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cdpr.model.robot import Array
 
 
 class Euler(Section):
-    """Successive turns about the axes that `order` names."""
+    """Successive rotations about the axes in `order`."""
 
     angles: Vector3 | None = Field(
         None, description="angles of the three turns, in the sequence of `order`", json_schema_extra=unit("rad")
@@ -37,7 +37,7 @@ class Euler(Section):
 
 
 class Orientation(Section):
-    """Attitude of the platform in the world, in exactly one of these forms."""
+    """Attitude in the world, in exactly one of these forms."""
 
     rpy: Vector3 | None = Field(
         None,

@@ -1,6 +1,6 @@
-"""Values set from outside: `--set key=value`, and the choice of backend, solver and controller.
+"""Overrides of file values: `--set key=value`, and the selection of backend, solver and controller.
 
-They are written into the document before anything is checked, so that they pass the same checks as the file.
+They are written into the document before validation, so that they pass the same checks as the file.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from cdpr.scenario.yaml_nodes import MAX_DEPTH, SURROGATE, parse_value
 KEY = re.compile(r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*")
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 
-# Sections whose keys, but these, belong to the plugin that `type` names.
+# Keys of these sections that do not belong to the plugin selected by `type`.
 CORE_KEYS: dict[str, tuple[str, ...]] = {
     "controller": tuple(ControllerSection.model_fields),
     "solver": tuple(SolverSection.model_fields),
@@ -33,7 +33,7 @@ DEFAULT_TYPE = {"controller": ControllerSection().type, "solver": SolverSection(
 
 @dataclass(frozen=True)
 class Change:
-    """One value to set. A part of the path is an int where it was written as [0]."""
+    """Value to set. Path components written as [0] are integers."""
 
     path: Path
     value: Any
@@ -44,7 +44,7 @@ Overrides = Mapping[str, Any] | Sequence[str] | Sequence[Change] | Sequence[str 
 
 
 def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
-    """Return the changes that `overrides` ask for: keys mapped to values, texts `key=value` in YAML, or changes."""
+    """Return the changes of `overrides`: a mapping of keys to values, texts `key=value` in YAML, or changes."""
     if isinstance(overrides, Mapping):
         return _changes(
             [(key, value, Mark("overrides"), plain_value) for key, value in overrides.items()],
@@ -61,7 +61,7 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
 
 
 def marked_changes(items: Iterable[tuple[str, Any, Mark]], problems: Problems) -> list[Change]:
-    """Return changes from keys, plain values and where they stand."""
+    """Return changes from keys, plain values and positions."""
     return _changes([(key, value, mark, plain_value) for key, value, mark in items], problems)
 
 
@@ -69,7 +69,7 @@ CHOICES = {"backend": "simulation.backend", "solver": "solver.type", "controller
 
 
 def choices(chosen: Mapping[str, str | None], problems: Problems) -> list[Change]:
-    """Return the changes that choose plugins by the arguments `backend`, `solver` and `controller`."""
+    """Return the changes that select plugins from the arguments `backend`, `solver` and `controller`."""
     rows = [
         (key, chosen[name], Mark(f"{name}={_brief(shown(chosen[name]))}"), plain_value)
         for name, key in CHOICES.items()
@@ -79,7 +79,7 @@ def choices(chosen: Mapping[str, str | None], problems: Problems) -> list[Change
 
 
 def typed(chosen: Mapping[str, str | None], texts: Sequence[str] = ()) -> list[Change | str]:
-    """Return as changes what was typed after `--backend`, `--solver` and `--controller`; `texts` after `--set`."""
+    """Return the changes from `--backend`, `--solver` and `--controller`, followed by the `--set` texts."""
     given = [(name, value) for name, value in chosen.items() if value is not None]
     return [
         *(Change(tuple(CHOICES[name].split(".")), value, Mark(f"--{name} {_brief(value)}")) for name, value in given),
@@ -103,7 +103,7 @@ def _changes(rows: Sequence[tuple[str, Any, Mark, Callable[[Any], Any]]], proble
 
 
 def apply(document: Document, change: Change, problems: Problems) -> None:
-    """Write one change into the document, making the sections that it needs."""
+    """Apply a change to the document and create missing parent sections."""
     node: Any = document.data
     path: Path = ()
     for i, part in enumerate(change.path):
@@ -122,7 +122,7 @@ def apply(document: Document, change: Change, problems: Problems) -> None:
 
 
 def _key_in(node: Any, part: str | int, path: Path, mark: Mark, problems: Problems) -> str | int | None:
-    """Return `part` as key of this mapping or index of this list; None and a problem if it is neither."""
+    """Return `part` as key or index of this node; report a problem and return None if it is neither."""
     if isinstance(node, dict) and isinstance(part, str):
         return part
     if isinstance(node, list) and str(part).isdecimal():
@@ -147,10 +147,14 @@ def _parsed(text: str) -> Any:
 
 
 def plain_value(value: Any, depth: int = 1) -> Any:
-    """Turn what Python code passes into plain data; ValueError for anything else."""
+    """Convert a Python value into plain data.
+
+    Raises:
+        ValueError: if it is not convertible.
+    """
     if depth > MAX_DEPTH:
         raise ValueError(f"nested more than {MAX_DEPTH} deep")
-    if hasattr(value, "tolist"):  # a numpy array or scalar
+    if hasattr(value, "tolist"):  # NumPy array or scalar
         if masked(value):
             raise ValueError(MASKED)
         value = value.tolist()
@@ -172,6 +176,6 @@ def plain_value(value: Any, depth: int = 1) -> Any:
 def _brief(value: object) -> str:
     try:
         text = " ".join(str(value).split())
-    except ValueError:  # Python refuses to print integers of many digits
+    except ValueError:  # Python refuses to print integers with many digits
         text = "..."
     return text if len(text) <= 80 else text[:77] + "..."

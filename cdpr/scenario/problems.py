@@ -1,4 +1,4 @@
-"""What is wrong with the files of a scenario, collected into one error."""
+"""Problems in the files of a scenario, collected into one error."""
 
 from __future__ import annotations
 
@@ -9,37 +9,37 @@ from dataclasses import dataclass, field
 from cdpr.errors import PluginError, ScenarioError
 from cdpr.problems import Mark, Path, Problem, dotted
 
-MAX_PROBLEMS = 100  # more than anyone reads; a file of garbage must not print 20 000 lines
-MERGED = 4  # so many mistakes of one kind in the items of a list are told in one line
-VALUE = re.compile(r"-?\d[\w.+-]*|'[^']*'")  # what may differ between mistakes of one kind
+MAX_PROBLEMS = 100  # keeps the output readable for invalid files
+MERGED = 4  # number of similar problems in list items that are merged into one line
+VALUE = re.compile(r"-?\d[\w.+-]*|'[^']*'")  # differences between similar problems
 
 
 @dataclass
 class Problems:
-    """All problems of one scenario, reported together."""
+    """Collection of a scenario's problems."""
 
     items: list[Problem] = field(default_factory=list)
     paths: set[Path] = field(default_factory=set)
     unreadable: set[Path] = field(default_factory=set)
 
     def add(self, mark: Mark, path: Path, text: str, *, plugin: bool = False) -> None:
-        """Keep one problem, unless it only follows from something that could not be read."""
+        """Add a problem, unless it is a consequence of an unreadable value."""
         if not _within(path, self.unreadable):
             self.items.append(Problem(mark, path, text, plugin))
             self.paths.add(path)
 
     def include(self, other: Problems) -> None:
-        """Keep all problems of another collection, too."""
+        """Add all problems of another collection."""
         self.items += other.items
         self.paths |= other.paths
         self.unreadable |= other.unreadable
 
     def has(self, path: Path) -> bool:
-        """Tell whether something was said about this key or a section around it."""
+        """Return True if a problem of this key or an enclosing section was added."""
         return _within(path, self.paths)
 
     def raise_any(self) -> None:
-        """Raise what was collected: PluginError if nothing but plugins is missing, else ScenarioError."""
+        """Raise ScenarioError with all problems, if any; PluginError if all are missing plugins."""
         if not self.items:
             return
         rows, lines = in_order(self.items), told(self.items)
@@ -49,13 +49,13 @@ class Problems:
 
 
 def in_order(problems: Iterable[Problem]) -> tuple[Problem, ...]:
-    """Return them as they stand in the files, each once."""
+    """Return the problems in the order of the files, without duplicates."""
     ordered = sorted(problems, key=lambda problem: (problem.mark, dotted(problem.path), problem.text))
     return tuple(dict.fromkeys(ordered))
 
 
 def told(problems: Iterable[Problem]) -> list[str]:
-    """Return the lines that tell of them: one each, one for many alike, and not more than anyone reads."""
+    """Return the problems as lines, with similar ones merged, and limited in number."""
     lines = _merged(in_order(problems))
     if len(lines) > MAX_PROBLEMS:
         lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"]
@@ -63,14 +63,14 @@ def told(problems: Iterable[Problem]) -> list[str]:
 
 
 def judged(warnings: Sequence[Problem], *, strict: bool) -> list[str]:
-    """Return a line for each warning; ScenarioError with all where there are such and `strict` is set."""
+    """Return a line for each warning; with `strict`, raise ScenarioError if there are warnings."""
     if warnings and strict:
         raise ScenarioError(told(warnings), in_order(warnings))
     return [f"warning: {line}" for line in told(warnings)]
 
 
 def _merged(problems: Sequence[Problem]) -> list[str]:
-    """One line each, and one for the same mistake in many items of a list."""
+    """Return one line per problem, with similar problems in list items merged."""
     alike: dict[tuple[object, ...], list[Problem]] = {}
     for problem in problems:
         path = tuple("[]" if isinstance(part, int) else part for part in problem.path)
@@ -93,5 +93,5 @@ def _within(path: Path, roots: set[Path]) -> bool:
 
 
 def exact(value: float) -> str:
-    """Write a number with all its digits: a rounded one may seem to be right."""
+    """Return a number with all its digits, because rounding could hide the error."""
     return repr(float(value)).removesuffix(".0")

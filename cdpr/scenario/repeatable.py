@@ -1,4 +1,4 @@
-"""Whether two runs of a scenario are the same: what compares runs, or keeps them, needs that."""
+"""Check that a scenario is deterministic, which comparing or caching runs requires."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from cdpr.scenario.scenario import Scenario
 
 
 def check_repeatable(scenario: Scenario, what: str) -> None:
-    """Raise CdprError where a plugin of the scenario declares that its runs are not deterministic.
+    """Raise CdprError if a plugin of the scenario declares that it is not deterministic.
 
-    `what` is who asks, for the message.
+    `what` names the feature that requires it, for the message.
     """
     found, simulation = scenario.plugins, scenario.simulation
     declared = {

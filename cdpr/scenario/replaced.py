@@ -1,4 +1,4 @@
-"""Options of a plugin in whose place another one is chosen."""
+"""Handling of options when another controller or solver plugin is selected."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
 
 @dataclass(frozen=True)
 class _Before:
-    """A section as the file has it: the plugin, and where each of its options stands."""
+    """Section as in the file: plugin, and position of each option."""
 
     role: Role
     type: Any
@@ -30,11 +30,13 @@ class _Before:
 
 
 class Replacement:
-    """Settles the options of controller and solver after all changes.
+    """Adjustment of controller and solver options after all changes.
 
-    Options belong to their plugin: a gain of one controller has another meaning, or unit, in another. So those of the
-    file are left out where another plugin is chosen; what was given with the change stays. `Document.notes` reports
-    both, and the defaults that hold instead.
+    Options belong to their plugin: the gain of one controller may have another meaning or unit in another. If another
+    plugin
+    is selected, the file's options are dropped, and options given with the change are kept. `Document.notes` reports
+    both,
+    and the defaults that apply.
     """
 
     def __init__(self, document: Document, plugins: Registry) -> None:
@@ -53,7 +55,7 @@ class Replacement:
         return DEFAULT_TYPE[role] if name is None else name
 
     def settle(self) -> None:
-        """Leave out what the chosen plugins do not take of the options of those that they replace."""
+        """Drop the options of replaced plugins."""
         for before in self._before:
             name = self._type(before.role)
             given = self._document.data.get(before.role)
@@ -62,7 +64,7 @@ class Replacement:
             try:
                 model = self._plugins.get(before.role, name).info.options
             except PluginError:
-                continue  # will be told
+                continue  # reported later
             self._settle(before, name, given, model)
 
     def _settle(self, before: _Before, name: str, given: dict[str, Any], model: type[PluginOptions]) -> None:
@@ -81,15 +83,15 @@ class Replacement:
 def replacement_note(
     role: Role, before: str, name: str, left_out: Sequence[str], given: Mapping[str, Any], model: type[PluginOptions]
 ) -> str:
-    """Return what became of the options where one plugin takes another's place; "" where it has and had none.
+    """Return a note on the options after a change of plugin; "" if neither plugin has any.
 
     Args:
-        role: of both plugins.
+        role: role of both plugins.
         before: name of the old plugin.
-        name: of the new one.
-        left_out: options of the old one that are no longer in the section.
-        given: the section as it is.
-        model: options of the new one.
+        name: name of the new plugin.
+        left_out: dropped options of the old plugin.
+        given: current section.
+        model: options of the new plugin.
     """
     fields = {field.alias or key: field for key, field in model.model_fields.items()}
     defaults = {key: field.get_default() for key, field in fields.items() if key not in given}
@@ -105,7 +107,7 @@ def replacement_note(
 
 
 def outside() -> int:
-    """Return the `stacklevel` of the caller's first caller outside this package, for a warning."""
+    """Return the `stacklevel` of the first caller outside this package, for a warning."""
     package, level = os.path.dirname(os.path.dirname(__file__)) + os.sep, 1
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and frame.f_code.co_filename.startswith(package):

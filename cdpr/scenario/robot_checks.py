@@ -1,4 +1,4 @@
-"""What no single section of a robot can see: what it lacks, names, cables that coincide, limits that contradict."""
+"""Validation of a robot across sections: missing values, names, coincident cables and inconsistent limits."""
 
 from __future__ import annotations
 
@@ -32,27 +32,27 @@ from cdpr.scenario.robot_schema import (
     of_a_body,
 )
 
-EXAMPLES = {"winch": "{drum_radius: 0.05, inertia: 0.01}"}  # m, kg m^2; of what is more than a number
+EXAMPLES = {"winch": "{drum_radius: 0.05, inertia: 0.01}"}  # m, kg m^2; examples of required sections
 
 
 def _needs(*models: str) -> dict[str, str]:
-    """Return what a robot file must say of cables of these models, of all unless named, each in words."""
+    """Return the required values of these cable models (default: all), with descriptions."""
     needed = {}
     for number in (number for model in models or MODELS for number in MODELS[model].numbers):
         told = False
         if number.owner == "winch":
             needed["winch"] = "the winch"
-            told = WinchSection.model_fields[number.key].is_required()  # by that section
+            told = WinchSection.model_fields[number.key].is_required()  # reported by that section
         if number.default is None and not told:
             needed[number.name] = f"the {number.text.partition(',')[0]}{number.unit and f' ({number.unit})'}"
     return needed
 
 
 class RobotChecks(Checks):
-    """Checks the robot whose section stands at `root`."""
+    """Checks of the robot section at `root`."""
 
     def run(self, root: Path) -> None:
-        """Report everything that is wrong."""
+        """Report all problems."""
         self.root = root
         cables = list(self.cables(root))
         self._guide()
@@ -63,7 +63,7 @@ class RobotChecks(Checks):
         self._tensions(cables)
 
     def _guide(self) -> None:
-        """A platform that turns has an inertia, and a home that its guide allows."""
+        """Check the inertia of a rotating platform, and the home pose against the guide."""
         dof = self.directions((*self.root, "dof"))
         if not dof:
             return
@@ -74,7 +74,7 @@ class RobotChecks(Checks):
             self.say(inertia, "required but not given: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2), for the platform turns")
         section = self.section(PlatformSection, platform)
         moments = section.inertia if section else None
-        if moments is not None and not set(turns) <= set(moments_about(moments)):  # what is 0 is needed
+        if moments is not None and not set(turns) <= set(moments_about(moments)):  # a zero moment is required
             try:
                 of_a_body(moments)
             except ValueError as error:
@@ -86,7 +86,7 @@ class RobotChecks(Checks):
             self.say((*self.root, "home", "orientation"), text)
 
     def _mesh(self) -> None:
-        """A mesh is in a file that can be read."""
+        """Check that the mesh file is readable."""
         path = (*self.root, "platform", "shape", "mesh")
         name = self.document.get(path)
         if self.section(ShapeSection, path[:-1]) is None or not isinstance(name, str):
@@ -100,7 +100,7 @@ class RobotChecks(Checks):
             self.say(path, str(error))
 
     def _model(self) -> None:
-        """The cable model has its values, of each cable or for all; whether they are right, their sections say."""
+        """Check that all values required by the cable models are present; sections check their values."""
         common = self.section(CablesSection, (*self.root, "cable"))
         given = self.document.get((*self.root, "cables"))
         if common is None or not isinstance(given, list):
@@ -125,7 +125,7 @@ class RobotChecks(Checks):
                 self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)
 
     def _lacks(self, cable: dict[str, Any], owner: str, key: str = "") -> bool:
-        """Whether a cable has no such number, or no such section, neither its own nor that of all."""
+        """Return True if a cable has this value or section neither itself nor from the common section."""
         common = self.document.get((*self.root, owner))
         if owner == "winch":
             winch = common if cable.get(owner) is None else cable[owner]
@@ -163,7 +163,7 @@ class RobotChecks(Checks):
         if common is None or not isinstance(given, list) or not self._one_per_cable(common, len(given)):
             return
         unilateral = self.document.get((*self.root, "unilateral")) is not False
-        said: set[Path] = set()  # a limit of all cables is wrong for all, which is one problem
+        said: set[Path] = set()  # a common limit is reported once
         for i, cable in cables:
             for path, text in self._limits(common, cable, i, unilateral):
                 if path not in said:
@@ -195,7 +195,7 @@ class RobotChecks(Checks):
             yield at_min, f"must not exceed the highest tension of this cable, {exact(high)} (N), got {exact(low)}"
 
     def _written(self, name: str, common: float | list[float], own: float | None, i: int) -> Path:
-        """Return where a limit of cable i was written."""
+        """Return the path at which a limit of cable i is given."""
         if own is not None:
             return (*self.root, "cables", i, "tension", name)
         return (*self.root, "tension", name, *([i] if isinstance(common, list) else []))

@@ -1,4 +1,4 @@
-"""The sections of a robot file."""
+"""Sections of a robot file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cdpr.scenario.orientation import UPRIGHT, Orientation
 MAX_CABLES = 256
 MAX_TOOLS = 64
 
-# Published inertias are rounded: the conditions may be missed by this share of the largest principal moment.
+# Published inertias are rounded: tolerances relative to the largest principal moment.
 TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
@@ -36,7 +36,7 @@ DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
 BALL: tuple[DofName, ...] = ("rx", "ry", "rz")
 SOUND = "any of x, y, z with at most one of rx, ry, rz; rx, ry, rz alone (a ball holds the origin); or all six"
-# Stands for the moments of inertia, kg m^2, of a platform that does not turn: engines need them, without effect.
+# Moment of inertia, kg m^2, of a platform that does not rotate: required by engines, without effect.
 NO_TURNING = 1.0
 
 Inertia = tuple[Number, Number, Number, Number, Number, Number]
@@ -49,7 +49,7 @@ def tensor(inertia: Inertia) -> list[list[float]]:
 
 
 def moments_about(inertia: Inertia) -> tuple[str, ...]:
-    """Directions of the only moment that is given, () where none is: all else zero, as of planar robots in papers."""
+    """Return the direction of the only nonzero moment, () for zero inertia, else all: planar robots in papers."""
     given = [name for name, value in zip(("rx", "ry", "rz"), inertia, strict=False) if value > 0.0]
     return tuple(given) if len(given) < 2 and sum(map(abs, inertia)) == sum(inertia[:3]) else ("rx", "ry", "rz")
 
@@ -57,11 +57,11 @@ def moments_about(inertia: Inertia) -> tuple[str, ...]:
 def _possible_inertia(inertia: Inertia) -> Inertia:
     return (
         inertia if len(moments_about(inertia)) < 2 else of_a_body(inertia)
-    )  # whether one is enough, the directions say
+    )  # directions determine if one moment suffices
 
 
 def of_a_body(inertia: Inertia) -> Inertia:
-    """Accept the inertia that some rigid body has."""
+    """Return the inertia; raise ValueError if no rigid body can have it."""
     low, middle, high = np.linalg.eigvalsh(np.array(tensor(inertia)))
     moments = f"its principal moments are {low:.6g}, {middle:.6g}, {high:.6g} kg m^2"
     if low <= DEFINITE_TOLERANCE * abs(high):
@@ -72,19 +72,19 @@ def of_a_body(inertia: Inertia) -> Inertia:
 
 
 def names_of_exports(cables: Iterable[str]) -> set[str]:
-    """Return what frames, links and sites of an exported robot are called whose cables have these names."""
+    """Return the names of frames, links and sites in exports of a robot with these cables."""
     return {"world", "frame", "platform", *(f"{name}_{end}" for name in cables for end in ("frame", "platform"))}
 
 
 def in_order(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
-    """Accept directions without repetition, in the order in which a wrench holds them."""
+    """Return the directions; raise ValueError unless they are unique and in the order of a wrench."""
     if not dof or dof != tuple(name for name in ALL_DOF if name in dof):
         raise ValueError(f"each of {', '.join(ALL_DOF)} at most once and in this order is expected, at least one")
     return dof
 
 
 def _sound_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
-    """Accept what a guide of slides and one hinge, or a ball, can leave free, and the free platform."""
+    """Return the directions; raise ValueError unless a guide (slides and a hinge, or a ball) or none allows them."""
     in_order(dof)
     turns = sum(name.startswith("r") for name in dof)
     if turns > 1 and dof not in (BALL, ALL_DOF):
@@ -96,7 +96,7 @@ Tools = dict[Name, Position]
 
 
 class PlatformSection(Section):
-    """The moving rigid body."""
+    """Moving rigid body."""
 
     mass: Positive = Field(description="mass of the platform", json_schema_extra=unit("kg"))
     inertia: Annotated[Inertia, AfterValidator(_possible_inertia)] | None = Field(
@@ -132,7 +132,7 @@ class TensionSection(Section):
 
 
 class CableTension(Section):
-    """Tension limits of one cable, where they differ from the robot's."""
+    """Tension limits of a cable, if they differ from the robot's."""
 
     min: Number | None = Field(None, description="lowest admissible tension", json_schema_extra=unit("N"))
     max: Number | None = Field(None, description="highest admissible tension", json_schema_extra=unit("N"))
@@ -152,10 +152,10 @@ class LengthLimits(Section):
 
 
 def _section_of(owner: str, *, shared: bool) -> type[Section]:
-    """Return a section of the numbers that the parts of cables take of "cable" or "winch".
+    """Return a section with the numbers that cable models use from "cable" or "winch".
 
-    What is `shared` between all cables may be left out of both places, and in a winch what not all kinds of winch need;
-    who needs it says so.
+    Numbers that are `shared` may be omitted from both sections; so may numbers that not all kinds of winch need.
+    Missing required numbers are reported later.
     """
     kinds = [{number.name for number in chain.winch.numbers} for chain in MODELS.values() if chain.winch.numbers]
     fields: dict[str, Any] = {}
@@ -170,28 +170,28 @@ def _section_of(owner: str, *, shared: bool) -> type[Section]:
     return create_model(f"{owner}_numbers", __base__=Section, **fields)
 
 
-# They stand amid the keys of their sections, as fields come in the order of the base classes, the last one first.
+# Base classes, so that these keys come between others: pydantic orders fields by base class, the last one first.
 if TYPE_CHECKING:
 
     class CableNumbers(Section):
-        """What the parts of cables take of them."""
+        """Numbers of a cable."""
 
     class WinchNumbers(Section):
-        """What winches take of theirs."""
+        """Numbers of a winch."""
 else:
     CableNumbers, WinchNumbers = _section_of("cable", shared=True), _section_of("winch", shared=False)
 
 
 class WinchSection(WinchNumbers):
-    """A motor and the drum on which it winds a cable."""
+    """Motor and drum that wind a cable."""
 
     def build(self) -> Winch:
-        """Return the winch of the model."""
+        """Return the winch."""
         return Winch(**_attributes(Winch, self.model_dump(exclude_none=True)))
 
 
 def _attributes(model: type, values: dict[str, Any]) -> dict[str, Any]:
-    """Return values as a class of `cdpr.model` takes them: those that it has no names for in `own`."""
+    """Return keyword arguments for a class of `cdpr.model`; unknown names are collected in `own`."""
     known = {field.name for field in dataclasses.fields(model)}
     own = {key: value for key, value in values.items() if key not in known}
     return {**{key: value for key, value in values.items() if key in known}, "own": own}
@@ -206,7 +206,7 @@ class _Modelled(Section):
 
 
 class CablesSection(CableNumbers, _Modelled):
-    """What all cables have in common."""
+    """Common properties of all cables."""
 
     exit: AnyExit | None = Field(None, description=EXIT)
 
@@ -222,7 +222,7 @@ class _Spanned(Section):
 
 
 class CableSection(CableNumbers, _Spanned):
-    """One cable between the frame and the platform."""
+    """Cable between the frame and the platform."""
 
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
@@ -234,14 +234,14 @@ class CableSection(CableNumbers, _Spanned):
 
 
 class Home(Section):
-    """The pose at which the robot is described, and where a run begins that says no other; from the robot's base."""
+    """Pose at which the robot is described and, by default, where a run starts; relative to the robot's base."""
 
     position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
 
 
 class RobotSection(Section):
-    """A cable-driven parallel robot: what a robot file holds."""
+    """Cable-driven parallel robot: content of a robot file."""
 
     name: Name = Field("robot", description="name of the robot; the file's name unless said")
     dof: Annotated[tuple[DofName, ...], AfterValidator(_sound_directions)] = Field(
@@ -263,9 +263,9 @@ class RobotSection(Section):
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
 
     def to_robot(self, folder: str = "", like: Robot | None = None) -> Robot:
-        """Return the robot as the frozen arrays that the simulation takes; `folder` is where its files lie.
+        """Return the robot as frozen arrays; `folder` is the base of its files.
 
-        All but the platform is that of a robot `like` it, if there is one.
+        If `like` is given, only the platform is computed, and the rest is taken from it.
         """
         if like is not None:
             return dataclasses.replace(like, platform=self._platform(folder))
@@ -294,7 +294,7 @@ class RobotSection(Section):
         )
 
     def _home(self) -> Array | None:
-        """The home pose in the world, (7,)."""
+        """Return the home pose in the world, (7,)."""
         if self.home is None:
             return None
         base = self.frame or FrameSection()
@@ -302,21 +302,21 @@ class RobotSection(Section):
         return frozen_array([*base.placed(self.home.position), *q])
 
     def _inertia(self) -> Array:
-        """The inertia tensor; where only one moment is given or none, that of a ball that turns in the same way."""
+        """Return the inertia tensor; with at most one nonzero moment, an isotropic one."""
         given = self.platform.inertia or (0.0,) * 6
         if len(moments_about(given)) < 2:
             return frozen_array((sum(given) or NO_TURNING) * np.eye(3))
         return frozen_array(tensor(given))
 
     def named(self) -> RobotSection:
-        """Return the same robot with every cable's name written out."""
+        """Return the same robot with explicit cable names."""
         cables = [cable.model_copy(update={"name": cable_name(cable, i)}) for i, cable in enumerate(self.cables)]
         return self.model_copy(update={"cables": cables})
 
     def unused(self, actuated: bool = False) -> list[str]:
-        """Return the properties, given for some cable or for all, that no cable's model uses.
+        """Return the given cable properties that no cable model uses.
 
-        With actuators, `actuated`, all cables are as these are exported, whatever model they name.
+        With actuators (`actuated`), all cables use the model of the exported FMU.
         """
         keys = []
         chains = [MODELS[ACTUATED if actuated else cable.model or self.cable.model] for cable in self.cables]
@@ -326,7 +326,7 @@ class RobotSection(Section):
             keys.append("cable.model")
         used = {name for chain in chains for number in chain.numbers for name in (number.key, number.owner)}
         for name in (*CABLE_KEYS, "winch"):
-            if name in used or name == "diameter":  # clearances are of every cable, whatever its model
+            if name in used or name == "diameter":  # clearance checks use it in all models
                 continue
             if any(getattr(cable, name) is not None for cable in self.cables):
                 keys.append(f"cables[*].{name}")
@@ -337,7 +337,7 @@ class RobotSection(Section):
         return keys
 
     def _own(self, cable: CableSection, name: str) -> Any:
-        """A cable's own value of a property that all may share, else the common one."""
+        """Return a cable's own value of a shared property, else the common one."""
         own = getattr(cable, name)
         return own if own is not None else self.winch if name == "winch" else getattr(self.cable, name)
 
@@ -370,7 +370,7 @@ def cable_name(cable: CableSection, i: int) -> str:
 
 
 def limits(robot: TensionSection, cable: CableSection, i: int) -> tuple[float, float]:
-    """Return the lowest and the highest tension of cable i, N: its own limits, else the robot's."""
+    """Return the lowest and highest tension of cable i, N: its own limits, else the robot's."""
     own = cable.tension or CableTension()
 
     def common(value: float | list[float]) -> float:

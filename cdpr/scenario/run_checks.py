@@ -1,4 +1,4 @@
-"""What no single section of a run can see: steps, the start, and with `motion_checks` the motion."""
+"""Validation of a run across sections: time steps, initial state, obstacles and, with `motion_checks`, the motion."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ MAX_STEPS = 1e8
 
 
 class RunChecks(Checks):
-    """Checks everything of a scenario beyond the robot itself."""
+    """Checks of a scenario except the robot."""
 
     def run(self) -> Motion | None:
-        """Report everything that is wrong; return the motion with what its files hold, None where there is none."""
+        """Report all problems; return the motion with its files loaded, or None."""
         initial = self.section(Initial, ("initial",))
         simulation = self.section(Simulation, ("simulation",))
         motion = MotionChecks(self.document, self.problems)
@@ -46,7 +46,7 @@ class RunChecks(Checks):
         return motion.motion
 
     def start(self) -> None:
-        """Report cables that have no direction where the run begins."""
+        """Report cables without a defined direction at the initial pose."""
         initial = self.section(Initial, ("initial",))
         if initial is None:
             return
@@ -66,7 +66,7 @@ class RunChecks(Checks):
                 self.say(("initial", "position"), f"cable '{cable_name(cable, i)}' has no length here: {why}")
 
     def _obstacles(self) -> None:
-        """Report meshes in files that cannot be read, or are no obstacle."""
+        """Report unreadable or unusable obstacle meshes."""
         given = self.document.get(("world", "obstacles"))
         for i in range(len(given) if isinstance(given, list) else 0):
             path = ("world", "obstacles", i, "mesh")
@@ -106,6 +106,6 @@ def _is_multiple(value: float, step: float) -> bool:
 
 
 def _near(ratio: float, value: Callable[[int], float]) -> str:
-    """Name the values that belong to the integers on both sides of `ratio`."""
+    """Return the values for the integers below and above `ratio` as text."""
     below = math.floor(ratio)
     return " or ".join(f"{value(n):.12g}" for n in (below, below + 1) if n >= 1)

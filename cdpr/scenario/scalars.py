@@ -1,8 +1,9 @@
-"""What an unquoted word of YAML means: the core schema of YAML 1.2, in its strictest reading.
+"""Interpretation of unquoted YAML scalars: a strict form of the YAML 1.2 core schema.
 
-PyYAML follows YAML 1.1, where `no` is false, `010` is 8, `1:30` is 90 and `1e-3` is a text. Here only `true`,
-`false`, `null`, `~`, decimal integers and decimal floats mean anything; whatever else looks like a number is
-a text, so that the models refuse it instead of computing with a number that nobody wrote.
+PyYAML follows YAML 1.1, in which `no` is false, `010` is 8, `1:30` is 90 and `1e-3` is a text. Here only `true`,
+`false`,
+`null`, `~`, decimal integers and decimal floats are special. Everything else is a text, so that the models reject it
+instead of computing with an unintended number.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ SPECIAL = {
     "+.inf": "inf",
     "-.inf": "-inf",
     ".nan": "nan",
-}  # the models refuse them as not finite
+}  # rejected later as not finite
 WORDS: dict[str, bool | None] = {"true": True, "false": False, "null": None, "~": None, "": None}
 
-MAX_DIGITS = 308  # beyond this an integer is no float; Python itself refuses beyond 4300
+MAX_DIGITS = 308  # larger integers overflow floats; Python itself rejects more than 4300 digits
 
 
 def resolve(text: str) -> str | int | float | bool | None:
-    """Return the value of an unquoted scalar; ValueError for an integer too long to be a number."""
+    """Return the value of an unquoted scalar; raise ValueError if an integer is too long."""
     if text in WORDS:
         return WORDS[text]
     if text.lower() in SPECIAL:

@@ -1,4 +1,4 @@
-"""A checked scenario, ready to run."""
+"""Validated scenario, ready to run."""
 
 from __future__ import annotations
 
@@ -42,23 +42,23 @@ from cdpr.scenario.validation import report_nulls, validate
 from cdpr.scenario.yaml_text import dump
 from cdpr.trajectory import Trajectory, of_tool
 
-# On these the motion and its checks do not depend.
+# Sections that do not affect the motion and its checks.
 BESIDES = {"controller", "solver", "backend_options"}
 
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What to simulate. Made by `load_scenario`; two scenarios are equal if they describe the same run.
+    """Simulation setup, made by `load_scenario`. Two scenarios are equal if they describe the same run.
 
     Attributes:
-        sections: all sections of the file, every default filled in.
+        sections: all sections of the file, with defaults.
         robot: the robot as frozen arrays.
-        believed: the robot as controller and solver believe it to be; None where they know it as it is.
+        believed: nominal robot of controller and solver; None if it equals the robot.
         controller_options: options of the controller, an instance of its plugin's model.
         solver_options: the same for the tension solver.
-        source: the file that it came from.
-        unused: dotted keys that are given but that a run does not use.
-        notes: what became of the options of a controller or solver that was replaced, a sentence each.
+        source: scenario file.
+        unused: dotted keys that are given but not used by a run.
+        notes: remarks on the options of replaced controllers or solvers, a sentence each.
     """
 
     sections: ScenarioSection
@@ -70,7 +70,7 @@ class Scenario:
     unused: tuple[str, ...]
     notes: tuple[str, ...]
     _backend_options: Mapping[str, BaseModel]
-    _given: ScenarioSection = field(repr=False)  # the sections as the file has them
+    _given: ScenarioSection = field(repr=False)  # sections as in the file
     _motion: Motion = field(repr=False)
     _document: Document = field(repr=False)
     _thought: Document | None = field(repr=False)
@@ -82,39 +82,39 @@ class Scenario:
         return f"<Scenario {self.name}: {self.robot.name} on {simulation.backend}, {parts}, {simulation.duration:g} s>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the HTML display for notebooks."""
         html: str = late("Scenario._repr_html_")(self)
         return html
 
     @property
     def plugins(self) -> Registry:
-        """The plugins that it chooses from."""
+        """Available plugins."""
         return self._plugins
 
     @property
     def name(self) -> str:
-        """Name of the scenario; the file's unless it says another."""
+        """Name of the scenario; by default that of the file."""
         return self.sections.name
 
     @property
     def world(self) -> World:
-        """What surrounds the robot."""
+        """Surroundings of the robot."""
         return self.sections.world
 
     @property
     def gravity(self) -> Array:
-        """Acceleration of gravity, (3,), m/s^2, world."""
+        """Acceleration of gravity, (3,), m/s^2, world frame."""
         return frozen_array(self.sections.world.gravity)
 
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """What cables should not touch."""
+        """Obstacles that cables should not touch."""
         folder = self._document.folder
         return tuple(each.build(i, folder) for i, each in enumerate(self.sections.world.obstacles, start=1))
 
     @property
     def simulation(self) -> Simulation:
-        """Backend, duration and steps."""
+        """Backend, duration and time steps."""
         return self.sections.simulation
 
     @property
@@ -124,35 +124,35 @@ class Scenario:
 
     @property
     def trajectory(self) -> Motion:
-        """The desired motion, with the initial pose filled in where a pose was left out."""
+        """Desired motion, with missing poses set to the initial pose."""
         return self.sections.trajectory
 
     @cached_property
     def planned(self) -> Trajectory:
-        """The desired motion without what events do to it."""
+        """Desired motion without the effect of events."""
         made, tool = self.trajectory.make(), self.trajectory.tool
         return made if tool is None else of_tool(made, self.robot.platform.tools[tool])
 
     @cached_property
     def desired(self) -> Trajectory:
-        """The desired motion; CdprError where one cannot be what an event makes of it."""
+        """Desired motion with the effect of events; CdprError if an event makes it impossible."""
         return redirected(self.planned, self.events, self.simulation.control_step)
 
     @cached_property
     def controlled(self) -> Robot:
-        """The robot as the distribution of tensions sees it: its `dof` are the controlled directions alone."""
+        """Robot for the tension distribution: its `dof` are only the controlled directions."""
         dof = self.sections.controlled or self.robot.dof
         return self.robot if dof == self.robot.dof else replace(self.robot, dof=dof)
 
     @cached_property
     def belief(self) -> str:
-        """What controller and solver believe that is not so, in one line; "" where they know the robot as it is."""
+        """Differences of the nominal robot in one line; "" if there are none."""
         robot, believed = self.sections.robot, self.sections.believed
         return "" if believed is None else belief.in_a_line(belief.differences(robot, believed))
 
     @cached_property
     def warnings(self) -> tuple[Problem, ...]:
-        """What is allowed and seldom meant, such as sizes as if in millimetres: see `cdpr.scenario.plausible`."""
+        """Values that are allowed but probably not intended, such as sizes in mm: see `cdpr.scenario.plausible`."""
         sections, document, twin = self.sections, self._document, self._thought
         shortened = not document.mark(("simulation", "duration")).line
         about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion, self.obstacles
@@ -164,7 +164,7 @@ class Scenario:
         return (*found, *belief.alone(plausible.warnings(thought, twin), found))
 
     def doubts(self, events: Sequence[ScenarioEvent]) -> list[str]:
-        """Return what `warnings` would say of where the last of these events, in place of its own, wants to go."""
+        """Return the warnings on the target of the last of these events, which replace the scenario's events."""
         looked = [*(event for event in events[:-1] if event.goal() is None), *events[-1:]]
         run = self.sections.model_copy(update={"events": looked})
         about = self.sections.robot, self.robot, belief.ROBOT, self._document.data, run
@@ -178,41 +178,41 @@ class Scenario:
 
     @property
     def solver(self) -> SolverSection:
-        """Type of the tension solver, and what to do while a wrench is infeasible."""
+        """Type of the tension solver, and its reaction to infeasible wrenches."""
         return self.sections.solver
 
     @property
     def events(self) -> tuple[ScenarioEvent, ...]:
-        """What happens during the run, each cable by its name."""
+        """Events of the run, with cables by name."""
         return tuple(self.sections.events)
 
     @property
     def actuators(self) -> Actuators | None:
-        """The FMU between commands and cables, if there is one."""
+        """FMU between commands and cables, or None."""
         return self.sections.actuators
 
     @property
     def cable_model(self) -> str:
-        """What turns commands into tensions: the robot's model, or "fmu"."""
+        """Model that converts commands into tensions: the robot's, or "fmu"."""
         return model_of(self.robot) if self.actuators is None else FMU
 
     @property
     def ideal_cables(self) -> bool:
-        """Whether the tensions of all cables are their commands."""
+        """True if the tensions of all cables equal their commands."""
         return ideal(self.cable_model)
 
     @property
     def log_every(self) -> int:
-        """Samples from one that is kept to the next; the whole run where it is shorter."""
+        """Number of samples per logged sample; at most the whole run."""
         log, steps = self.sections.log, self.simulation.steps
         return 1 if log is None else max(1, min(round(log.step / self.simulation.control_step), steps))
 
     def options(self) -> Options:
-        """Return the options of controller and solver that are in force at the start, to be changed."""
+        """Return the initial options of controller and solver, which can be changed."""
         return _options(self._plugins, self.sections, self.controller_options, self.solver_options, self._document)
 
     def backend_options(self, name: str | None = None) -> BaseModel:
-        """Return the options of a backend, of the chosen one unless named; PluginError if it has none."""
+        """Return the options of a backend (default: the selected one); PluginError if they are required but missing."""
         name = name or self.simulation.backend
         if name in self._backend_options:
             return self._backend_options[name]
@@ -223,18 +223,18 @@ class Scenario:
             raise PluginError(f"backend '{name}' needs options: give them under backend_options.{name}") from error
 
     def problems_with(self, events: Sequence[ScenarioEvent], new: ScenarioEvent) -> list[Problem]:
-        """Return what is wrong with `events` in place of its own, of which one is `new` and the others were right.
+        """Return the problems of `events` in place of the scenario's; all but `new` have been checked before.
 
-        Paths are those in the section `events`.
+        Paths are relative to the section `events`.
         """
         problems = Problems()
         EventChecks(self._document.copy(), problems, self.options()).run(events, new)
         return problems.items
 
     def session_yaml(self, folder: str, events: Sequence[ScenarioEvent], duration: float) -> str:
-        """Return YAML of the scenario with these events and a duration (s), to stand in another folder.
+        """Return YAML of the scenario with these events and duration (s), for a file in another folder.
 
-        Events name their files as seen from there. A shorter duration is meant so.
+        File names are relative to that folder. `ends_early` is set if the duration is shorter.
         """
         data = self._plain_in(folder)
         data["simulation"]["duration"] = duration
@@ -244,14 +244,14 @@ class Scenario:
         return dump(data)
 
     def yaml_in(self, folder: str) -> str:
-        """Return `resolved_yaml` to stand in another folder: it names the same files."""
+        """Return `resolved_yaml` for a file in another folder, with adjusted file names."""
         data = self._plain_in(folder)
         return self.resolved_yaml() if data == self._plain() else dump(data)
 
     def resolved_yaml(self) -> str:
-        """Return YAML that stands alone, robot and defaults written out, and loads to an equal scenario.
+        """Return self-contained YAML with robot and defaults, which loads to an equal scenario.
 
-        A trajectory's CSV file, which may be large, stays a file; its checksum is written.
+        The CSV file of a trajectory, which may be large, remains a file; its checksum is included.
         """
         return self._text
 
@@ -260,7 +260,7 @@ class Scenario:
         return dump(self._plain())
 
     def place(self, *path: str | int) -> str:
-        """Return where the value at `path` was written: file, line and column."""
+        """Return file, line and column of the value at `path`."""
         return str(self._document.mark(path))
 
     def with_changes(
@@ -272,7 +272,7 @@ class Scenario:
         controller: str | None = None,
         plugins: Registry | None = None,
     ) -> Scenario:
-        """Return a changed copy, itself without changes, checked like a file; arguments as for `load_scenario`."""
+        """Return a changed and validated copy, or self if nothing changes; arguments are those of `load_scenario`."""
         names = {"backend": backend, "solver": solver, "controller": controller}
         if not overrides and not any(names.values()) and plugins in (None, self._plugins):
             return self
@@ -289,7 +289,7 @@ class Scenario:
         return hash(self.resolved_yaml())
 
     def _plain_in(self, folder: str) -> dict[str, Any]:
-        """Return plain data with names of files as seen from a folder."""
+        """Return plain data with file names relative to a folder."""
         data = self._plain()
 
         def move(section: dict[str, Any], *keys: str) -> None:
@@ -314,7 +314,7 @@ class Scenario:
         """Return the sections as plain data in the order of the schema."""
         data = self.sections.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"})
         for section, options in (("controller", self.controller_options), ("solver", self.solver_options)):
-            core = data[section]  # its keys come first, and stay where a plugin has one of the same name
+            core = data[section]  # core keys come first and take precedence over plugin keys of the same name
             data[section] = {**core, **options.model_dump(mode="json", by_alias=True), **core}
         given = {
             name: options.model_dump(mode="json", by_alias=True)
@@ -332,10 +332,9 @@ def build_scenario(
     problems: Problems,
     before: Scenario | None = None,
 ) -> Scenario:
-    """Change the document of a scenario, check it and make the scenario; ScenarioError with all `problems`.
+    """Apply changes to a document, validate it and return the scenario; raise ScenarioError with all `problems`.
 
-    Where that is a copy of the document of a scenario `before`, what of it is not changed is taken from there: it has
-    passed the checks.
+    If the document is a copy of that of `before`, unchanged sections are not validated again.
     """
     change(document, overrides, chosen, plugins, problems)
     unchanged = set() if before is None or problems.items else _unchanged(document, before._document)
@@ -400,23 +399,23 @@ def build_scenario(
     )
     moving = {"trajectory", "initial"} if trajectory.tool is None else {"trajectory", "initial", "robot"}
     if before and moving <= unchanged and "planned" in before.__dict__:
-        made.__dict__["planned"] = before.planned  # as `cached_property` keeps it
+        made.__dict__["planned"] = before.planned  # as `cached_property` stores it
     return made
 
 
 def _unchanged(document: Document, before: Document) -> set[str]:
-    """Return the sections that say the same in both; those that neither has, too."""
+    """Return the sections that are equal, or missing, in both."""
     keys = ScenarioSection.model_fields.keys() | document.data.keys() | before.data.keys()
     return {key for key in keys if document.data.get(key) == before.data.get(key)}
 
 
 def _all_but_platform(document: Document) -> dict[str, Any]:
-    """Return what a document that has passed the checks says of its robot beside the platform."""
+    """Return the robot's data in a validated document, without the platform."""
     return {key: value for key, value in document.data["robot"].items() if key != "platform"}
 
 
 def _believed(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:
-    """Return the robot that is believed, where there is one, and the scenario of it; it passes the checks of both."""
+    """Return the nominal robot and its scenario, validated as both; None if there is none."""
     found = Problems(unreadable=set(problems.unreadable))
     twin = None if ("robot",) in found.unreadable else belief.believed_document(document, found)
     sections = None
@@ -446,13 +445,13 @@ def _dumped(section: BaseModel) -> dict[str, Any]:
 
 
 def _located(options: BaseModel, folder: str) -> dict[str, str]:
-    """Return the names of the files that options name, as seen from a folder."""
+    """Return the file names in options, relative to a folder."""
     names = {field.alias or key: getattr(options, key) for key, field in type(options).model_fields.items()}
     return {key: seen_from(folder, name.path) for key, name in names.items() if isinstance(name, FileName)}
 
 
 def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-    """Take the plugins' options out: they are checked by the plugins' models, not by ours."""
+    """Separate the plugins' options, which are validated by the plugins' models."""
     own = dict(data)
     options: dict[str, dict[str, Any]] = {}
     for section, core in CORE_KEYS.items():

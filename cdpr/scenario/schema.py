@@ -1,4 +1,4 @@
-"""The sections of a scenario file."""
+"""Sections of a scenario file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MAX_SEED = 2**63 - 1
 
 
 class World(Section):
-    """What surrounds the robot."""
+    """Surroundings of the robot."""
 
     gravity: Vector3 = Field(
         (0.0, 0.0, -9.81),
@@ -32,7 +32,7 @@ class World(Section):
 
 
 class Simulation(Section):
-    """The engine and its times."""
+    """Physics backend and time steps."""
 
     backend: str = Field(BACKEND, description="physics backend, any installed one")
     duration: Positive = Field(
@@ -60,12 +60,12 @@ class Simulation(Section):
 
     @property
     def substeps(self) -> int:
-        """Number of physics steps in a control step."""
+        """Number of physics steps per control step."""
         return round(self.control_step / self.physics_step)
 
 
 class Log(Section):
-    """What is kept of a run."""
+    """Logging of a run."""
 
     step: Positive = Field(
         description="time between two samples that are kept, an integer multiple of control_step; the first and the "
@@ -75,13 +75,13 @@ class Log(Section):
 
 
 class ControllerSection(Section):
-    """The controller; its own options stand beside `type` and are checked by the plugin's model."""
+    """Controller; its options are next to `type` and validated by the plugin's model."""
 
     type: str = Field(CONTROLLER, description="controller, any installed one; its options stand beside it")
 
 
 class SolverSection(Section):
-    """The tension solver; its own options stand beside these keys and are checked by the plugin's model."""
+    """Tension solver; its options are next to these keys and validated by the plugin's model."""
 
     type: str = Field(SOLVER, description="tension solver, any installed one; its options stand beside it")
     infeasible: Literal["best_effort", "hold_tension", "stop"] = Field(
@@ -92,7 +92,7 @@ class SolverSection(Section):
 
 
 class ScenarioSection(Section):
-    """A scenario: one robot, one motion, one run."""
+    """Scenario: one robot, one motion, one run."""
 
     name: Name = Field("scenario", description="name of the scenario; the file's name unless said")
     robot: RobotSection = Field(description="robot file, relative to this file, or the robot itself")

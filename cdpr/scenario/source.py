@@ -1,4 +1,4 @@
-"""From the files that the user names to one document: a scenario with its robot and all changes in it, or a robot."""
+"""Assembly of a document from files and overrides: a scenario with its robot, or a robot."""
 
 from __future__ import annotations
 
@@ -39,9 +39,12 @@ NAMED = {
 
 
 def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str | None = None) -> Document:
-    """Read and parse the file that the user named, or `text`; raises if it cannot be used as this kind of file.
+    """Read and parse a file, or `text`, and check its kind.
 
-    A bare name that is no file is that of an example.
+    A bare name that is not a file refers to an example.
+
+    Raises:
+        ScenarioError: if it cannot be used as this kind of file.
     """
     if text is None:
         path = examples.resolve(path, kind)
@@ -63,7 +66,7 @@ def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str
 
 
 def kind_of(document: Document) -> Kind | None:
-    """Tell what a file is by its top-level keys; None where they do not tell."""
+    """Return the kind of a file by its top-level keys, or None."""
     keys = set(document.data)
     if keys & DESIGN_KEYS:
         return "design"
@@ -77,7 +80,7 @@ def kind_of(document: Document) -> Kind | None:
 def change(
     document: Document, overrides: Overrides, chosen: list[Change], plugins: Registry, problems: Problems
 ) -> None:
-    """Write plugins `chosen` and `overrides` into the document of a scenario, and its robot, where it names a file."""
+    """Apply `chosen` plugins and `overrides` to the document of a scenario, and insert its robot file."""
     forget(document)
     document.data.setdefault("name", stem(document.source))
     replacement = Replacement(document, plugins)
@@ -87,7 +90,7 @@ def change(
             continue
         if each.path[0] == "robot" and len(each.path) > 1:
             _include_robot(document, problems)
-        if each.path[0] == INITIAL[0] and len(each.path) > 2:  # a part of what the home may say
+        if each.path[0] == INITIAL[0] and len(each.path) > 2:  # part of a value that may come from the home
             _include_robot(document, problems)
             begin_at_home(document, problems)
             document.filled.clear()
@@ -98,7 +101,7 @@ def change(
 
 
 def _include_robot(document: Document, problems: Problems) -> None:
-    """Replace the name of a robot file by what the file holds."""
+    """Replace the reference to a robot file by its content."""
     name: Any = document.data.get("robot")
     if name is None or isinstance(name, dict):
         return
@@ -141,7 +144,7 @@ def _read_robot(name: Any, document: Document, problems: Problems) -> Document |
 
 
 def _parsed(content: bytes, file: str, problems: Problems) -> Document | None:
-    """Parse a robot file; each case of a study asks for one of few."""
+    """Parse a robot file; cached, because cases of a study use few of them."""
     document, found = _parse(content, file)
     problems.include(found)
     return document and document.copy()
@@ -154,6 +157,6 @@ def _parse(content: bytes, file: str) -> tuple[Document | None, Problems]:
 
 
 def stem(path: str) -> str:
-    """Make a name of a file's name."""
+    """Return a valid name from a file name."""
     stem = os.path.splitext(os.path.basename(path))[0]
     return re.sub(r"[^\w.-]+", "_", stem).lstrip(".-")[:64] or "unnamed"

@@ -1,4 +1,4 @@
-"""What the models of sections say of a document, each problem at its place."""
+"""Validation of a document by the sections' models, with the position of each problem."""
 
 from __future__ import annotations
 
@@ -25,9 +25,17 @@ def validate(
     before: M | None = None,
     unchanged: Set[str] = frozenset(),
 ) -> M | None:
-    """Check `data`; as JSON, since strict models then take lists for tuples but convert nothing else.
+    """Return the validated model, or None after reporting problems.
 
-    Sections `unchanged` are those of what was found `before` in other data; the model has no check across sections.
+    Data are validated as JSON, in which strict models accept lists for tuples but convert nothing else.
+
+    Args:
+        model: model without checks across sections.
+        data: data to validate.
+        document: source of positions.
+        problems: receives the problems.
+        before: model of other data, from which `unchanged` sections are reused.
+        unchanged: names of equal sections.
     """
     if before is not None:
         changed = frozenset(data.keys() | before.model_fields_set) - unchanged
@@ -37,7 +45,7 @@ def validate(
                 part = _part(model, changed).model_validate_json(text, context={"folder": document.folder})
                 return before.model_copy(update={key: getattr(part, key) for key in changed})
         except ValidationError:
-            pass  # told below, as of the whole
+            pass  # reported below for the whole model
     try:
         return model.model_validate_json(json.dumps(data), context={"folder": document.folder})
     except ValidationError as error:
@@ -55,7 +63,7 @@ def _part(model: type[BaseModel], names: frozenset[str]) -> type[BaseModel]:
 
 
 def report_nulls(node: Any, path: Path, document: Document, problems: Problems) -> None:
-    """Refuse keys without a value also where the model could do without one."""
+    """Report keys without a value, even if the model accepts null."""
     if node is None and not problems.has(path):
         problems.add(document.mark(path), path, "no value is given; give one or remove the key")
     items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()

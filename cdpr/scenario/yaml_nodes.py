@@ -1,8 +1,9 @@
-"""Strict YAML: from text to a `Document`, refusing what a scenario never needs before it costs anything.
+"""Strict YAML parser: from text to a `Document`, with limits enforced while reading.
 
-PyYAML only scans and parses; its events are composed here, one by one, so that the limits hold while reading
-and no constructor ever runs. An alias is what was written at its anchor, composed anew and counted like anything else
-(so no bombs). No tags (no code), no merge keys, no duplicate keys.
+PyYAML only scans and parses. Its events are composed here one by one, so that limits apply early and no constructor
+runs. Aliases are expanded and counted like other values, which prevents alias bombs. Tags, merge keys and duplicate
+keys
+are rejected.
 """
 
 from __future__ import annotations
@@ -21,20 +22,20 @@ from cdpr.scenario.problems import Problems
 from cdpr.scenario.scalars import WORDS, resolve
 
 MAX_DEPTH = 32
-TOO_DEEP = "exceeded maximum nesting depth"  # libyaml's own words
+TOO_DEEP = "exceeded maximum nesting depth"  # message of libyaml
 MAX_NODES = 20_000
 
-# Printable text and the line ends of an editor. U+0085, U+2028 and U+2029 would end a line for YAML alone.
+# Allows printable text and usual line ends. U+0085, U+2028 and U+2029 are line ends only in YAML.
 FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
 TAB = re.compile(r"^[^#\n]*?\t", re.MULTILINE)
 XML = re.compile(r"\s*<[?!A-Za-z]")  # not the << of a merge
 SURROGATE = re.compile("[\ud800-\udfff]")
 
-# libyaml, where PyYAML was built with it: 10 times faster.
+# libyaml if available: 10 times faster.
 PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-# What YAML notices only where it ends, often a line later, and what is then wrong where it begins.
+# Errors that YAML detects only at the end, often on a later line, with a hint on their start.
 BEGUN = {
     "simple key": "; a colon is missing after this word",
     "quoted scalar": "; the quote that begins here is not closed",
@@ -44,7 +45,7 @@ BEGUN = {
 
 
 def _place(error: yaml.MarkedYAMLError) -> Any:
-    """Return the mark of what is wrong: where it begins, if it is noticed in another line."""
+    """Return the position of an error: its start, if it was detected on another line."""
     begin, noticed = error.context_mark, error.problem_mark
     if begin and noticed and begin.line != noticed.line and any(what in (error.context or "") for what in BEGUN):
         return begin
@@ -60,9 +61,13 @@ class _RefusedError(Exception):
 
 
 def parse(content: bytes | str, source: str, problems: Problems, *, parser: Any = PARSER) -> Document | None:
-    """Return the document, or None if it cannot be read at all; what is wrong goes to `problems`.
+    """Return the document, or None if it cannot be read; errors are added to `problems`.
 
-    `source` names the file in messages, and its folder is where relative names start.
+    Args:
+        content: text or UTF-8 bytes.
+        source: file name for messages; its folder is the base of relative file names.
+        problems: receives the errors.
+        parser: PyYAML loader class.
     """
     composer = _Composer(source, problems)
     try:
@@ -81,7 +86,7 @@ def parse(content: bytes | str, source: str, problems: Problems, *, parser: Any 
 
 
 def parse_value(text: str) -> Any:
-    """Return the value that `text` stands for by the same rules; ValueError says what is wrong."""
+    """Return the value of `text` by the same rules; raise ValueError if it is invalid."""
     problems = Problems()
     try:
         value = _Composer("", problems).compose(text or "null", PARSER)
@@ -94,7 +99,7 @@ def parse_value(text: str) -> Any:
 
 
 class _Composer:
-    """Builds plain data out of events and notes where each node stands."""
+    """Composer of plain data from events, with the positions of all nodes."""
 
     def __init__(self, source: str, problems: Problems) -> None:
         self.source = source
@@ -102,8 +107,8 @@ class _Composer:
         self.keys: dict[Path, Mark] = {}
         self.values: dict[Path, Mark] = {}
         self.nodes = 0
-        self.anchors: dict[str, list[Any]] = {}  # events of what carries each name
-        self.open: list[tuple[str, list[Any]]] = []  # of those, that are still being read
+        self.anchors: dict[str, list[Any]] = {}  # events of each anchored value
+        self.open: list[tuple[str, list[Any]]] = []  # anchored values that are still being read
 
     def compose(self, content: bytes | str, parser: Any) -> Any:
         text = self._text(content)
@@ -112,7 +117,7 @@ class _Composer:
         except yaml.MarkedYAMLError as error:
             place = _place(error)
             mark = Mark(self.source, place.line + 1, place.column + 1) if place else Mark(self.source, 1, 1)
-            if TOO_DEEP in (error.problem or ""):  # newer libyaml looks ahead farther than that
+            if TOO_DEEP in (error.problem or ""):  # newer versions of libyaml look farther ahead
                 raise _RefusedError(mark, f"nested more than {MAX_DEPTH} deep") from None
             parts = [part for part in (error.context, error.problem) if part]
             hint = next((hint for begun, hint in BEGUN.items() if begun in (error.context or "")), "")
@@ -121,7 +126,7 @@ class _Composer:
             raise _RefusedError(Mark(self.source, 1, 1), f"not valid YAML: {' '.join(str(error).split())}") from None
 
     def _text(self, content: bytes | str) -> str:
-        """Decode and check the characters, which PyYAML's two parsers judge differently."""
+        """Decode the text and check its characters, which PyYAML's two parsers treat differently."""
         size = len(content) if isinstance(content, bytes) else len(content.encode("utf-8", "surrogatepass"))
         if size > MAX_BYTES:
             raise _RefusedError(Mark(self.source, 1, 1), f"larger than {MAX_BYTES // 1024} KiB; no scenario needs that")
@@ -146,7 +151,7 @@ class _Composer:
         return text
 
     def _place(self, before: str) -> Mark:
-        """Return the mark of what follows the text `before`."""
+        """Return the position after the text `before`."""
         line = before.count("\n") + 1
         return Mark(self.source, line, len(before) - (before.rfind("\n") + 1) + 1)
 
@@ -154,7 +159,7 @@ class _Composer:
         return Mark(self.source, event.start_mark.line + 1, event.start_mark.column + 1)
 
     def _document(self, events: Iterator[Any]) -> Any:
-        next(events)  # the start of the stream
+        next(events)  # start of the stream
         start = next(events)
         if isinstance(start, yaml.StreamEndEvent):
             raise _RefusedError(Mark(self.source, 1, 1), "the file is empty")
@@ -162,14 +167,14 @@ class _Composer:
             raise _RefusedError(self._mark(start), "directives (%YAML, %TAG) are not supported; remove the line")
         inner = self._recorded(events)
         value = self._value(next(inner), (), 1, inner)
-        next(events)  # the end of the document
+        next(events)  # end of the document
         after = next(events)
         if not isinstance(after, yaml.StreamEndEvent):
             raise _RefusedError(self._mark(after), "a second document begins here (---); one file holds one document")
         return value
 
     def _recorded(self, events: Iterator[Any]) -> Iterator[Any]:
-        """Hand on events, keeping them for all anchors that are open."""
+        """Yield the events, and record them for all open anchors."""
         for event in events:
             for _, kept in self.open:
                 kept.append(event)
@@ -179,7 +184,7 @@ class _Composer:
         if isinstance(event, yaml.AliasEvent):
             return self._alias(event, path, depth)
         name = event.anchor
-        if name is None or (name in self.anchors and self.anchors[name][0] is event):  # none, or composed again
+        if name is None or (name in self.anchors and self.anchors[name][0] is event):  # no anchor, or replayed
             return self._node(event, path, depth, events)
         if name in self.anchors or any(name == other for other, _ in self.open):
             raise _RefusedError(self._mark(event), f"the anchor &{name} is given twice; rename one", path)
@@ -191,7 +196,7 @@ class _Composer:
         return value
 
     def _alias(self, event: Any, path: Path, depth: int) -> Any:
-        """Compose again what stands at the anchor; problems in it are told where it stands."""
+        """Compose the anchored value again; problems have the position of the anchor."""
         mark, name = self._mark(event), event.anchor
         if any(name == other for other, _ in self.open):
             raise _RefusedError(mark, f"the alias *{name} stands within its own anchor", path)
@@ -231,7 +236,7 @@ class _Composer:
         return data
 
     def _plain(self, event: Any, path: Path) -> Mark:
-        """Count a node and refuse what is no plain data."""
+        """Count a node and reject tags."""
         mark = self._mark(event)
         self.nodes += 1
         if self.nodes > MAX_NODES:
@@ -256,11 +261,11 @@ class _Composer:
     def _scalar(self, event: Any, mark: Mark, path: Path) -> Any:
         if SURROGATE.search(event.value):
             raise _RefusedError(mark, "the text has an escape that is no character", path)
-        if not event.implicit[0]:  # quoted or a block: a text whatever it looks like
+        if not event.implicit[0]:  # quoted or block scalar: always text
             return event.value
         try:
             return resolve(event.value)
         except ValueError as error:
             self.problems.add(mark, path, str(error))
-            self.problems.unreadable.add(path)  # said once: no "a number expected" after this
+            self.problems.unreadable.add(path)  # suppresses a further "a number expected"
             return event.value

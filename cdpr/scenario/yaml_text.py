@@ -1,6 +1,6 @@
-"""Writing plain data as YAML that our own reader reads back unchanged.
+"""YAML writer whose output the strict parser reads back unchanged.
 
-PyYAML's dumper follows YAML 1.1: it would leave the text '1e-3' unquoted and tag the float 1e-05.
+PyYAML's dumper follows YAML 1.1: it would write the text '1e-3' without quotes and tag the float 1e-05.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any
 
 PLAIN = re.compile(r"[A-Za-z_][\w./-]*(?: [\w./-]+)*", re.ASCII)
-ELSEWHERE = {"yes", "no", "on", "off", "true", "false", "null"}  # what other readers take for no text, in any case
+ELSEWHERE = {"yes", "no", "on", "off", "true", "false", "null"}  # not text for other readers, in any case
 
 SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
 
@@ -23,7 +23,7 @@ def dump(data: dict[str, Any]) -> str:
 
 @lru_cache(maxsize=64)
 def _section(content: str) -> str:
-    """Return block YAML of what is given as JSON: many scenarios that are written differ in one of their sections."""
+    """Return block YAML of JSON; cached, because scenarios written together often differ in one section only."""
     return "\n".join(_block(json.loads(content), "")) + "\n"
 
 

@@ -99,7 +99,7 @@ def _platform(model: ET.Element, subject: Subject, placed: bool) -> None:
 
 
 def _held(model: ET.Element, subject: Subject) -> None:
-    """Add the guide of a platform with fewer than six degrees of freedom: slides along world axes, a hinge, or a ball."""
+    """Add the guide of a platform without all six degrees of freedom: slides along world axes, a hinge, or a ball."""
     robot = subject.robot
     if robot.n == 6:
         return

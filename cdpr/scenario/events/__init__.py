@@ -1,4 +1,4 @@
-"""What may happen to a robot during a run: a file each, and this table. To add one, write its file and name it here."""
+"""Events of a run, one module per type, and their table. To add a type, write its module and list it here."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ EVENTS: tuple[type[ScenarioEvent], ...] = get_args(get_args(AnyEvent)[0])
 
 
 def limits_change(kinds: Collection[str]) -> bool:
-    """Tell whether tension limits change in a run of which events of these kinds are told."""
+    """Return True if an event of these kinds changes tension limits."""
     return any(event.changes_limits for event in EVENTS if event.kind() in kinds)
 
 
 def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) -> tuple[tuple[int, float], ...]:
-    """Return which of the `cables` break, counted from 0, and the times (s) of the samples from which they are."""
+    """Return the indices of `cables` that break, and the times (s) of the first samples after it."""
     breaks = [event for event in events if isinstance(event, CableEvent) and event.breaks]
     return tuple((cables.index(str(event.cable)), first_sample(event.time, step) * step) for event in breaks)

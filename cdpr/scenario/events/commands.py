@@ -1,8 +1,9 @@
-"""Wrenches and tensions given from outside, in place of the answers of controller or solver, and their file.
+"""External wrenches and tensions that replace the output of controller or solver, and their file format.
 
-The file is a table in text: `t` and `until` (s), then `fx` to `mz` (N, N m) and a column for each cable (N), by its
-name. A row gives a wrench or tensions, from the sample at t until the one at `until`, excluded; what it does not give
-stays empty. Numbers are written such that they read back to the bit.
+The file is a text table: `t` and `until` (s), `fx` to `mz` (N, N m), and a column per cable (N), by name. A row
+contains
+a wrench or tensions from the sample at `t` up to, but excluding, that at `until`; other cells are empty. Numbers are
+written with full precision.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ Kind = Literal["wrench", "tension"]
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """A wrench (6,) or tensions (m,), given from one time to another, s."""
+    """Wrench (6,) or tensions (m,) during a time interval, s."""
 
     kind: Kind
     start: float
@@ -37,7 +38,7 @@ class Span:
 
 
 def overlay(spans: Iterable[Span], later: Sequence[Span]) -> list[Span]:
-    """Return all spans in the order of time, `later` ones, which do not overlap, in the place of others."""
+    """Return all spans in order of time; `later` spans, which do not overlap each other, replace others."""
     later = sorted(later, key=lambda span: span.start)
     ends = [span.end for span in later]
     left = []
@@ -53,7 +54,7 @@ def overlay(spans: Iterable[Span], later: Sequence[Span]) -> list[Span]:
 
 
 def written(spans: Sequence[Span], cables: Sequence[str]) -> str:
-    """Return the text of the file."""
+    """Return the content of the file."""
     lines = [",".join((*TIMES, *WRENCH, *cables))]
     for span in spans:
         numbers = [repr(float(value)) for value in span.values]
@@ -64,7 +65,7 @@ def written(spans: Sequence[Span], cables: Sequence[str]) -> str:
 
 
 def parsed(content: bytes) -> tuple[tuple[str, ...], tuple[Span, ...]]:
-    """Return the names of the cables and what is given; TableError lists what is wrong with the file."""
+    """Return the names of the cables and the spans; raise TableError if the file is invalid."""
     if len(content) > MAX_BYTES:
         raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
     try:
@@ -91,7 +92,7 @@ def parsed(content: bytes) -> tuple[tuple[str, ...], tuple[Span, ...]]:
 
 
 def _span(cells: list[str], width: int, before: float) -> Span:
-    """Read a line; ValueError says what is wrong with it. `before` is the time (s) at which the line before ends."""
+    """Return the span of a line that must not start before `before`, s; raise ValueError if it is invalid."""
     if len(cells) != width:
         raise ValueError(f"{width} cells are expected, got {len(cells)}")
     wrench, tension = cells[2:8], cells[8:]
@@ -106,7 +107,7 @@ def _span(cells: list[str], width: int, before: float) -> Span:
 
 def _number(cell: str) -> float:
     try:
-        value = float(cell.replace("_", "?"))  # Python alone takes 1_000 for a number
+        value = float(cell.replace("_", "?"))  # only Python accepts 1_000
     except ValueError:
         value = math.nan
     if not math.isfinite(value):

@@ -1,4 +1,4 @@
-"""Cables that come too near to each other, to their platform or to an obstacle."""
+"""Event of cables that come too close to each other, to their platform or to an obstacle."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cdpr.scenario.events.event import Guard, History, ScenarioEvent, first_samp
 
 
 class Contact(ScenarioEvent):
-    """The least clearance of the cables falls to a value, or below it; looked at in each sample."""
+    """Smallest clearance of the cables at or below a threshold, checked at each sample."""
 
     type: Literal["contact"] = Field(
         description="cables touch, or come too near to, each other, their platform or one of world.obstacles"
@@ -29,15 +29,15 @@ class Contact(ScenarioEvent):
     )
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield where it is not known how thick the cables are."""
+        """Yield a problem if the diameter of a cable is unknown."""
         if history.thin:
             whose = f"'{history.thin[0]}'" + (f" and {len(history.thin) - 1} more" if history.thin[1:] else "")
             yield f"needs the diameters of all cables, and has none of {whose}: give the robot cable.diameter (m)"
 
     def guard(self, step: float) -> Guard:
-        """Return when it happens."""
+        """Return the condition of the event."""
         return Guard(self.clearance, first_sample(self.time, step) * step, self.then == "stop")
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Say nothing: what has happened is found in the samples."""
+        """Yield nothing: occurrences are found in the samples."""
         return iter(())

@@ -1,7 +1,7 @@
-"""What every event of a scenario is: a section, its checks, what it does in a run, and what is told of it.
+"""Base classes of scenario events: section, checks, effects during a run, and log entries.
 
-An event acts at the first sample at or after its time, k * control_step, and from then on whatever the engine: nothing
-happens within a control step.
+An event acts from the first sample at or after its time, k * control_step, with any engine; nothing happens within a
+control step.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from cdpr.trajectory import Trajectory
 
 
 def first_sample(time: float, step: float) -> int:
-    """Return the number of the first sample at or after `time` (s); `step` is the time between two (s)."""
+    """Return the index of the first sample at or after `time` (s); `step` is the control period (s)."""
     return math.ceil(time / step - tolerances.TIME * max(1.0, time / step))
 
 
 class Drives(Protocol):
-    """What an event may do to the cables, named, None standing for all of them, and to options. Tensions in N."""
+    """Receiver of event actions on cables, by name (None for all), and on options. Tensions in N."""
 
     def hold(self, cable: str, tension: float | None) -> None:
-        """From now on a cable has this tension, or where None is given that of the sample before."""
+        """Set a cable's tension from now on; None keeps that of the previous sample."""
 
     def lock(self, cable: str) -> None:
-        """The distribution learns which tension a cable is held at."""
+        """Notify the distribution of the tension at which a cable is held."""
 
     def limit(self, cable: str | None, low: float | None, high: float | None) -> None:
-        """Change tension limits, but for None, of cables that the distribution does not know to be held."""
+        """Change tension limits, except None, of cables that the distribution does not treat as held."""
 
     def cut_power(self) -> None:
-        """Leave all cables but those that are held without tension, and ask for none any more."""
+        """Release all cables except held ones, and stop distributing tensions."""
 
     def set(self, key: str, value: Any) -> None:
-        """Change an option, named as in `controller.kp`, of a plugin that lets it."""
+        """Change an option, named as in `controller.kp`, if its plugin supports it."""
 
 
 Action = Callable[[Drives], None]
@@ -57,37 +57,37 @@ Action = Callable[[Drives], None]
 
 @dataclass(frozen=True)
 class Swing:
-    """An external wrench: amplitude times sin(angle * (k - first) + phase) at the samples `first` <= k < `end`."""
+    """External wrench: amplitude times sin(angle * (k - first) + phase) at the samples `first` <= k < `end`."""
 
     first: int
     end: float
-    angle: float  # rad a sample; 0 for what does not swing
+    angle: float  # rad per sample; 0 if constant
     phase: float  # rad
     amplitude: tuple[float, ...]  # (6,): force, N, and moment, N m, at the platform's origin, world axes
 
 
 @dataclass(frozen=True)
 class Guard:
-    """Cables are to keep their distance: from what touches them at this clearance, m, from a time on, s."""
+    """Condition on the cables' clearance, m, from a time on, s."""
 
     clearance: float
     after: float
-    stops: bool  # whether the run ends where they do not
+    stops: bool  # True if a violation ends the run
 
 
 @dataclass
 class History:
-    """What has happened before an event, for its checks.
+    """Previous events, for the checks of an event.
 
     Attributes:
-        unilateral: whether cables cannot push.
-        limits: present limits, N, of each cable by name; None where they are not known.
-        set_at: when a cable's `min` or `max` was last changed, s, and to what, in words.
-        set_by: which event was the last to change a cable's limits.
-        fate: of cables that no longer do what they are told: what has become of them, and when, s.
-        stopped: when the robot was stopped, s.
-        cables: names of all.
-        thin: names of those whose diameter is not known.
+        unilateral: True if cables cannot push.
+        limits: current limits, N, of each cable by name; None if unknown.
+        set_at: time (s) of the last change of a cable's `min` or `max`, and its description.
+        set_by: last event that changed a cable's limits.
+        fate: state of cables that no longer follow commands, and since when, s.
+        stopped: time of the emergency stop, s.
+        cables: names of all cables.
+        thin: names of cables of unknown diameter.
     """
 
     unilateral: bool
@@ -101,14 +101,14 @@ class History:
 
 
 class ScenarioEvent(Kind):
-    """Something that happens at a time.
+    """Event at a time.
 
     Attributes:
-        ideal_cables_only: whether it needs cables that pull what they are told.
-        overrides: whether it gives cables tensions that the distribution did not choose.
-        changes_limits: whether it changes tension limits.
-        wants_tensions: whether `tell` needs the tensions of its first sample.
-        files: keys that name files.
+        ideal_cables_only: True if it requires ideal cables.
+        overrides: True if it sets tensions that the distribution did not choose.
+        changes_limits: True if it changes tension limits.
+        wants_tensions: True if `tell` needs the tensions of its first sample.
+        files: keys that are file names.
     """
 
     ideal_cables_only: ClassVar[bool] = False
@@ -122,76 +122,76 @@ class ScenarioEvent(Kind):
     )
 
     def named(self, names: Sequence[str | None]) -> Self:
-        """Return the event with its cable's name in place of the number; `names` are those of all cables."""
+        """Return the event with its cable's name instead of its number; `names` are those of all cables."""
         return self
 
     def load(self, report: Report) -> Self | None:
-        """Return the event with what its files hold; None where they are wrong, which is reported."""
+        """Return the event with its files loaded; None if they are invalid, which is reported."""
         return self
 
     def check_cable(self, names: Sequence[str]) -> str:
-        """Return what is wrong with its cable; `names` are those of the robot."""
+        """Return what is wrong with its cable, or ""; `names` are those of the robot."""
         return ""
 
     def stay(self, guide: Guide, where: Path) -> None:
-        """Report what leaves the guide; `where` is the path of the event."""
+        """Report violations of the guide; `where` is the path of the event."""
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
-        """Yield key and text of what cannot be with this control step, s."""
+        """Yield the key and text of problems with this control step, s."""
         return iter(())
 
     def check_options(self, options: Options) -> Iterator[tuple[Path, str]]:
-        """Yield path and text of what cannot be with these options, and change them; asked in the order of time."""
+        """Yield the path and text of problems with these options, and apply changes; called in order of time."""
         return iter(())
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield what cannot be after what has happened, and take part in it; asked in the order of time."""
+        """Yield problems caused by previous events, and update the history; called in order of time."""
         return iter(())
 
     def settle(self, history: History) -> Iterator[str]:
-        """Yield what cannot be once all that happens at its time has happened."""
+        """Yield problems that remain after all events of the same time."""
         return iter(())
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
-        """Yield what it does to cables, and when, s."""
+        """Yield the actions on cables and options, with their times, s."""
         return iter(())
 
     def goal(self) -> Posed | None:
-        """Return the pose to which it sends the platform, if any; what it leaves as it is, None."""
+        """Return the target pose, if any; unchanged parts are None."""
         return None
 
     def swing(self, step: float) -> Swing | None:
-        """Return the external wrench that it is, if any."""
+        """Return the external wrench, if any."""
         return None
 
     def guard(self, step: float) -> Guard | None:
-        """Return what it watches over, if anything: it happens where cables come too near to something."""
+        """Return the clearance condition, if any."""
         return None
 
     def redirect(self, motion: Trajectory, step: float) -> Trajectory:
-        """Return the desired motion as it is from then on, and was before; raises CdprError where it cannot be."""
+        """Return the desired motion after the event's effect; raise CdprError if it is impossible."""
         return motion
 
     def commands(self) -> Sequence[Span]:
-        """Return what it gives in place of the answers of controller or solver."""
+        """Return the values that replace the output of controller or solver."""
         return ()
 
     @abstractmethod
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Yield what there is to say of it, each at the sample at which it acts.
+        """Yield log entries, each at the sample at which it applies.
 
         Args:
             step: control period, s.
-            samples: how many the run made.
-            tension: N, of each cable by name at its first sample, where it wants them and they are known.
+            samples: number of samples of the run.
+            tension: tension of each cable at the event's first sample, N, by name, if `wants_tensions` and known.
         """
 
 
 class CableEvent(ScenarioEvent):
-    """Something that happens to one cable, or where that may be left out to all.
+    """Event of one cable or, if none is given, of all.
 
     Attributes:
-        breaks: whether the cable is no more from then on.
+        breaks: True if the cable no longer exists after the event.
     """
 
     breaks: ClassVar[bool] = False
@@ -199,11 +199,11 @@ class CableEvent(ScenarioEvent):
     cable: str | int | None
 
     def named(self, names: Sequence[str | None]) -> Self:
-        """Return the event with its cable's name in place of the number."""
+        """Return the event with its cable's name instead of its number."""
         return self.model_copy(update={"cable": names[self.cable - 1]}) if isinstance(self.cable, int) else self
 
     def check_cable(self, names: Sequence[str]) -> str:
-        """Return what is wrong with its cable."""
+        """Return what is wrong with its cable, or ""."""
         if isinstance(self.cable, int) and not 1 <= self.cable <= len(names):
             return f"cables are numbered from 1 to {len(names)}, got {self.cable}"
         if isinstance(self.cable, str) and self.cable not in names:
@@ -211,24 +211,24 @@ class CableEvent(ScenarioEvent):
         return ""
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield where the cable is no more, or held."""
+        """Yield a problem if the cable is already broken or held."""
         what, since = ("", 0.0) if self.cable is None else history.fate.get(str(self.cable), ("", 0.0))
         if what and not self.possible(what):
             yield f"cable '{self.cable}' is {what} already, since {exact(since)} s"
 
     def possible(self, fate: str) -> bool:
-        """Whether it may happen to a cable of this fate."""
+        """Return True if the event can happen to a cable in this state."""
         return False
 
 
 def guarding(events: Sequence[ScenarioEvent], step: float) -> list[tuple[ScenarioEvent, Guard]]:
-    """Return the events that watch over clearances, each with its guard; `step` is the control period, s."""
+    """Return the events with clearance conditions, each with its condition; `step` is the control period, s."""
     pairs = [(event, event.guard(step)) for event in events]
     return [(event, guard) for event, guard in pairs if guard is not None]
 
 
 def redirected(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:
-    """Return the motion with what `events` do to it. Raises CdprError, naming the event, where one cannot be."""
+    """Return the motion after the effects of `events`; CdprError names an event that is impossible."""
     for event in sorted(events, key=lambda event: event.time):
         try:
             motion = event.redirect(motion, step)

@@ -1,4 +1,4 @@
-"""Cables that no longer do what they are told."""
+"""Faults of cables: they no longer follow commands."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from cdpr.scenario.problems import exact
 
 
 class CableFault(CableEvent):
-    """A cable that no longer does what it is told.
+    """Fault of a cable, which no longer follows commands.
 
     Attributes:
-        fate: what has become of the cable.
-        left: the tension that it has from then on, N; None for that of the sample before.
+        fate: state of the cable after the fault.
+        left: its tension after the fault, N; None for that of the previous sample.
     """
 
     ideal_cables_only: ClassVar[bool] = True
@@ -37,14 +37,14 @@ class CableFault(CableEvent):
     )
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield where it cannot happen to the cable any more."""
+        """Yield a problem if the cable already has a fault that excludes this one."""
         wrong = list(super().follow(history))
         if not wrong:
             history.fate[str(self.cable)] = (self.fate, self.time)
         yield from wrong
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
-        """The plant feels it at its time, the distribution learns of it later."""
+        """Yield the fault of the plant at its time, and its detection by the distribution later."""
         cable = str(self.cable)
 
         def happen(drives: Drives) -> None:
@@ -57,7 +57,7 @@ class CableFault(CableEvent):
         yield self.time + self.detected_after, detect
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Say what happens to the cable, and when the distribution learns of it."""
+        """Yield the fault, and its detection by the distribution."""
         time = first_sample(self.time, step) * step
         learns = first_sample(self.time + self.detected_after, step)
         known = learns * step
@@ -68,11 +68,11 @@ class CableFault(CableEvent):
 
     @abstractmethod
     def _happening(self, tension: Mapping[str, float]) -> str:
-        """What happens to the cable, in words."""
+        """Return a description of the fault."""
 
 
 class CableBreak(CableFault):
-    """A cable breaks: its tension is 0 from then on."""
+    """Cable break: the tension is 0 from then on."""
 
     breaks: ClassVar[bool] = True
     fate: ClassVar[str] = "broken"
@@ -81,7 +81,7 @@ class CableBreak(CableFault):
     type: Literal["cable_break"] = Field(description="a cable breaks: its tension is 0 from then on")
 
     def possible(self, fate: str) -> bool:
-        """Whether it may happen to a cable of this fate: one that is jammed may break."""
+        """Return True if the event can happen to a cable in this state; a jammed cable may break."""
         return fate != self.fate
 
     def _happening(self, tension: Mapping[str, float]) -> str:
@@ -89,7 +89,7 @@ class CableBreak(CableFault):
 
 
 class CableJam(CableFault):
-    """A cable's tension stays what it was at the sample before, whatever is commanded; also without power."""
+    """Cable jam: the tension keeps its previous value, independent of commands and power."""
 
     fate: ClassVar[str] = "jammed"
     left: ClassVar[float | None] = None
@@ -103,7 +103,7 @@ class CableJam(CableFault):
     )
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
-        """Yield where there is no sample before."""
+        """Yield a problem if there is no previous sample."""
         if first_sample(self.time, step) < 1:
             early = exact(self.time)
             text = f"must be at least control_step, {exact(step)} (s), for no tension is there before, got {early}"

@@ -1,4 +1,4 @@
-"""Tension limits over time, as a scenario's events change them."""
+"""Tension limits over time, as changed by a scenario's events."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cdpr.scenario.events.event import Action, ScenarioEvent, first_sample
 
 
 class Limits:
-    """Receiver of event actions that keeps the tension limits (N) only; a `Drives`."""
+    """Receiver of event actions (a `Drives`) that tracks only the tension limits (N)."""
 
     def __init__(self, robot: Robot) -> None:
         self._at = {cable.name: i for i, cable in enumerate(robot.cables)}
@@ -25,21 +25,21 @@ class Limits:
             self.high[i] = self.high[i] if high is None else high
 
     def cut_power(self) -> None:
-        """Remove the lowest tensions: a robot without power is not asked to keep its cables tight."""
+        """Remove the lowest tensions: without power, slack is allowed."""
         self.low = [-math.inf] * len(self.low)
 
     def hold(self, cable: str, tension: float | None) -> None:
-        """Ignore a cable that breaks or jams: that changes no limit."""
+        """Do nothing: broken and jammed cables keep their limits."""
 
     def lock(self, cable: str) -> None:
-        """Ignore what the distribution learns."""
+        """Do nothing: detection changes no limit."""
 
     def set(self, key: str, value: Any) -> None:
-        """Ignore options of plugins."""
+        """Do nothing: options change no limit."""
 
 
 def limit_changes(events: Sequence[ScenarioEvent], robot: Robot, step: float) -> LimitChanges:
-    """Return the tension limits after each change, in the order of time; `step` is the control period, s."""
+    """Return the tension limits after each change, in order of time; `step` is the control period, s."""
     actions: list[tuple[int, Action]] = []
     for event in events:
         actions += [(first_sample(time, step), do) for time, do in event.actions(step)]

@@ -1,4 +1,4 @@
-"""Tension limits that change."""
+"""Event that changes tension limits."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cdpr.scenario.problems import exact
 
 
 class TensionLimits(CableEvent):
-    """The tension limits change. Cables that are broken or jammed keep what they have.
+    """Change of tension limits. Broken and jammed cables keep their tension.
 
-    What changes at one time changes together, in whatever order the events stand.
+    Changes at the same time apply together, independent of the order of events.
     """
 
     changes_limits: ClassVar[bool] = True
@@ -37,16 +37,16 @@ class TensionLimits(CableEvent):
         return self
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield where the cable is no more, and where another event says otherwise at the same time."""
+        """Yield problems: a faulty cable, or a different change at the same time."""
         yield from super().follow(history)
         for name in self._cables(history):
             text = self._change(name, history)
             if text:
                 yield text
-                return  # limits of all cables that are wrong are one problem
+                return  # wrong limits of all cables are one problem
 
     def settle(self, history: History) -> Iterator[str]:
-        """Yield where the limits of a cable contradict each other, if this event was the last to change them."""
+        """Yield contradicting limits of a cable, if this event was the last to change them."""
         for name in self._cables(history):
             text = self._contradiction(history, name) if history.set_by.get(name) is self else ""
             if text:
@@ -54,7 +54,7 @@ class TensionLimits(CableEvent):
                 return
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
-        """The limits change at its time."""
+        """Yield the change of limits at its time."""
         cable = None if self.cable is None else str(self.cable)
 
         def change(drives: Drives) -> None:
@@ -63,7 +63,7 @@ class TensionLimits(CableEvent):
         yield self.time, change
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Say which limits change."""
+        """Yield the changed limits."""
         limits = [f"{key} {value:g} N" for key, value in self._given().items()]
         text = f"the tension limits of {self._whose()} become {', '.join(limits)}"
         yield Event(first_sample(self.time, step) * step, self.type, text)
@@ -75,12 +75,12 @@ class TensionLimits(CableEvent):
         return {key: value for key, value in (("min", self.min), ("max", self.max)) if value is not None}
 
     def _cables(self, history: History) -> tuple[str, ...]:
-        """The cables whose limits change, none where limits are not known."""
+        """Return the cables whose limits change; () if limits are unknown."""
         present = history.limits or {}
         return tuple(present) if self.cable is None else (str(self.cable),) if present else ()
 
     def _change(self, name: str, history: History) -> str:
-        """Change the limits of one cable; return what is wrong with that beside others, if anything."""
+        """Change the limits of one cable in the history; return a conflict with another event, or ""."""
         twice = ""
         for key, value in self._given().items():
             before, other = history.set_at.get((name, key), (-1.0, ""))

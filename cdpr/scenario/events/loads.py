@@ -1,4 +1,4 @@
-"""External wrenches: pushes, steps, constant loads and those that swing."""
+"""External wrenches: pushes, steps, constant loads and sines."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from cdpr.log.event import Event
 from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
 from cdpr.scenario.problems import exact
 
-QUARTER = 0.5 * math.pi  # the phase of what does not swing
+QUARTER = 0.5 * math.pi  # phase of a constant load
 
 
 class Load(ScenarioEvent):
-    """A force and a moment on the platform. Those that act at the same time add up."""
+    """Force and moment on the platform. Simultaneous loads add up."""
 
     time: NonNegative = Field(
         0.0,
@@ -45,7 +45,7 @@ class Load(ScenarioEvent):
         return self
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
-        """Yield where it would end before it acts."""
+        """Yield a problem if it is shorter than a control step."""
         if self.duration is not None and self.duration < step * (1.0 - 1e-9):
             held = exact(self.duration)
             text = f"must be at least control_step, {exact(step)} (s), for it is held so long, got {held}"
@@ -57,7 +57,7 @@ class Load(ScenarioEvent):
         return Swing(first_sample(self.time, step), end, *self._oscillation(step), (*self.force, *self.moment))
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Say which wrench acts, and until when."""
+        """Yield the wrench and its end."""
         end = None
         if self.duration is not None:
             end = min(first_sample(self.time + self.duration, step), samples - 1) * step
@@ -65,7 +65,7 @@ class Load(ScenarioEvent):
         yield Event(first_sample(self.time, step) * step, self.type, text, end)
 
     def _oscillation(self, step: float) -> tuple[float, float]:
-        """Angle a sample and phase, rad."""
+        """Return the angle per sample and the phase, rad."""
         return 0.0, QUARTER
 
     def _suffix(self) -> str:
@@ -73,13 +73,13 @@ class Load(ScenarioEvent):
 
 
 class Wrench(Load):
-    """A constant wrench: with a duration a push, without one a step, from time 0 a constant load."""
+    """Constant wrench: a push if it has a duration, otherwise a step; from time 0 on a constant load."""
 
     type: Literal["wrench"] = Field(description="a constant force and moment on the platform")
 
 
 class Sine(Load):
-    """A wrench that swings: force and moment times sin(2 pi frequency (t - begin) + phase)."""
+    """Sinusoidal wrench: force and moment times sin(2 pi frequency (t - begin) + phase)."""
 
     type: Literal["sine"] = Field(
         description="a force and moment on the platform that swing as a sine; sampled, and held over each control step"
@@ -99,7 +99,7 @@ class Sine(Load):
         return self
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
-        """Yield where samples could not show the frequency."""
+        """Yield a problem if the frequency cannot be sampled."""
         yield from super().check_steps(step)
         if self.frequency * step >= 0.5:
             text = f"must be less than half of the control rate, {0.5 / step:g} (Hz), got {exact(self.frequency)}"

@@ -1,4 +1,4 @@
-"""Options of plugins that change during a run."""
+"""Event that changes an option during a run."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from cdpr.scenario.events.event import Action, Drives, ScenarioEvent, first_samp
 
 
 class SetOption(ScenarioEvent):
-    """An option of controller or solver gets another value, where its plugin declares that it may."""
+    """Change of a controller or solver option, if its plugin declares it changeable."""
 
     type: Literal["set"] = Field(description="an option of controller or solver gets another value")
     key: str = Field(description="which option, such as controller.kp; the plugin must let it change during a run")
     value: Any = Field(description="its value from then on")
 
     def check_options(self, options: Options) -> Iterator[tuple[Path, str]]:
-        """Yield why the option cannot have this value, or cannot change."""
+        """Yield the reasons why the option cannot have this value, or cannot change."""
         try:
             options.change(self.key, self.value)
         except RefusedError as error:
@@ -32,7 +32,7 @@ class SetOption(ScenarioEvent):
             yield ("value",), str(error)
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
-        """The option changes at its time."""
+        """Yield the change at its time."""
 
         def change(drives: Drives) -> None:
             drives.set(self.key, self.value)
@@ -40,6 +40,6 @@ class SetOption(ScenarioEvent):
         yield self.time, change
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Say which option changes."""
+        """Yield the new value."""
         text = f"{self.key} becomes {json.dumps(self.value)}"
         yield Event(first_sample(self.time, step) * step, self.type, text)

@@ -1,4 +1,4 @@
-"""Commands that were given from outside, played back."""
+"""Playback of recorded external commands."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cdpr.scenario.motions.table import TableError
 
 
 class Outside(ScenarioEvent):
-    """Wrenches or tensions from a file take the place of the answers of controller or solver."""
+    """Wrenches or tensions from a file that replace the output of controller or solver."""
 
     files: ClassVar[tuple[str, ...]] = ("file",)
     type: Literal["outside"] = Field(
@@ -35,7 +35,7 @@ class Outside(ScenarioEvent):
     _content: tuple[tuple[str, ...], tuple[Span, ...]] = PrivateAttr(((), ()))
 
     def load(self, report: Report) -> Self | None:
-        """Return a copy that holds what its file does."""
+        """Return a copy with its file loaded."""
         content = report.read(("file",), self.file, MAX_BYTES, (".csv",))
         if content is None:
             return None
@@ -53,15 +53,15 @@ class Outside(ScenarioEvent):
         return copy
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield where the file is of another robot."""
+        """Yield a problem if the file belongs to another robot."""
         cables = self._content[0]
         if history.cables and cables != tuple(history.cables):
             yield f"'{self.file}' is of a robot with the cables {', '.join(cables)}, not {', '.join(history.cables)}"
 
     def commands(self) -> Sequence[Span]:
-        """Return what the file holds."""
+        """Return the content of the file."""
         return [Span(each.kind, self.time + each.start, self.time + each.end, each.values) for each in self._content[1]]
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Say nothing: what was given is told of the whole run, whether it came from a file or not."""
+        """Yield nothing: external commands are logged for the whole run, whether from a file or not."""
         return iter(())

@@ -1,4 +1,4 @@
-"""The emergency stop."""
+"""Emergency stop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cdpr.trajectory import Stopping, Trajectory
 
 
 class EmergencyStop(ScenarioEvent):
-    """The robot stops, in the sense of the stop categories of IEC 60204-1."""
+    """Emergency stop according to the stop categories of IEC 60204-1."""
 
     overrides: ClassVar[bool] = True
 
@@ -36,19 +36,19 @@ class EmergencyStop(ScenarioEvent):
     )
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield where the robot is stopped already."""
+        """Yield a problem if the robot is already stopped."""
         if history.stopped is not None:
             yield f"the robot is stopped already at {exact(history.stopped)} s; one emergency stop is allowed"
         history.stopped = self.time
 
     def redirect(self, motion: Trajectory, step: float) -> Trajectory:
-        """A controlled stop slows the motion down."""
+        """Return the motion slowed down to rest (categories 1 and 2)."""
         if self.category == 0:
             return motion
         return Stopping(motion, first_sample(self.time, step) * step, self.stopping_time)
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
-        """Categories 0 and 1 cut the power."""
+        """Yield the power cut (categories 0 and 1)."""
 
         def cut(drives: Drives) -> None:
             drives.cut_power()
@@ -57,7 +57,7 @@ class EmergencyStop(ScenarioEvent):
             yield self._power_off(step), cut
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Say how it stops, and when the power is cut."""
+        """Yield the stop and the power cut."""
         controlled = f", at rest within {self.stopping_time:g} s" if self.category != 0 else ""
         text = f"emergency stop of category {self.category}{controlled}"
         yield Event(first_sample(self.time, step) * step, self.type, text)
@@ -66,5 +66,5 @@ class EmergencyStop(ScenarioEvent):
             yield Event(off, "power_off", "the drives are without power: no tensions but in jammed cables")
 
     def _power_off(self, step: float) -> float:
-        """Time, s, at which the power is cut."""
+        """Return the time of the power cut, s."""
         return self.time if self.category == 0 else first_sample(self.time, step) * step + self.stopping_time

@@ -1,4 +1,4 @@
-"""A new place to go to."""
+"""Event that redirects the motion to a new target."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from cdpr.scenario.problems import exact
 
 
 class Target(ScenarioEvent):
-    """The desired motion goes to another pose, from wherever it is and however fast, and stays there.
+    """Motion to another pose, from the current state; the pose is then held.
 
-    One quintic: position, velocity and acceleration go on without a jump.
+    It is a quintic: position, velocity and acceleration are continuous.
     """
 
     type: Literal["target"] = Field(
@@ -49,7 +49,7 @@ class Target(ScenarioEvent):
 
     @model_validator(mode="after")
     def _complete(self) -> Target:
-        given = self.model_fields_set  # also a null, which is told by itself
+        given = self.model_fields_set  # including null, which is reported separately
         if not given & {"position", "orientation"}:
             raise ValueError("position (m) or orientation is missing, or both: where to go")
         if len(given & {"duration", "limits"}) != 1:
@@ -59,11 +59,11 @@ class Target(ScenarioEvent):
         return self
 
     def goal(self) -> Posed:
-        """Return itself."""
+        """Return the target pose."""
         return self
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
-        """Yield where it would be a jump."""
+        """Yield a problem if the move is shorter than a control step."""
         if self.duration is not None and self.duration < step * (1.0 - 1e-9):
             text = f"must be at least control_step, {exact(step)} (s), or it is a jump, got {exact(self.duration)}"
             yield "duration", text
@@ -73,12 +73,12 @@ class Target(ScenarioEvent):
         guide.check(where, self)
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield where the robot is stopped."""
+        """Yield a problem if the robot is already stopped."""
         if history.stopped is not None:
             yield f"the robot is stopped at {exact(history.stopped)} s: it goes nowhere afterwards"
 
     def redirect(self, motion: trajectory.Trajectory, step: float) -> trajectory.Trajectory:
-        """Leave the motion at the first sample."""
+        """Return the motion that is redirected at the first sample."""
         return trajectory.redirected(
             motion,
             first_sample(self.time, step) * step,
@@ -90,7 +90,7 @@ class Target(ScenarioEvent):
         )
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
-        """Say where it goes."""
+        """Yield the target."""
         parts = []
         if self.position is not None:
             parts.append(f"to {_list(self.position)} m")

@@ -1,4 +1,4 @@
-"""Desired motions: a file each, and this table. To add one, write its file and name it here."""
+"""Desired motions, one module per type, and their table. To add a type, write its module and list it here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Round a centre, also along the axis."""
+"""Circular and helical motions."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import exact
 
 MAX_TURNS = 1000
-ON_THE_WAY = 12  # places of a turn that are looked at
+ON_THE_WAY = 12  # places per turn that are checked
 
 
 class Circle(Motion):
-    """A circle, or an arc, passed from rest to rest, then its end is held."""
+    """Circle or arc from rest to rest; its end is held."""
 
     type: Literal["circle"] = Field(description="round a centre, from rest to rest")
     start: NonNegative = begins()
@@ -44,15 +44,15 @@ class Circle(Motion):
     turning: bool = Field(False, description="whether the platform turns with the path or keeps its attitude")
 
     def climb(self) -> float:
-        """Return the way along the normal per turn, m."""
+        """Return the climb along the normal per turn, m."""
         return 0.0
 
     def poses(self) -> list[tuple[Path, Posed]]:
-        """Return the beginning."""
+        """Return the start pose."""
         return [((), self)]
 
     def places(self, initial: Initial) -> Iterator[Place]:
-        """Yield the beginning, and some places on the way."""
+        """Yield the start and some places along the path."""
         yield from super().places(initial)
         whole = self.complete(initial)
         normal = np.array(self.normal) / (float(np.linalg.norm(self.normal)) or 1.0)
@@ -63,7 +63,7 @@ class Circle(Motion):
             yield ("center",), self.center + turned + climbed, whole.orientation.quaternion()
 
     def stay(self, guide: Guide, report: Report) -> None:
-        """Report what leaves the guide on the way, which goes where the plane does."""
+        """Report violations of the guide along the path; its plane determines them."""
         if guide.held[:3].sum() > 1:
             text = "so no circle can be passed; others move as they say: quintic, waypoints, jerk_limited"
             report.say(("type",), f"{guide.free}, {text}")
@@ -82,11 +82,11 @@ class Circle(Motion):
             report.say(("turning",), f"{guide.free}, so the platform cannot turn about the normal")
 
     def complete(self, initial: Initial) -> Self:
-        """Fill in the initial pose."""
+        """Return a copy with missing values set to the initial pose."""
         return posed(self, initial)
 
     def check_completed(self, report: Report) -> None:
-        """Report what is no circle."""
+        """Report an invalid circle."""
         if self.turns == 0.0:
             report.say(("turns",), "must not be 0; to stay, use type: hold")
         length = float(np.linalg.norm(self.normal))
@@ -120,7 +120,7 @@ class Circle(Motion):
 
 
 class Helix(Circle):
-    """A circle that climbs along its axis."""
+    """Circle that climbs along its axis."""
 
     type: Literal["helix"] = Field(description="round an axis and along it, from rest to rest")  # type: ignore[assignment]
     pitch: Number = Field(
@@ -128,5 +128,5 @@ class Helix(Circle):
     )
 
     def climb(self) -> float:
-        """Return the way along the normal per turn, m."""
+        """Return the climb along the normal per turn, m."""
         return self.pitch

@@ -1,4 +1,4 @@
-"""A smooth path through the rows of a CSV file."""
+"""Smooth path through the rows of a CSV file."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ FILE: Path = ("file",)
 
 
 class Csv(Motion):
-    """A smooth path through the rows of a CSV file, then the last one is held.
+    """Smooth path through the rows of a CSV file; the last row is held.
 
-    Rates that the file does not hold are chosen as those of waypoints: smooth at inner rows, zero at both ends.
+    Missing rates are chosen as for waypoints: smooth at inner rows, zero at both ends.
     """
 
     files: ClassVar[tuple[str, ...]] = ("file",)
@@ -46,12 +46,12 @@ class Csv(Motion):
 
     @property
     def table(self) -> Table:
-        """What the file holds; present after loading."""
+        """Content of the file; available after loading."""
         assert self._table is not None
         return self._table
 
     def load(self, report: Report) -> Self | None:
-        """Return a copy that holds what its file does."""
+        """Return a copy with its file loaded."""
         content = report.read(FILE, self.file, MAX_BYTES, (".csv",))
         if content is None:
             return None
@@ -68,18 +68,18 @@ class Csv(Motion):
         return copy
 
     def poses(self) -> list[tuple[Path, Posed]]:
-        """Return none: they are in the file."""
+        """Return no poses: they are in the file."""
         return []
 
     def places(self, initial: Initial) -> Iterator[Place]:
-        """Yield the points farthest out along each axis."""
+        """Yield the extreme points along each axis."""
         attitude = (self.orientation or initial.orientation).quaternion()
         positions, attitudes = self.table.columns["position"], self.table.get("orientation")
         for row in {*positions.argmin(axis=0).tolist(), *positions.argmax(axis=0).tolist()}:
             yield FILE, positions[row], attitude if attitudes is None else attitudes[row]
 
     def stay(self, guide: Guide, report: Report) -> None:
-        """Report the first point of each kind that the guide does not allow."""
+        """Report the first point of each kind that violates the guide."""
         if self.orientation is not None:
             guide.attitude(("trajectory", "orientation"), self.orientation)
         table = self.table
@@ -98,16 +98,16 @@ class Csv(Motion):
                 report.say_of_file(FILE, self.file, table.lines[wrong[0]], 1, text)
 
     def complete(self, initial: Initial) -> Self:
-        """Fill in the initial attitude."""
+        """Return a copy with a missing attitude set to the initial one."""
         return posed(self, initial)
 
     def span(self) -> tuple[float | None, float | None]:
-        """Return when it begins and ends, s."""
+        """Return the start and end times, s."""
         first, last = (self.start + float(self.table.times[k]) for k in (0, -1))
         return first, last
 
     def check_rest(self, k: int, text: str, report: Report) -> None:
-        """Report where it is not at rest in its first or last point."""
+        """Report a first or last point that is not at rest."""
         for name in ("velocity", "angular_velocity"):
             rates = self.table.get(name)
             if rates is not None and rates[k].any():

@@ -1,4 +1,4 @@
-"""Along the path of a G-code file."""
+"""Motion along the path of a G-code file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ WordName = Annotated[str, Field(pattern=f"^({IGNORABLE})$")]
 
 
 class Gcode(Motion):
-    """Along the lines and arcs of a G-code file, from the initial position on, with the initial attitude."""
+    """Motion along the lines and arcs of a G-code file, from the initial position, with constant attitude."""
 
     files: ClassVar[tuple[str, ...]] = ("file",)
 
@@ -71,12 +71,12 @@ class Gcode(Motion):
 
     @property
     def program(self) -> Program:
-        """What the file holds; present after loading."""
+        """Content of the file; available after loading."""
         assert self._program is not None
         return self._program
 
     def load(self, report: Report) -> Self | None:
-        """Return a copy that holds what its file does."""
+        """Return a copy with its file loaded."""
         content = report.read(FILE, self.file, MAX_BYTES, (".gcode", ".ngc", ".nc", ".g"))
         if content is None:
             return None
@@ -92,22 +92,22 @@ class Gcode(Motion):
         return copy
 
     def poses(self) -> list[tuple[Path, Posed]]:
-        """Return none: they are in the file."""
+        """Return no poses: they are in the file."""
         return []
 
     def places(self, initial: Initial) -> Iterator[Place]:
-        """Yield the points farthest out along each axis."""
+        """Yield the extreme points along each axis."""
         course = self._path(initial.position).course
         if course is not None:
             for point in gcode_path.farthest(course):
                 yield FILE, point, initial.orientation.quaternion()
 
     def stay(self, guide: Guide, report: Report) -> None:
-        """Report the first piece that leaves the guide."""
+        """Report the first piece that violates the guide."""
         try:
             path = self._path((guide.home[0], guide.home[1], guide.home[2]))
         except TableError:
-            return  # told by `check_completed`
+            return  # reported by `check_completed`
         if path.course is None or not guide.held[:3].any():
             return
         pieces = path.course.pieces
@@ -122,13 +122,13 @@ class Gcode(Motion):
                 return
 
     def complete(self, initial: Initial) -> Self:
-        """Remember the initial pose, from which the first move leads."""
+        """Return a copy that starts at the initial pose."""
         copy = self.model_copy()
         copy._initial = initial
         return copy
 
     def check_completed(self, report: Report) -> None:
-        """Report moves that cannot be: arcs without a centre that fits, places that are too far away."""
+        """Report invalid moves: inconsistent arcs and positions that are too far away."""
         try:
             path = self._path(self._initial.position)
         except TableError as error:
@@ -138,11 +138,11 @@ class Gcode(Motion):
             report.say(FILE, "nothing in it leads away from the initial position; to stay, use type: hold")
 
     def ends(self) -> float:
-        """Return when it ends, s, as its limits let it."""
+        """Return the end time, s, which depends on the limits."""
         return self.make().end
 
     def remarks(self, initial: Initial) -> Iterator[tuple[Path, str]]:
-        """Yield what is passed over, and feeds that the limits do not allow."""
+        """Yield remarks on skipped words, and on feeds above the limits."""
         if self.program.passed_over:
             yield FILE, f"passed over, as if they moved nothing: {', '.join(self.program.passed_over)}"
         path = self._path(initial.position)
@@ -155,7 +155,11 @@ class Gcode(Motion):
             yield ("limits", "velocity"), f"feeds of up to {feeds[fastest]:.6g} m/s, {where}, are kept at this"
 
     def make(self) -> trajectory.Trajectory:
-        """Return the trajectory. Raises CdprError where planning it takes too much CPU time or too many segments."""
+        """Return the trajectory.
+
+        Raises:
+            CdprError: if planning takes too much CPU time or too many segments.
+        """
         path = self._path(self._initial.position)
         attitude = self._initial.orientation.quaternion()
         if path.course is None:

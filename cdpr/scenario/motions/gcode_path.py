@@ -1,4 +1,4 @@
-"""G-code as a path: where its steps lead from a given beginning, in the world."""
+"""Conversion of G-code steps into a path in the world, from a given start."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from cdpr.scenario.motions.gcode_steps import Program, Step
 from cdpr.scenario.motions.gcode_words import DIVIDE, EACH, checked
 from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 
-# A centre may be farther from one end of an arc than from the other by the larger of these, m and a share of the
-# radius, as for LinuxCNC: files have three or four decimals. The radius then grows along the arc.
+# Largest difference of an arc's radii at start and end: the larger of a length (m) and a fraction of the radius, as in
+# LinuxCNC, because files have three or four decimals. The radius then changes along the arc.
 SPIRAL, SPIRAL_SHARE = 3e-5, 1e-3
 
-# An arc of a smaller angle, rad, than this, with ends so near, is a whole turn.
+# An arc of a smaller angle, rad, is a full turn.
 FUZZ = 1e-6
 
-NO_WAY = 1e-12  # m; steps shorter than this lead nowhere
+NO_WAY = 1e-12  # m; shorter steps are ignored
 
 Point = tuple[float, float]
 
-ROUNDING = 1e-15  # entries of a rotation matrix below this are zero
+ROUNDING = 1e-15  # smaller entries of a rotation matrix are set to zero
 
 
 @dataclass(frozen=True)
 class Placing:
-    """Where the file's coordinates lie.
+    """Transformation from file coordinates to the world.
 
     Attributes:
-        origin: their origin, m, world.
-        attitude: of their axes, a quaternion, world.
-        scale: of their lengths.
+        origin: origin of the file's coordinates, m, world.
+        attitude: attitude of the file's axes, a quaternion, world.
+        scale: factor of lengths.
     """
 
     origin: tuple[float, float, float]
@@ -49,28 +49,28 @@ class Placing:
 
     @cached_property
     def axes(self) -> Array:
-        """Matrix (3, 3) from their axes to the world's; what is zero but for rounding is: right angles stay right."""
+        """Rotation matrix (3, 3) from file to world axes, free of round-off in zeros: right angles stay exact."""
         matrix = rotations.matrix(np.array(self.attitude))
         return np.where(np.abs(matrix) < ROUNDING, 0.0, matrix)
 
     def world(self, points: Array) -> Array:
-        """Return points (K, 3) of the file, m, in the world."""
+        """Return points (K, 3) of the file, m, in world coordinates."""
         return np.asarray(np.array(self.origin) + self.scale * points @ self.axes.T)
 
     def file(self, point: Array) -> Array:
-        """Return a point (3,) of the world, m, in the file's coordinates."""
+        """Return a world point (3,), m, in file coordinates."""
         return np.asarray(self.axes.T @ (point - self.origin) / self.scale)
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """A path of N pieces.
+    """Path of N pieces.
 
     Attributes:
-        course: the pieces; None where nothing moves.
-        lines: of the file, where each piece stands, (N,).
-        delay: pause before the first, s.
-        spent: CPU time that reading the program and following it took, s.
+        course: the pieces; None if there is no motion.
+        lines: (N,), line of each piece in the file.
+        delay: pause before the first piece, s.
+        spent: CPU time of reading and following the program, s.
     """
 
     course: trajectory.Course | None
@@ -81,9 +81,9 @@ class Path:
 
 @dataclass
 class _Laid:
-    """What is gathered: where each piece ends, what it is passed with, which ones are arcs, and of these what they are.
+    """Accumulator of pieces: ends, speeds and tolerances, and the data of arcs.
 
-    Of numbers one after the other, for so many small objects would take more time than all else.
+    Flat lists of numbers, because many small objects would dominate the time.
     """
 
     lines: list[int] = field(default_factory=list)
@@ -91,7 +91,7 @@ class _Laid:
     arcs: list[int] = field(default_factory=list)
     round: list[float] = field(default_factory=list)
     speed: list[float] = field(default_factory=list)
-    duration: dict[int, float] = field(default_factory=dict)  # of those that have one in place of a speed
+    duration: dict[int, float] = field(default_factory=dict)  # durations that replace a speed
     tolerance: list[float] = field(default_factory=list)
     stop: list[bool] = field(default_factory=list)
     pause: list[float] = field(default_factory=list)
@@ -100,9 +100,9 @@ class _Laid:
 
 @lru_cache(maxsize=4)
 def lay(program: Program, placing: Placing, begin: tuple[float, float, float], tolerance: float) -> Path:
-    """Follow a program from a position, m, world; TableError lists what cannot be followed.
+    """Follow a program from a position, m, world; raise TableError with moves that are impossible.
 
-    Corners are missed by `tolerance`, m, where the program does not say.
+    `tolerance` is the corner deviation, m, if the program does not set it.
     """
     laid = _Laid()
     faults: list[tuple[int, int, str]] = []
@@ -165,7 +165,7 @@ def _stop(laid: _Laid, pause: float) -> None:
 
 
 def _target(step: Step, here: list[float], offset: list[float]) -> list[float]:
-    """Return where a step leads, in the file's own coordinates, without offset."""
+    """Return the end of a step, in file coordinates without offset."""
     there = list(here)
     for axis, value in enumerate(step.target):
         if value is None:
@@ -178,7 +178,7 @@ def _target(step: Step, here: list[float], offset: list[float]) -> list[float]:
 
 
 def _arc(step: Step, here: list[float], there: list[float], offset: list[float]) -> list[float]:
-    """Return the numbers of an arc in the file's coordinates, as `_Arcs` has them; ValueError where there is none."""
+    """Return the numbers of an arc in file coordinates, as in `_Arcs`; raise ValueError if it is invalid."""
     first, second, turn = step.plane
     begin, end = (here[first], here[second]), (there[first], there[second])
     if step.radius is not None:
@@ -198,7 +198,7 @@ def _arc(step: Step, here: list[float], there: list[float], offset: list[float])
     sense = -1.0 if step.clockwise else 1.0
     angle = (sense * (math.atan2(y1, x1) - math.atan2(y0, x0))) % (2.0 * math.pi)
     if angle < FUZZ or 2.0 * math.pi - angle < FUZZ:
-        # With a radius both ends differ, so that a whole turn is never meant.
+        # With a radius, the ends differ, so that a full turn is impossible.
         angle = 2.0 * math.pi
     angle += 2.0 * math.pi * (step.turns - 1)
     centre, out, on, climb = [0.0] * 3, [0.0] * 3, [0.0] * 3, [0.0] * 3
@@ -211,7 +211,7 @@ def _arc(step: Step, here: list[float], there: list[float], offset: list[float])
 
 
 def _middle(begin: Point, end: Point, radius: float, clockwise: bool) -> Point:
-    """Return the centre of an arc of a radius, m: of less than half a turn where it is positive."""
+    """Return the centre of an arc of a radius, m; a positive radius means less than half a turn."""
     x, y = end[0] - begin[0], end[1] - begin[1]
     length = math.hypot(x, y)
     if length <= NO_WAY:
@@ -219,7 +219,7 @@ def _middle(begin: Point, end: Point, radius: float, clockwise: bool) -> Point:
     away = radius**2 - 0.25 * length**2
     if away < -max(2.0 * SPIRAL * abs(radius), SPIRAL_SHARE * radius**2):
         raise ValueError(f"no arc of radius {abs(radius):.9g} m reaches over {length:.9g} m, more than twice of it")
-    # Turning to the left, the centre of the shorter way is on the left.
+    # For a left turn, the centre of the shorter arc is on the left.
     side = (-1.0 if clockwise else 1.0) * (1.0 if radius > 0.0 else -1.0)
     share = side * math.sqrt(max(away, 0.0)) / length
     return begin[0] + 0.5 * x - share * y, begin[1] + 0.5 * y + share * x
@@ -227,7 +227,7 @@ def _middle(begin: Point, end: Point, radius: float, clockwise: bool) -> Point:
 
 @dataclass(frozen=True, eq=False)
 class _Arcs:
-    """Round pieces in the world, K: what `trajectory.arcs` wants."""
+    """Arcs in the world, K, for `trajectory.arcs`."""
 
     NUMBERS: ClassVar[int] = 15
 
@@ -240,7 +240,7 @@ class _Arcs:
 
     @classmethod
     def of(cls, numbers: Array, placing: Placing) -> _Arcs:
-        """Return those of numbers (K, 15): centre, unit vectors out and on, climb, both radii, angle."""
+        """Return arcs from numbers (K, 15): centre, unit vectors out and on, climb, both radii, angle."""
         centre, out, on, climb = (numbers[:, k : k + 3] for k in range(0, 12, 3))
         out, on, climb = (vectors @ placing.axes.T for vectors in (out, on, climb))
         radii, climb = placing.scale * numbers[:, 12:14], placing.scale * climb
@@ -248,7 +248,7 @@ class _Arcs:
 
 
 def _far(laid: _Laid, ends: Array, arcs: _Arcs) -> list[tuple[int, int, str]]:
-    """Return the first place that is too far away, as a fault."""
+    """Return an error for the first position that is too far away."""
     reach = np.abs(ends[1:]).max(axis=1)
     which = np.array(laid.arcs, dtype=np.int64)
     reach[which] = np.maximum(reach[which], np.abs(arcs.centre).max(axis=1) + arcs.radii.max(axis=1))
@@ -264,13 +264,13 @@ def _course(laid: _Laid, ends: Array, arcs: _Arcs) -> trajectory.Course | None:
     pieces.replace(np.array(laid.arcs, dtype=np.int64), round_ones)
     pause, speed = np.array(laid.pause), np.array(laid.speed)
     timed = np.array(list(laid.duration), dtype=np.int64)
-    with np.errstate(over="ignore"):  # then the limits are what holds
+    with np.errstate(over="ignore"):  # the limits apply then
         speed[timed] = pieces.length[timed] / np.array(list(laid.duration.values()))
     return trajectory.Course(pieces, speed, np.array(laid.tolerance), np.array(laid.stop), pause)
 
 
 def farthest(course: trajectory.Course, quarters: int = 4) -> Array:
-    """Return positions (K, 3), m, farthest out along each axis; round pieces are looked at in quarters of a turn."""
+    """Return the extreme positions (K, 3), m, along each axis; arcs are sampled at quarters of their length."""
     pieces = course.pieces
     found = []
     for share in np.linspace(0.0, 1.0, quarters + 1):

@@ -1,7 +1,7 @@
-"""G-code as steps: what the words of each line mean, in SI units, before it is known where the motion begins.
+"""G-code interpreter: converts words into steps in SI units, independent of the start of the motion.
 
-What moves nothing is passed over and its words are kept, to be told. What would move something in a way that is not
-known here is a fault: a path that lacks a part is worse than none.
+Words without motion are skipped and reported. Unknown words that could cause motion are errors, because an incomplete
+path is worse than none.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ MAX_PAUSE = 1e6  # s
 SLOWEST = 1e-9  # m/s; a metre takes thirty years
 
 
-@lru_cache(maxsize=4)  # the cases of a study name the same file
+@lru_cache(maxsize=4)  # cases of a study use the same file
 def parse_program(content: bytes, dialect: str, unit: str, ignore: tuple[str, ...]) -> Program:
-    """Read a file's content; TableError lists what is wrong."""
+    """Return the program in a file's content; raise TableError if it is invalid."""
     reader = _Reader(dialect, unit, set(ignore))
     faults: list[tuple[int, int, str]] = []
     budget = CpuBudget(remedy=DIVIDE)
@@ -80,7 +80,7 @@ def _order(name: str) -> tuple[str, float]:
 
 
 class _Reader:
-    """What holds from line to line."""
+    """Modal state of the interpreter."""
 
     def __init__(self, dialect: str, unit: str, ignore: set[str]) -> None:
         self.dialect, self.ignore = dialect, ignore
@@ -92,7 +92,7 @@ class _Reader:
         self.program_number: float | None = None
         self.metres = METRES[unit]
         self.feed = None if dialect == LINUXCNC else DEFAULT_FEED
-        self.inverse = False  # whether F is of each move, 1/min
+        self.inverse = False  # True if F is per move, 1/min
         self.factor = 1.0
         self.motion: float | None = None if dialect == LINUXCNC else 1.0
         self.relative, self.centre_relative = False, True
@@ -100,7 +100,7 @@ class _Reader:
         self.tolerance: float | None = None
 
     def line(self, number: int, words: list[Word]) -> None:
-        """Take one line."""
+        """Process one line."""
         if len(words[0].letter) > 1:
             self._command(words[0].letter)
             return
@@ -126,23 +126,23 @@ class _Reader:
                 target = self._triple(others, AXES) if code == 92.0 else (None, None, None)
                 self.steps.append(Step(number, kind, target))
         if any(letter in others for letter in AXES + CENTRE + "R") or codes & {2.0, 3.0}:
-            # RepRapFirmware's G92 moves the machine's coordinates, and other offsets are not known here.
+            # RepRapFirmware's G92 changes the machine's coordinates; other offsets are not supported.
             self._move(number, others, 53.0 in codes and self.dialect == LINUXCNC)
         self._machine(number, machine_words)
         for name, value in others.items():
             if name in SILENT[self.dialect]:
                 self.passed_over.add(name)
-            elif not machine_words:  # to which it may belong
+            elif not machine_words:  # it may be a parameter of these
                 raise LineError(f"{name}{value:g} means nothing here{self._way_out(name)}")
 
     def _command(self, name: str) -> None:
-        """Skip a command of other firmware that `ignore` names."""
+        """Skip a command of other firmware that is listed in `ignore`."""
         if name not in self.ignore:
             raise LineError(f"{name} is a command of other firmware, which is not known here{self._way_out(name)}")
         self.passed_over.add(name)
 
     def _program_number(self, word: Word) -> None:
-        """Skip the number of the program. A second one begins a subprogram, which only a call would run."""
+        """Skip the program number. A second one starts a subprogram, which runs only when called."""
         if self.program_number is not None or self.moves:
             raise LineError(
                 f"{word.name} begins a subprogram, and these are not run here: a program number is expected once, "
@@ -152,11 +152,11 @@ class _Reader:
         self.passed_over.add(word.name)
 
     def _sorted(self, words: list[Word]) -> tuple[set[float], dict[str, float], list[Word]]:
-        """Return the line's G codes, its numbers by their letters, and the M words."""
+        """Return the line's G codes, its numbers by letter, and the M words."""
         codes: set[float] = set()
         others: dict[str, float] = {}
         machine: list[Word] = []
-        skipped = False  # an ignored word takes the coordinates
+        skipped = False  # an ignored word also takes the coordinates
         for k, word in enumerate(words):
             letter, value = word
             if letter == "M" and self.dialect == REPRAPFIRMWARE:
@@ -201,7 +201,7 @@ class _Reader:
             raise LineError(f"{word.name} is not known here, only {known}{self._way_out(word.name)}")
 
     def _retraction(self, codes: set[float], others: dict[str, float]) -> None:
-        """Pass over G10 and G11 where they retract filament or set temperatures, not where they move coordinates."""
+        """Skip G10 and G11 if they retract filament or set temperatures; reject changes of coordinates."""
         if codes - OFFSETS:
             raise LineError("G10 or G11 beside other G words: give it a line of its own")
         moved = [name for name in ("L", *AXES) if name in others]
@@ -245,7 +245,7 @@ class _Reader:
                 others.pop("Q")
 
     def _pause(self, number: int, others: dict[str, float]) -> None:
-        """A dwell: LinuxCNC's P is in s. RepRapFirmware's S is in s, else its P in ms; without time it does nothing."""
+        """Process a dwell: P is in s for LinuxCNC; for RepRapFirmware S is in s and P in ms, default none."""
         if self.dialect == REPRAPFIRMWARE:
             milliseconds = others.pop("P", 0.0)
             pause = others.pop("S", 1e-3 * milliseconds)
@@ -305,7 +305,7 @@ class _Reader:
         )
 
     def _pace(self) -> tuple[float, float | None]:
-        """Return the speed that is wanted of a move, m/s, infinite for the fastest, or else how long it lasts, s."""
+        """Return the speed of a move, m/s (infinite: as fast as possible), or its duration, s."""
         if self.motion == 0.0 and self.dialect == LINUXCNC:
             return math.inf, None
         if self.inverse:
@@ -320,7 +320,7 @@ class _Reader:
         return self.feed * self.factor, None
 
     def _triple(self, others: dict[str, float], letters: str, plane: tuple[int, int, int] = (0, 1, 2)) -> Triple:
-        """Take coordinates, in m."""
+        """Remove and return coordinates, m."""
         found: list[float | None] = [None, None, None]
         for letter in letters:
             if letter in others:
@@ -331,7 +331,7 @@ class _Reader:
         return (found[0], found[1], found[2])
 
     def _machine(self, number: int, words: list[Word]) -> None:
-        """Take the M words: what ends or waits, and RepRapFirmware's factor of the speed."""
+        """Process the M words: program end, waiting, and RepRapFirmware's speed factor."""
         for k, word in enumerate(words):
             if word.letter != "M":
                 continue

@@ -1,4 +1,4 @@
-"""Steps of a G-code program, in SI units, before its beginning is known."""
+"""Steps of a G-code program, in SI units, independent of its start."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ Triple = tuple[float | None, float | None, float | None]
 
 
 class Step(NamedTuple):
-    """One thing that a line asks for, lengths in m as the file has them.
+    """Step of a program, with lengths in m, in file coordinates.
 
     Attributes:
-        line: where it stands.
+        line: line in the file.
         kind: "line", "arc", "offset" (G92), "forget" (G92.1), "suspend" (G92.2), "recall" (G92.3) or "stop".
-        target: x, y, z, None where left out.
-        relative: whether they count from where the motion is.
-        machine: whether they count from the file's origin without the offset, and never from where the motion is (G53).
-        plane: the two axes of an arc's plane, and that of its turn.
-        clockwise: the sense of an arc, seen against that axis.
-        centre: i, j, k, None where left out.
-        centre_relative: whether they count from an arc's beginning.
-        radius: of an arc, None where it has a centre; negative for the longer way round.
-        turns: of an arc, begun.
-        speed: wanted, m/s; infinite for as fast as possible.
-        duration: at the speed that is wanted, in place of it, s (G93).
-        tolerance: by which a corner may be missed, m; None for what the scenario says.
+        target: x, y, z; None if omitted.
+        relative: True if the target is relative to the current position.
+        machine: True if the target is absolute without offset (G53).
+        plane: the two axes of an arc's plane, and its rotation axis.
+        clockwise: sense of an arc, seen against that axis.
+        centre: i, j, k; None if omitted.
+        centre_relative: True if the centre is relative to the arc's start.
+        radius: radius of an arc; None if it has a centre; negative for the longer arc.
+        turns: number of turns of an arc, including the last partial one.
+        speed: m/s; infinite for as fast as possible.
+        duration: duration instead of a speed, s (G93).
+        tolerance: corner deviation, m; None for that of the scenario.
         pause: s.
     """
 
@@ -52,13 +52,13 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Program(Frozen):
-    """Contents of a file.
+    """Content of a G-code file.
 
     Attributes:
-        steps: in their order.
-        passed_over: words that move nothing, or that are to be ignored.
+        steps: steps in order.
+        passed_over: words without motion, and ignored words.
         sha256: checksum of the file.
-        spent: CPU time that reading took, s.
+        spent: CPU time of reading, s.
     """
 
     steps: tuple[Step, ...] = field(repr=False)

@@ -1,7 +1,7 @@
-"""G-code as text: lines of words, a letter and a number each, in the dialects of LinuxCNC and of RepRapFirmware.
+"""G-code parser: lines of words (letter and number) in the dialects of LinuxCNC and RepRapFirmware.
 
-Both descend from RS-274 (NIST, Kramer, Proctor and Messina 2000). Spaces within a LinuxCNC line mean nothing; what
-follows an M word in a line for RepRapFirmware belongs to it, and may be any text.
+Both descend from RS-274 (NIST, Kramer, Proctor and Messina 2000). LinuxCNC ignores spaces within a line. For
+RepRapFirmware, the rest of a line after an M word belongs to it and may be any text.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 LINUXCNC, REPRAPFIRMWARE = "linuxcnc", "reprapfirmware"
 
 MAX_BYTES = 32 * 1024 * 1024
-MAX_LINE = 1000  # characters; controllers take 256
+MAX_LINE = 1000  # characters; controllers accept 256
 EACH = 1000  # lines, or steps, between two checks of the CPU time
 DIVIDE = "divide the file"  # remedy for a program that takes too long
 
@@ -25,41 +25,44 @@ WORD = re.compile(r"([A-Z])\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)|)\s*")
 WORDS = re.compile(rf"(?:{WORD.pattern})*")
 COMMENT = re.compile(r"\([^()]*\)")
 QUOTED = re.compile(r'"[^"]*"?')
-# Directly after a digit RepRapFirmware takes E for an exponent, others for filament.
+# Directly after a digit, RepRapFirmware reads E as an exponent, others as filament.
 EXPONENT = re.compile(r"[A-Z]?\s*[-+0-9.]*[0-9.]E[-+]?[0-9]+")
-# M words that take any text without quotes: names of files, messages.
+# M words with unquoted text: file names, messages.
 TEXTS = {23.0, 28.0, 30.0, 32.0, 36.0, 37.0, 38.0, 98.0, 117.0, 118.0}
 COMPUTED = re.compile(r"(IF|ELIF|ELSE|WHILE|BREAK|CONTINUE|VAR|GLOBAL|SET|ABORT)\b")
 SAID = re.compile(r"ECHO\b")
-# A command with a name, as Klipper's firmware and slicers for it write them: EXCLUDE_OBJECT_START NAME=a.
+# Named command, as of Klipper's firmware and slicers for it: EXCLUDE_OBJECT_START NAME=a.
 COMMAND = "[A-Z_]{3,}[A-Z0-9_]*"
 LEADING_COMMAND = re.compile(rf"({COMMAND})(?=\s|$)")
-# The number of a program, alone in its line: O0001, in ISO's code :0001.
+# Program number, alone on its line: O0001, or :0001 in ISO code.
 PROGRAM_NUMBER = re.compile(r"(?:N[0-9]+)?[O:]([0-9]+)")
 
 
 class Word(NamedTuple):
-    """A letter and its number, None where there is none; or a command with a name and no number."""
+    """Letter with its number (None if missing), or named command without number."""
 
     letter: str
     value: float | None
 
     @property
     def name(self) -> str:
-        """As one writes it: G1, M104, X-2.5."""
+        """The word as written: G1, M104, X-2.5."""
         return self.letter if self.value is None else f"{self.letter}{self.value:g}"
 
 
 class LineError(Exception):
-    """What is wrong with a line."""
+    """Error in a line."""
 
 
 def read_lines(
     content: bytes, dialect: str, check: Callable[[], None] = lambda: None
 ) -> Iterator[tuple[int, list[Word] | LineError]]:
-    """Yield number and words of each line that has some, or what is wrong with it.
+    """Yield the number and the words of each non-empty line, or its error.
 
-    Calls `check` every EACH lines. Raises TableError where it is no text, and where `check` raises UnreadableError.
+    `check` is called every EACH lines.
+
+    Raises:
+        TableError: if the content is not text, or `check` raises UnreadableError.
     """
     if len(content) > MAX_BYTES:
         raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
@@ -94,7 +97,7 @@ def read_lines(
 
 
 def checked(check: Callable[[], None], line: int) -> None:
-    """Call `check`; its UnreadableError becomes a TableError at a line."""
+    """Call `check` and convert its UnreadableError into a TableError for a line."""
     try:
         check()
     except UnreadableError as error:
@@ -102,7 +105,7 @@ def checked(check: Callable[[], None], line: int) -> None:
 
 
 def _words(text: str, dialect: str) -> list[Word]:
-    """Return the words of a line, without its number."""
+    """Return the words of a line, without its line number."""
     line = text.partition(";")[0]
     command = LEADING_COMMAND.match(line.strip().upper())
     if command and (dialect == LINUXCNC or not (SAID.match(command[1]) or COMPUTED.match(command[1]))):
@@ -134,12 +137,12 @@ def _words(text: str, dialect: str) -> list[Word]:
         _check_sum(text.partition(";")[0], line[star + 1 :])
         line = line[:star].rstrip()
     if SAID.match(line):
-        return [Word("M", 118.0)]  # which says something, too
+        return [Word("M", 118.0)]  # also a message
     if COMPUTED.match(line) or "{" in line:
         raise LineError("conditions, loops, variables, expressions are not computed here: write out what they come to")
     begin = re.match(r"N\s*[0-9]+\s*", line)
     line = line[begin.end() :] if begin else line
-    # What follows an M or a T is its own.
+    # The text after M or T belongs to it.
     free = re.search(r"[MT](?=\s*[-0-9])", line)
     _plain_numbers(line if free is None else line[: free.start()])
     if free is None:
@@ -166,7 +169,7 @@ def _plain_numbers(line: str) -> None:
 
 def _split(line: str) -> list[Word]:
     whole = WORDS.match(line)
-    assert whole is not None  # for it may be empty
+    assert whole is not None  # the pattern matches an empty text
     if whole.end() < len(line):
         place = line[whole.end() : whole.end() + 20]
         raise LineError(f"words of a letter and a number are expected, got {shown(place)}")
@@ -178,7 +181,7 @@ def _word(match: re.Match[str]) -> Word:
 
 
 def _check_sum(text: str, given: str) -> None:
-    """Compare the exclusive or of all that stands before the last '*', outside of comments, with what follows it."""
+    """Compare the exclusive or of the text before the last '*', excluding comments, with the given checksum."""
     star = COMMENT.sub(lambda comment: " " * len(comment[0]), text).rfind("*")
     found = 0
     for byte in text[:star].lstrip().encode():

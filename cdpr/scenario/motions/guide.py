@@ -1,4 +1,4 @@
-"""What holds some directions of a platform, and whether a motion stays in it."""
+"""Guide of a platform with fewer than six degrees of freedom, and checks of motions against it."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ RATES = (
 
 
 class Posed(Protocol):
-    """A section with a pose; it may hold rates besides."""
+    """Section with a pose, and possibly rates."""
 
     @property
     def position(self) -> Vector3:
-        """Position of the platform's origin, m, world."""
+        """Position of the platform's origin, m, world frame."""
 
     @property
     def orientation(self) -> Orientation:
@@ -36,7 +36,7 @@ class Posed(Protocol):
 
 
 class Rated(Posed, Protocol):
-    """A pose with its rates, world axes; None where a rate is left to the motion."""
+    """Pose with rates, world axes; None if the motion chooses a rate."""
 
     @property
     def velocity(self) -> Vector3 | None:
@@ -56,12 +56,12 @@ class Rated(Posed, Protocol):
 
 
 class Guide:
-    """The directions that a guide holds.
+    """Directions that a guide holds.
 
     Attributes:
-        held: which of x, y, z, rx, ry, rz it holds, (6,).
-        free: words that say which directions are free.
-        home: (3,) position, m, at which it holds the platform, or the tool of that name.
+        held: (6,), True for each of x, y, z, rx, ry, rz that is held.
+        free: description of the free directions.
+        home: (3,), m, position at which the platform, or the tool, is held.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Guide:
         self._what = "it" if tool is None else f"tool '{tool}'"
 
     def check(self, where: Path, point: Posed) -> None:
-        """Report where a pose, or its rates, leave the guide; what is left out does not."""
+        """Report a pose or rates that violate the guide; missing parts do not."""
         if point.position is not None:
             self._position((*where, "position"), np.array(point.position))
         if point.orientation is not None:
@@ -82,16 +82,17 @@ class Guide:
         self.rates(where, point)
 
     def attitude(self, path: Path, orientation: Orientation) -> None:
-        """Report an attitude that it does not allow."""
+        """Report an attitude that violates the guide."""
         quaternion = orientation.quaternion()
         if (self.held[3:] & (np.abs(quaternion[1:]) > tolerances.HELD)).any():
             hint = "describe a platform that is held at a slant by its anchors"
             self.say(path, f"{self.free}, so its attitude may differ from upright only about these; {hint}")
 
     def keeps(self, arm: Array) -> bool:
-        """Whether a point, (3,), m, world, from the origin stays where the guide holds it when the platform turns.
+        """Return True if a point at `arm` (3,), m, world, from the origin respects the guide during rotations.
 
-        About one axis it goes along a circle, which leaves every direction but the axis; about three, all.
+        Rotation about one axis moves it along a circle, out of all directions except the axis; about three axes, out of
+        all.
         """
         held, turns = self.held[:3], ~self.held[3:]
         left = held & ~turns if turns.sum() == 1 else held

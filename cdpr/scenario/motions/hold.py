@@ -1,4 +1,4 @@
-"""One pose, held."""
+"""Constant pose."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cdpr.scenario.orientation import Orientation
 
 
 class Hold(Motion):
-    """One pose, held."""
+    """Constant pose."""
 
     type: Literal["hold"] = Field("hold", description="hold one pose")
     position: Position = Field(
@@ -31,10 +31,10 @@ class Hold(Motion):
         return [((), self)]
 
     def stay(self, guide: Guide, report: Report) -> None:
-        """Do nothing: there is but the pose."""
+        """Do nothing: there is only one pose."""
 
     def complete(self, initial: Initial) -> Self:
-        """Fill in the initial pose."""
+        """Return a copy with missing values set to the initial pose."""
         return posed(self, initial)
 
     def make(self) -> trajectory.Trajectory:

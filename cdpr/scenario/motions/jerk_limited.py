@@ -17,11 +17,11 @@ from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed
 from cdpr.scenario.orientation import Orientation
 
-NO_TURN = 1e-9  # rad; attitudes nearer than this are one
+NO_TURN = 1e-9  # rad; closer attitudes are equal
 
 
 class Stop(Section):
-    """A pose to stop at, world axes."""
+    """Pose to stop at, world axes."""
 
     position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
@@ -57,19 +57,19 @@ class JerkLimited(Motion):
     )
 
     def poses(self) -> list[tuple[Path, Posed]]:
-        """Return where it begins, and the stops."""
+        """Return the start and the stops."""
         return [(("from",), self.from_), *((("points", k), stop) for k, stop in enumerate(self.points))]
 
     def stay(self, guide: Guide, report: Report) -> None:
-        """Do nothing: straight moves between poses that stay do so, too."""
+        """Do nothing: straight moves between allowed poses are allowed."""
 
     def complete(self, initial: Initial) -> Self:
-        """Fill in the initial pose and attitude."""
+        """Return a copy with missing values set to the initial pose."""
         stops = [posed(stop, initial) for stop in self.points]
         return self.model_copy(update={"from_": posed(self.from_, initial), "points": stops})
 
     def check_completed(self, report: Report) -> None:
-        """Report turns that have no limits."""
+        """Report rotations without limits."""
         if self.angular_limits:
             return
         for (_, before), (path, after) in pairwise(self.poses()):
@@ -81,7 +81,7 @@ class JerkLimited(Motion):
                 return
 
     def ends(self) -> float:
-        """Return when it ends, s, as its limits let it."""
+        """Return the end time, s, which depends on the limits."""
         return self.make().end
 
     def make(self) -> trajectory.Trajectory:
@@ -92,5 +92,5 @@ class JerkLimited(Motion):
 
 
 def bounds(section: Limits | AngularLimits) -> trajectory.Limits:
-    """Return what such a section says."""
+    """Return the limits in a section."""
     return trajectory.Limits(section.velocity, section.acceleration, section.jerk)

@@ -1,4 +1,4 @@
-"""What every desired motion of a scenario is: a section, its checks, and the trajectory that it describes."""
+"""Base classes of desired motions: section, checks and trajectory."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from cdpr.scenario.orientation import Orientation
 
 S = TypeVar("S", bound=Section)
 
-Place = tuple[Path, Array, Array]  # where it is said; position (3,), m, and quaternion (4,) of the platform, world
+Place = tuple[Path, Array, Array]  # path of the value; position (3,), m, and quaternion (4,) of the platform, world
 
 
 class Report(Protocol):
-    """Takes what is wrong with a motion; paths are below `trajectory`."""
+    """Receiver of a motion's problems; paths are relative to `trajectory`."""
 
     def say(self, path: Path, text: str) -> None:
         """Report a problem of the value at `path`."""
 
     def path(self, file: str) -> str:
-        """Return the path of a file that is named relative to the scenario."""
+        """Return the path of a file, relative to the scenario."""
 
     def say_of_file(self, path: Path, file: str, line: int, column: int, text: str) -> None:
-        """Report a problem of the file that is named at `path`; line and column count from 1."""
+        """Report a problem in the file referenced at `path`; line and column start at 1."""
 
     def read(self, path: Path, file: str, size: int, endings: tuple[str, ...]) -> bytes | None:
-        """Return what the file that is named at `path` holds, of `size` bytes at most; None where it cannot be read."""
+        """Return the content of the file referenced at `path`, at most `size` bytes; None if it is unreadable."""
 
 
 class Motion(Kind):
-    """A desired motion, of the platform's origin or, with `tool`, of one of its tools; the attitude is the platform's.
+    """Desired motion of the platform's origin or, with `tool`, of a tool; attitudes are the platform's.
 
     Attributes:
-        files: keys that name files.
+        files: keys that are file names.
     """
 
     files: ClassVar[tuple[str, ...]] = ()
@@ -52,15 +52,15 @@ class Motion(Kind):
     )
 
     def begins(self, initial: Initial, tools: Mapping[str, Sequence[float] | Array]) -> Initial:
-        """Return the initial state of what moves: of the tool, (3,), m, where one does, else of the origin."""
+        """Return the initial state of the moved point: a tool at (3,), m, or the origin."""
         return initial if self.tool is None else initial.of_tool(np.array(tools[self.tool]))
 
     @abstractmethod
     def poses(self) -> list[tuple[Path, Posed]]:
-        """Return the poses that the section itself holds, in the order of time, and their paths within it."""
+        """Return the poses in the section with their paths, in order of time."""
 
     def places(self, initial: Initial) -> Iterator[Place]:
-        """Yield where it goes, also on the way and by its files, as it was given; what is left out goes nowhere new."""
+        """Yield the target positions as given, including those along the path and in files; skip omitted ones."""
         start = initial.orientation.quaternion()
         for path, point in self.poses():
             if point.position is not None:
@@ -69,41 +69,41 @@ class Motion(Kind):
 
     @abstractmethod
     def stay(self, guide: Guide, report: Report) -> None:
-        """Report what leaves the guide beyond these poses: between them, or in a file."""
+        """Report violations of the guide between these poses, or in a file."""
 
     @abstractmethod
     def complete(self, initial: Initial) -> Self:
-        """Return a copy in which what was left out is filled in, such as the initial pose."""
+        """Return a copy with missing values filled in, such as the initial pose."""
 
     @abstractmethod
     def make(self) -> trajectory.Trajectory:
         """Return the trajectory of the completed motion."""
 
     def load(self, report: Report) -> Self | None:
-        """Return the motion with what its files hold; None where they are wrong, which is reported."""
+        """Return the motion with its files loaded; None if they are invalid, which is reported."""
         return self
 
     def check(self, report: Report) -> None:
-        """Report what is wrong with the motion as it is given."""
+        """Report problems of the motion as given."""
 
     def check_completed(self, report: Report) -> None:
-        """Report what is wrong with the completed motion."""
+        """Report problems of the completed motion."""
 
     def remarks(self, initial: Initial) -> Iterator[tuple[Path, str]]:
-        """Yield what of the motion, as it was given, is allowed and seldom meant."""
+        """Yield remarks on values that are allowed but probably not intended."""
         yield from ()
 
     def span(self) -> tuple[float | None, float | None]:
-        """Return the times at which it begins and ends, s; None where it is at rest there by itself."""
+        """Return the start and end times, s; None where the motion is at rest by itself."""
         return None, None
 
     def ends(self) -> float | None:
-        """Return when the completed motion ends, s; None where it never does, or only its trajectory knows."""
+        """Return the end time of the completed motion, s; None if it never ends, or only the trajectory knows."""
         start, duration = getattr(self, "start", None), getattr(self, "duration", None)
         return self.span()[1] if start is None or duration is None else float(start + duration)
 
     def check_rest(self, k: int, text: str, report: Report) -> None:
-        """Report where it is not at rest in its first pose, k = 0, or its last one, k = -1."""
+        """Report a first pose (k = 0) or last pose (k = -1) that is not at rest."""
         path, point = self.poses()[k]
         for name in ("velocity", "angular_velocity"):
             if any(getattr(point, name) or ZERO):
@@ -111,7 +111,7 @@ class Motion(Kind):
 
 
 class Pose(Section):
-    """Position and attitude, world axes; the initial ones unless said."""
+    """Position and attitude, world axes; default: the initial ones."""
 
     position: Position = Field(
         INITIAL,
@@ -122,12 +122,12 @@ class Pose(Section):
 
 
 def begins(text: str = "time at which the motion begins; until then its first pose is held") -> Any:
-    """Return the field that says when a motion begins."""
+    """Return the field for the start time of a motion."""
     return Field(0.0, description=text, json_schema_extra=unit("s"))
 
 
 def posed(section: S, initial: Initial) -> S:
-    """Return the section with the initial position and attitude where it has none."""
+    """Return the section with missing position and attitude set to the initial ones."""
     missing = [name for name in ("position", "orientation") if getattr(section, name, ZERO) is None]
     return section.model_copy(update={name: getattr(initial, name) for name in missing})
 
@@ -138,7 +138,7 @@ def pose(section: Posed) -> tuple[Array, Array]:
 
 
 def knot(time: float, section: Rated) -> trajectory.Knot:
-    """Return what a spline passes at a time, s."""
+    """Return the knot of a spline at a time, s."""
 
     def given(values: tuple[float, ...] | None) -> Array | None:
         return None if values is None else np.array(values)

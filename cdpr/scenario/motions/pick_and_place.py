@@ -1,4 +1,4 @@
-"""An arch: up, across and down as one smooth motion."""
+"""Arch motion: up, across and down as one smooth motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cdpr.scenario.problems import exact
 
 
 class PickAndPlace(Motion):
-    """Up, across and down as one motion with continuous acceleration, then its end is held."""
+    """Motion up, across and down with continuous acceleration; its end is held."""
 
     type: Literal["pick_and_place"] = Field(description="an arch: up, across and down as one smooth motion")
     start: NonNegative = begins()
@@ -40,12 +40,12 @@ class PickAndPlace(Motion):
         return [(("from",), self.from_), (("to",), self.to)]
 
     def stay(self, guide: Guide, report: Report) -> None:
-        """Report an arch where the guide holds the height."""
+        """Report an arch if the guide holds the height."""
         if self.height > 0.0 and guide.held[2]:
             report.say(("height",), f"{guide.free}, so 0 is expected, got {exact(self.height)}")
 
     def complete(self, initial: Initial) -> Self:
-        """Fill in the initial pose."""
+        """Return a copy with missing values set to the initial pose."""
         return self.model_copy(update={"from_": posed(self.from_, initial), "to": posed(self.to, initial)})
 
     def make(self) -> trajectory.Trajectory:

@@ -1,4 +1,4 @@
-"""One move by polynomials of degree five."""
+"""Single move by polynomials of degree five."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, knot, pos
 
 
 class Knot(Pose):
-    """One end of a quintic: pose and derivatives, world axes. What is left out: the initial pose, at rest."""
+    """End of a quintic: pose and derivatives, world axes; default: the initial pose, at rest."""
 
     velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
     angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
@@ -24,7 +24,7 @@ class Knot(Pose):
 
 
 class Quintic(Motion):
-    """One move by polynomials of degree five, then its end is held."""
+    """Single move by polynomials of degree five; its end is held."""
 
     type: Literal["quintic"] = Field(description="one move by polynomials of degree five")
     start: NonNegative = begins()
@@ -34,7 +34,7 @@ class Quintic(Motion):
 
     @property
     def end(self) -> float:
-        """Time at which the move ends, s."""
+        """End time of the move, s."""
         return self.start + self.duration
 
     def poses(self) -> list[tuple[Path, Posed]]:
@@ -42,14 +42,14 @@ class Quintic(Motion):
         return [(("from",), self.from_), (("to",), self.to)]
 
     def stay(self, guide: Guide, report: Report) -> None:
-        """Do nothing: between ends that stay, with rates that stay, so does the polynomial."""
+        """Do nothing: polynomials between allowed ends with allowed rates are allowed."""
 
     def complete(self, initial: Initial) -> Self:
-        """Fill in the initial pose."""
+        """Return a copy with missing values set to the initial pose."""
         return self.model_copy(update={"from_": posed(self.from_, initial), "to": posed(self.to, initial)})
 
     def span(self) -> tuple[float | None, float | None]:
-        """Return when it begins and ends, s."""
+        """Return the start and end times, s."""
         return self.start, self.end
 
     def make(self) -> trajectory.Trajectory:

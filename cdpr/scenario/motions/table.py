@@ -1,4 +1,4 @@
-"""A motion as a CSV file: the first line names the columns, each further one is a point in time."""
+"""Motion as CSV file: the first line has the column names, each further line a point in time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MAX_ROWS = 100_000
 MAX_BYTES = 32 * 1024 * 1024
 MAX_FAULTS = 10  # a wrong column is wrong in every row
 
-# What the columns make up. Units: t s, position m, rates m/s, rad/s, m/s^2, world axes; quaternion w, x, y, z.
+# Groups of columns. Units: t s, position m, rates m/s, rad/s, m/s^2, world axes; quaternion w, x, y, z.
 GROUPS = {
     "time": ("t",),
     "position": ("x", "y", "z"),
@@ -35,7 +35,7 @@ REQUIRED = (*GROUPS["time"], *GROUPS["position"])
 
 
 class TableError(Exception):
-    """What is wrong with a file: (line, column, text) each, counted from 1; column 0 stands for the line."""
+    """Errors of a file: list of (line, column, text), starting at 1; column 0 means the whole line."""
 
     def __init__(self, faults: list[tuple[int, int, str]]) -> None:
         super().__init__(str(faults))
@@ -44,11 +44,11 @@ class TableError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Table(Frozen):
-    """Contents of a file of K points.
+    """Content of a file with K points.
 
     Attributes:
-        columns: arrays (K, n) by the names of GROUPS; those that the file does not hold are missing.
-        lines: line of each point, counted from 1, (K,).
+        columns: arrays (K, n) by name in GROUPS; groups that are not in the file are missing.
+        lines: (K,), line of each point, starting at 1.
         sha256: checksum of the file.
     """
 
@@ -62,13 +62,13 @@ class Table(Frozen):
         return self.columns["time"][:, 0]
 
     def get(self, name: str) -> Array | None:
-        """Return a group of columns, None where the file does not hold it."""
+        """Return a group of columns; None if it is not in the file."""
         return self.columns.get(name)
 
 
-@lru_cache(maxsize=4)  # the cases of a study name the same file
+@lru_cache(maxsize=4)  # cases of a study use the same file
 def parse_table(content: bytes) -> Table:
-    """Read a file's content; TableError lists what is wrong."""
+    """Return the table in a file's content; raise TableError if it is invalid."""
     if len(content) > MAX_BYTES:
         raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
     try:
@@ -92,7 +92,7 @@ def parse_table(content: bytes) -> Table:
             row = [float(cell) for cell in row_text.split(",")]
         except ValueError:
             row = []
-        # Python alone takes 1_000 for a number. NaN is not moderate either.
+        # Only Python accepts 1_000. The comparison is False for NaN.
         moderate = "_" not in row_text and all(abs(value) <= limit for value, limit in zip(row, limits, strict=False))
         if not moderate or len(row) != len(names):
             faults += _row_faults(number, row_text, names)
@@ -165,13 +165,13 @@ def _row_faults(number: int, line: str, names: list[str]) -> list[tuple[int, int
 
 
 def _column(line: str, k: int) -> int:
-    """Column, counted from 1, of the first character of the k-th cell."""
+    """Return the column, starting at 1, of the first character of the k-th cell."""
     cells = line.split(",")
     return sum(len(cell) + 1 for cell in cells[:k]) + len(cells[k]) - len(cells[k].lstrip()) + 1
 
 
 def _check(columns: dict[str, Array], lines: list[int]) -> None:
-    """Times must rise, quaternions have unit length; the latter are normalised."""
+    """Check that times increase and quaternions have unit norm; normalise the latter."""
     times = columns["time"][:, 0]
     faults = []
     if times[0] < 0.0:

@@ -1,4 +1,4 @@
-"""A smooth path through several poses."""
+"""Smooth path through several poses."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ DERIVATIVES = ("velocity", "angular_velocity", "acceleration", "angular_accelera
 
 
 class Waypoint(Section):
-    """A pose to pass at a time, world axes.
+    """Pose at a time, world axes.
 
-    Derivatives left out are chosen smooth at inner points and are zero at the first and the last one: after
-    loading, None means "smooth".
+    Missing derivatives are smooth at inner points, and zero at the first and last one. After loading, None means
+    "smooth".
     """
 
     time: NonNegative = Field(
@@ -41,7 +41,7 @@ class Waypoint(Section):
 
 
 class Waypoints(Motion):
-    """A smooth path through poses at given times, then the last one is held."""
+    """Smooth path through poses at given times; the last pose is held."""
 
     type: Literal["waypoints"] = Field(description="a smooth path through several poses")
     start: NonNegative = begins()
@@ -60,10 +60,10 @@ class Waypoints(Motion):
         return [(("points", k), point) for k, point in enumerate(self.points)]
 
     def stay(self, guide: Guide, report: Report) -> None:
-        """Do nothing: between points that stay, with rates that stay, so does the spline."""
+        """Do nothing: splines between allowed points with allowed rates are allowed."""
 
     def complete(self, initial: Initial) -> Self:
-        """Fill in initial attitudes, the first waypoint, and rest at both ends."""
+        """Return a copy with initial attitudes, the initial pose as first waypoint, and rest at both ends."""
         points = [posed(point, initial) for point in self.points]
         if points[0].time > 0:
             points.insert(0, Waypoint(time=0.0, position=initial.position, orientation=initial.orientation))
@@ -73,7 +73,7 @@ class Waypoints(Motion):
         return self.model_copy(update={"points": points})
 
     def check(self, report: Report) -> None:
-        """Report times that do not rise."""
+        """Report times that do not increase."""
         times = [point.time for point in self.points]
         for k in range(1, len(times)):
             if times[k] <= times[k - 1]:
@@ -83,7 +83,7 @@ class Waypoints(Motion):
             report.say(("points",), "a point with a time greater than 0 is expected; to stay, use type: hold")
 
     def span(self) -> tuple[float | None, float | None]:
-        """Return when it begins and ends, s; what begins with the initial pose does so at rest."""
+        """Return the start and end times, s; None for a start at the initial pose, which is at rest."""
         return (self.start if self.points[0].time == 0 else None), self.end
 
     def make(self) -> trajectory.Trajectory:

@@ -1,9 +1,10 @@
-"""What is allowed and seldom meant: a table of checks, each a small function that yields path and text.
+"""Checks for values that are allowed but probably not intended: functions that yield path and text.
 
-They are asked of what passed all checks of the loader, and only when somebody wants to know (`Scenario.warnings`), so
-that studies and live sessions pay nothing. A check looks at no file and changes nothing. To add one, write the function
-and name it here. A check that is wrong once in a while is worse than none: each of their bounds is wide, says why, and
-holds for robots from a hand's size to that of a valley (tests/unit/test_plausible.py).
+They run on valid input and only on demand (`Scenario.warnings`), so that studies and live sessions have no cost. A
+check
+reads no file and changes nothing. To add one, write the function and list it here. False warnings are worse than none:
+the bounds of each check are wide and justified, and hold for robots from hand size to valley size
+(tests/unit/test_plausible.py).
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     bodies,
     dents,
     cable_sizes,
-    far,  # before those that also hold of it and do not name the unit
+    far,  # before checks that also apply but do not mention the unit
     no_length,
     one_sided,
     outside,
@@ -45,17 +46,17 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
 
 
 def of_places(setup: Setup) -> Iterator[Finding]:
-    """Yield what is found of the places where it wants to go alone."""
+    """Yield the findings on target positions only."""
     yield from far(setup)
     yield from outside(setup)
     yield from beyond_reach(setup)
 
 
 def warnings(setup: Setup, document: Document) -> tuple[Problem, ...]:
-    """Return what the checks find, each with the place where it stands in the document; of one value the first."""
+    """Return the findings with their positions in the document; only the first one per value."""
     found: dict[Path, str] = {}
     for check in CHECKS:
         for path, text in check(setup):
-            if not any(path[: len(part)] == part for part in document.filled):  # is told where it comes from
+            if not any(path[: len(part)] == part for part in document.filled):  # reported at its origin
                 found.setdefault(path, text)
     return tuple(Problem(document.mark(path), path, text) for path, text in found.items())

@@ -1,4 +1,4 @@
-"""An attitude of more than a whole turn was written in degrees."""
+"""Angles beyond a full turn, which were probably written in degrees."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from cdpr.problems import Path
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.problems import exact
 
-WHOLE_TURN = 2.0 * math.pi * (1.0 + 1e-6)  # rad; a whole turn may be typed with six digits
+WHOLE_TURN = 2.0 * math.pi * (1.0 + 1e-6)  # rad; tolerates a full turn with six digits
 WHOLE_TURN_IN_DEGREES = 360.0
 
-# Their options are the plugins' own.
+# Sections with options of plugins.
 FOREIGN = ("backend_options", "controller", "solver")
 
-# Keys of angles, by their last words. Motions that may turn more than once count their turns apart.
+# Keys of angles, by their last components. Motions of more than one turn count turns separately.
 RADIANS = (("orientation", "rpy"), ("euler", "angles"), ("phase",))
 DEGREES = (("orientation", "rpy_deg"), ("euler", "angles_deg"), ("phase_deg",))
 LAST = {ending[-1] for ending in (*RADIANS, *DEGREES)}
 
 
 def whole_turns(setup: Setup) -> Iterator[Finding]:
-    """Attitudes and phases beyond a whole turn."""
+    """Yield attitudes and phases beyond a full turn."""
     node: Any = setup.data
     for part in setup.root if setup.run is None else ():
         node = node[part]
@@ -33,7 +33,7 @@ def whole_turns(setup: Setup) -> Iterator[Finding]:
 
 
 def in_degrees(angles: Any) -> str:
-    """Return what is to be said of angles, in rad, of which one exceeds a whole turn; nothing where none does."""
+    """Return a warning if an angle, rad, exceeds a full turn, else ""."""
     angle = _largest(angles)
     if abs(angle) <= WHOLE_TURN:
         return ""

@@ -1,4 +1,4 @@
-"""The course of a run: gravity, and what happens too late or to no effect."""
+"""Checks of the run: gravity, late events, and events without effect."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from cdpr.scenario.events import ScenarioEvent
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.problems import exact
 
-STRONGEST = 100.0  # m/s^2; the sun's surface has 274, Jupiter's 25, the earth's in millimetres 9810
+STRONGEST = 100.0  # m/s^2; sun 274, Jupiter 25, earth in millimetres 9810
 
 
 def gravity(setup: Setup) -> Iterator[Finding]:
-    """Gravity that points upwards, or is not in m/s^2."""
+    """Yield gravity that points upwards or is not in m/s^2."""
     if setup.run is None:
         return
     path, size = ("world", "gravity"), float(np.linalg.norm(setup.gravity))
@@ -29,7 +29,7 @@ def gravity(setup: Setup) -> Iterator[Finding]:
 
 
 def after_the_end(setup: Setup) -> Iterator[Finding]:
-    """Events and motions that would begin after the run, unless it is said to end early."""
+    """Yield events and motions that start after the end of the run, unless it is marked to end early."""
     if setup.run is None or setup.run.simulation.ends_early:
         return
     end, events = setup.run.simulation.duration, setup.run.events
@@ -44,7 +44,7 @@ def after_the_end(setup: Setup) -> Iterator[Finding]:
 
 
 def of_the_motion(setup: Setup) -> Iterator[Finding]:
-    """What the motion says of itself, such as words of its file that are passed over."""
+    """Yield the remarks of the motion, such as skipped words of its file."""
     if setup.run is None or setup.motion is None:
         return
     for path, text in setup.motion.remarks(setup.begin):
@@ -52,9 +52,9 @@ def of_the_motion(setup: Setup) -> Iterator[Finding]:
 
 
 def cut_short(setup: Setup) -> Iterator[Finding]:
-    """Motions that go on after the run, by a control step or more: what ends between two samples ends with the last.
+    """Yield motions that continue for at least a control step after the run.
 
-    Where an event leaves the motion, it is not meant to end, nor where the run is said to end early.
+    Excluded are runs that are marked to end early, and motions that an event redirects.
     """
     if setup.run is None or setup.shortened or setup.run.simulation.ends_early:
         return
@@ -68,7 +68,7 @@ def cut_short(setup: Setup) -> Iterator[Finding]:
 
 
 def taken_by_the_guide(setup: Setup) -> Iterator[Finding]:
-    """Wrenches that move nothing, for the guide takes all of them."""
+    """Yield wrenches without effect because the guide takes them entirely."""
     dof = setup.robot.dof
     for i, event in enumerate(setup.run.events if setup.run else ()):
         swing = event.swing(1.0)

@@ -1,4 +1,4 @@
-"""Cables that touch each other, their platform or an obstacle where a run begins."""
+"""Check of cables that touch each other, their platform or an obstacle at the start."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from cdpr.scenario.plausible.sizes import THICKEST
 
 
 def touching(setup: Setup) -> Iterator[Finding]:
-    """Starts at which a cable touches something.
+    """Yield start poses at which a cable touches something.
 
-    Not for rigid legs, whose shape is not known, and cables too thick to be meant, which `cable_sizes` reports.
+    Excluded are rigid legs, whose shape is unknown, and cables that are too thick, which `cable_sizes` reports.
     """
     robot = setup.robot
     if not robot.unilateral or any((cable.diameter or 0.0) > THICKEST for cable in robot.cables):

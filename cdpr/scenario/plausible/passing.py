@@ -1,4 +1,4 @@
-"""Motions through places where the direction of a cable jumps."""
+"""Check of motions through positions at which the direction of a cable jumps."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cdpr.trajectory.passages import passages
 
 
 def through_singular_places(setup: Setup) -> Iterator[Finding]:
-    """Motions in which a cable passes its anchor, or the axis on which its pulley swivels.
+    """Yield motions in which a cable passes its anchor, or the swivel axis of its pulley.
 
-    Passages after a stop are not searched: how far the motion goes on then depends on the run.
+    Passages after a stop are not searched, because the motion after it depends on the run.
     """
     if setup.run is None or setup.desired is None:
         return

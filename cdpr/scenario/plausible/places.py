@@ -1,4 +1,4 @@
-"""Places where cables cannot hold a platform, as plain geometry tells: no tensions are computed here."""
+"""Geometric checks of poses that cables cannot support."""
 
 from __future__ import annotations
 
@@ -14,20 +14,18 @@ from cdpr.scenario.events import first_sample
 from cdpr.scenario.hold import unheld
 from cdpr.scenario.plausible.setup import Finding, Setup
 
-# Anchors whose heights differ by less than this share of their extent hang the platform from above: it may go down any
-# way, and below the lowest of others there is nothing that holds it down.
+# If the anchors' heights differ by less than this fraction of their extent, the platform is suspended and may be
+# lowered by any distance; otherwise nothing holds it down below the lowest anchor.
 LEVEL = 0.1
-# Frames from their middle: a lift in a shaft hangs 40 deep, a position in millimetres is 100 away.
+# In frame sizes from its centre: a lift in a shaft hangs 40 deep, a position in millimetres is 100 away.
 FAR = 50.0
-ROUND_OFF = 1e-9  # of a direction, and of the frame's extent
-UNHELD = 0.01  # of the weight: poses and limits in a file are rounded
-OFF_ANCHOR = (
-    0.05  # the same where cables leave the frame beside their anchors, by pulleys, which are not looked at here
-)
+ROUND_OFF = 1e-9  # of a direction, and relative to the frame's extent
+UNHELD = 0.01  # relative to the weight: poses and limits in files are rounded
+OFF_ANCHOR = 0.05  # the same for cables over pulleys, which leave the frame beside their anchors
 
 
 def no_length(setup: Setup) -> Iterator[Finding]:
-    """Cables without length at home; where a run begins that is an error."""
+    """Yield cables without length at home; at the start of a run this is an error."""
     home = setup.robot.home
     if home is None:
         return
@@ -38,9 +36,9 @@ def no_length(setup: Setup) -> Iterator[Finding]:
 
 
 def one_sided(setup: Setup) -> Iterator[Finding]:
-    """Starts at which all cables pull to one side, and gravity not to the other: nothing holds the platform there.
+    """Yield start poses at which all cables pull to one side, and gravity does not pull to the other.
 
-    Looked at are the axes of the world and the mean direction of the cables. A load of the scenario may do it.
+    Checked are the world axes and the mean direction of the cables. Scenarios with external loads are excluded.
     """
     robot = setup.robot
     free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
@@ -64,11 +62,11 @@ def one_sided(setup: Setup) -> Iterator[Finding]:
 
 
 def too_weak(setup: Setup) -> Iterator[Finding]:
-    """Starts at which no tensions within the limits hold the weight: the platform falls, or is torn away, at once.
+    """Yield start poses at which no tensions within the limits balance the weight.
 
-    Robots with fewer cables than degrees of freedom swing, and where cables leave beside their anchors is not looked at
-    here: of these `cdpr info` tells. A load of the scenario may do it, and where an event changes limits at the start,
-    those of the robot never hold.
+    Excluded are robots with fewer cables than degrees of freedom and those with pulleys (see `cdpr info`), scenarios
+    with
+    external loads, and those in which an event changes limits at the start.
     """
     robot = setup.robot
     if setup.run is not None and any(
@@ -93,18 +91,18 @@ def too_weak(setup: Setup) -> Iterator[Finding]:
 
 
 def outside(setup: Setup) -> Iterator[Finding]:
-    """Places beyond the frame's anchors, from where all cables pull back; only gravity pulls away from them."""
+    """Yield positions outside the frame's anchors, except those below a suspended robot."""
     robot, anchors = setup.robot, setup.robot.anchors[:, :3]
     if _may_hold(setup):
         return
     low, high = anchors.min(axis=0), anchors.max(axis=0)
     slack = _slack(robot) * setup.extent + tolerances.HELD
     paths, positions, turned = setup.places
-    # A platform may be longer than its frame is wide: both its origin and its centre of mass must be outside.
+    # A platform may be longer than the frame is wide: both its origin and its centre of mass must be outside.
     masses = positions + turned @ robot.platform.center_of_mass
     below = np.maximum(positions, masses) < low - slack
     above = np.minimum(positions, masses) > high + slack
-    flat = high - low <= LEVEL * setup.extent  # also where there is one anchor
+    flat = high - low <= LEVEL * setup.extent  # includes a single anchor
     hangs = flat & (((setup.gravity < 0.0) & below) | ((setup.gravity > 0.0) & above))
     free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
     for k, i in np.argwhere((below | above) & ~hangs & free):
@@ -114,7 +112,7 @@ def outside(setup: Setup) -> Iterator[Finding]:
 
 
 def far_text(robot: Robot, position: Array) -> str:
-    """Return the warning about a position (3,), m, that is far from the frame; empty for any other."""
+    """Return a warning if a position (3,), m, is far from the frame, else ""."""
     anchors = robot.anchors[:, :3]
     away, extent = np.linalg.norm(position - anchors.mean(axis=0)), np.linalg.norm(np.ptp(anchors, axis=0))
     if {"x", "y", "z"}.isdisjoint(robot.dof) or not away > FAR * extent > 0.0:
@@ -125,7 +123,7 @@ def far_text(robot: Robot, position: Array) -> str:
 
 
 def far(setup: Setup) -> Iterator[Finding]:
-    """Places far from the frame, as if in millimetres."""
+    """Yield positions far from the frame, probably in millimetres."""
     paths, positions, _ = setup.places
     for path, position in zip(paths, positions, strict=True):
         if text := far_text(setup.robot, position):
@@ -133,9 +131,9 @@ def far(setup: Setup) -> Iterator[Finding]:
 
 
 def beyond_reach(setup: Setup) -> Iterator[Finding]:
-    """Places where a cable is longer or shorter than it can be.
+    """Yield positions at which a cable exceeds its length limits.
 
-    What lies on a pulley counts as cable, too: of those with an exit of their own, runs alone tell.
+    Cables over pulleys are excluded, because the length on the pulley counts too.
     """
     robot = setup.robot
     paths, positions, turned = setup.places
@@ -156,7 +154,7 @@ def beyond_reach(setup: Setup) -> Iterator[Finding]:
 
 
 def _chords(setup: Setup, positions: Array, turned: Array) -> Array:
-    """From the platform's anchors to the frame's, (..., m, 3), m, world, at positions and rotation matrices."""
+    """Return the vectors from platform to frame anchors, (..., m, 3), m, world, at positions and rotation matrices."""
     anchors = setup.robot.anchors
     arms = anchors[:, 3:] @ np.swapaxes(turned, -1, -2)
     return np.asarray(anchors[:, :3] - positions[..., None, :] - arms)
@@ -167,8 +165,9 @@ def _slack(robot: Robot) -> float:
 
 
 def _may_hold(setup: Setup) -> bool:
-    """Whether something besides cables and gravity may hold the platform: a wrench of the scenario; or legs do, which
-    push. Gravity that points upwards is told by itself.
+    """Return True if something besides cables and gravity may support the platform: external loads or rigid legs.
+
+    Upward gravity is reported separately.
     """
     events = setup.run.events if setup.run else ()
     loaded = any(event.swing(1.0) is not None for event in events)

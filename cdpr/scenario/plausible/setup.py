@@ -1,4 +1,4 @@
-"""What is looked at."""
+"""Input of the checks."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ Finding = tuple[Path, str]
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """A robot, and the scenario around it where there is one.
+    """Robot, with the scenario if there is one.
 
     Attributes:
-        section: the robot as its file has it.
-        robot: the same as arrays.
+        section: the robot as in its file.
+        robot: the robot as arrays.
         root: path of the robot's section.
-        data: the file as plain data.
-        run: the scenario, with all filled in.
-        motion: its motion as it was given, so that its paths are those of the file.
-        obstacles: of the scenario.
-        desired: makes the whole desired motion.
-        shortened: whether its duration was set for this call alone, by who knows what a shorter run leaves out.
+        data: plain data of the file.
+        run: the scenario with defaults.
+        motion: its motion as given, with the paths of the file.
+        obstacles: obstacles of the scenario.
+        desired: returns the desired motion.
+        shortened: True if the duration was overridden for this call, so that a shorter run is intended.
     """
 
     section: RobotSection
@@ -52,12 +52,12 @@ class Setup:
 
     @property
     def gravity(self) -> Array:
-        """Acceleration of gravity, (3,), m/s^2, world."""
+        """Acceleration of gravity, (3,), m/s^2, world frame."""
         return np.array((self.run.world if self.run else World()).gravity)
 
     @property
     def middle(self) -> Array:
-        """Middle of the frame's anchors, (3,), m, world."""
+        """Centre of the frame's anchors, (3,), m, world frame."""
         return np.asarray(self.robot.anchors[:, :3].mean(axis=0))
 
     @property
@@ -66,7 +66,7 @@ class Setup:
         return float(np.linalg.norm(np.ptp(self.robot.anchors[:, :3], axis=0)))
 
     def starts(self) -> Iterator[Place]:
-        """Yield the robot's home, and where a run begins unless that is there."""
+        """Yield the robot's home, and the start of the run if it differs."""
         home = self.robot.home
         if home is not None:
             yield (*self.root, "home", "position"), home[:3], home[3:]
@@ -77,16 +77,14 @@ class Setup:
 
     @property
     def begin(self) -> Initial:
-        """Where the motion of a scenario begins."""
+        """Initial state of the moved point of a scenario."""
         assert self.run is not None
         assert self.motion is not None
         return self.motion.begins(self.run.initial, self.run.robot.platform.tools)
 
     @cached_property
     def places(self) -> tuple[list[Path], Array, Array]:
-        """All of these, and where the motion and events want to go, each pose once: paths, positions (k, 3), m, and
-        rotation matrices (k, 3, 3).
-        """
+        """Distinct start and target poses: paths, positions (k, 3), m, and rotation matrices (k, 3, 3)."""
         found: dict[tuple[float, ...], Path] = {}
         for path, position, attitude in (*self.starts(), *self._wanted()):
             found.setdefault((*position.tolist(), *attitude.tolist()), path)
@@ -96,12 +94,12 @@ class Setup:
         return list(found.values()), poses[:, :3], turned[which.ravel()]
 
     def _wanted(self) -> Iterator[Place]:
-        """Yield where the motion and events want to go, but for what they leave as it is."""
+        """Yield the target poses of the motion and of events."""
         if self.run is None:
             return
         initial = self.run.initial
         if self.motion is not None:
-            tools, tool = self.run.robot.platform.tools, self.motion.tool  # as it is, whatever is believed
+            tools, tool = self.run.robot.platform.tools, self.motion.tool  # of the true robot
             for path, position, attitude in self.motion.places(self.begin):
                 reach = 0.0 if tool is None else matrix(attitude) @ np.array(tools[tool])
                 yield ("trajectory", *path), position - reach, attitude

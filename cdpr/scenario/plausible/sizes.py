@@ -1,7 +1,7 @@
-"""Sizes as if in millimetres, masses and inertias that do not go with them.
+"""Checks of sizes in millimetres, and of masses and inertias that do not match them.
 
-Few sizes tell by themselves: there are robots of 0.2 m and of 600 m. What tells is that the sizes of one robot do not
-go together, by orders of magnitude more than those of any robot that was built.
+Few sizes are conclusive on their own: robots exist from 0.2 m to 600 m. Sizes of one robot that differ by orders of
+magnitude more than those of any existing robot are conclusive.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from cdpr.problems import Path
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.robot_schema import moments_about, tensor
 
-LARGEST = 3e3  # m between frame anchors; those of the largest cable robot, the FAST telescope, are 600 m apart
-# Frame anchors are apart by at most this times what platform anchors are: a camera of 0.3 m above a stadium of 200 m
-# has 700, and FAST 50. One of both in millimetres shifts what is 2 to 30 otherwise by 1000, either way.
+LARGEST = 3e3  # m between frame anchors; the largest cable robot, the FAST telescope, has 600 m
+# Largest ratio of the extents of frame and platform anchors: a camera of 0.3 m above a stadium of 200 m has 700, and
+# FAST 50. With one of both in millimetres, the usual 2 to 30 changes by a factor of 1000.
 LARGEST_FRAME = 2000.0
-LARGEST_PLATFORM = 20.0  # the other way round: rings and hoops around a small frame
-# Of a body, the radius of gyration and the distance of its anchors: by less than this, a heavy core with long arms has
-# 20. With lengths in millimetres beside kg m^2, or kg mm^2 beside metres, it is some 1000.
+LARGEST_PLATFORM = 20.0  # the inverse ratio: rings and hoops around a small frame
+# Largest ratio between radius of gyration and anchor distance, either way: a heavy core with long arms has 20. Lengths
+# in millimetres with kg m^2, or kg mm^2 with metres, give about 1000.
 LARGEST_ARM = 200.0
-LIGHTEST = 1e-4  # kg/m^3; air has 1.2, and an open lattice of 10 m and 100 kg 0.1; in millimetres steel has 8e-6
-DEEPEST = 0.01  # of its longest side, how deep a dent is that is nothing but rough corners
-THICKEST = 0.3  # m; the cables that carry bridges have 0.2
+LIGHTEST = 1e-4  # kg/m^3; air 1.2, an open lattice of 10 m and 100 kg 0.1; steel in millimetres 8e-6
+DEEPEST = 0.01  # depth of a dent relative to the longest side, below which it counts as a rough corner
+THICKEST = 0.3  # m; cables of suspension bridges have 0.2
 LARGEST_DRUM = 5.0  # m
 
 METRES = "lengths are in metres"
 
 
 def proportions(setup: Setup) -> Iterator[Finding]:
-    """Anchors of frame and platform, against one another."""
+    """Yield anchors of frame and platform whose sizes do not match."""
     cables = (*setup.root, "cables")
     frame = setup.extent
     platform = float(np.linalg.norm(np.ptp(setup.robot.anchors[:, 3:], axis=0)))
@@ -51,7 +51,7 @@ def proportions(setup: Setup) -> Iterator[Finding]:
 
 
 def bodies(setup: Setup) -> Iterator[Finding]:
-    """Inertia and shape of the platform, against its mass and its anchors."""
+    """Yield inertia and shape of the platform that do not match its mass and anchors."""
     path, section, body = (*setup.root, "platform"), setup.section.platform, setup.robot.platform
     arm = float(np.linalg.norm(setup.robot.anchors[:, 3:], axis=1).max())
     if section.inertia is not None and len(moments_about(section.inertia)) == 3 and arm > 0.0:
@@ -66,7 +66,7 @@ def bodies(setup: Setup) -> Iterator[Finding]:
 
 
 def dents(setup: Setup) -> Iterator[Finding]:
-    """Obstacles that are not convex: what cables may not touch is more than is there."""
+    """Yield obstacles that are not convex: the convex hull is larger than the obstacle."""
     for i, each in enumerate(setup.obstacles):
         if isinstance(each.shape, Hull) and each.shape.dent > DEEPEST * np.ptp(each.shape.corners, axis=0).max():
             text = f"is not convex: its convex hull counts, {each.shape.dent:.3g} m above its deepest corners; draw "
@@ -74,7 +74,7 @@ def dents(setup: Setup) -> Iterator[Finding]:
 
 
 def cable_sizes(setup: Setup) -> Iterator[Finding]:
-    """Diameters of cables and drums."""
+    """Yield too large diameters of cables and drums."""
     section, root = setup.section, setup.root
     given: list[tuple[Path, Section | None]] = [((*root, "cable"), section.cable)]
     given += [((*root, "cables", i), cable) for i, cable in enumerate(section.cables)]
@@ -96,7 +96,7 @@ def _metres(millimetres: float) -> str:
 
 
 def _volume(outline: dict[str, object]) -> float:
-    """Volume (m^3) of a shape of `cdpr.model.shapes` as plain data; 0 where there is none."""
+    """Return the volume (m^3) of a shape of `cdpr.model.shapes` as plain data; 0 if there is none."""
     for kind, size in outline.items():
         value = np.asarray(size, dtype=float)
         if kind == "box":
@@ -105,5 +105,5 @@ def _volume(outline: dict[str, object]) -> float:
             return float(4.0 / 3.0 * math.pi * value**3)
         if kind == "cylinder":
             return float(math.pi * value[0] ** 2 * value[1])
-        return float(np.prod(np.abs(value[1] - value[0])))  # the box around a mesh
+        return float(np.prod(np.abs(value[1] - value[0])))  # bounding box of a mesh
     return 0.0

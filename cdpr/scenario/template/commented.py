@@ -1,4 +1,4 @@
-"""YAML with a comment on every key: its description and unit, from the models that check it."""
+"""YAML with a comment on every key: description and unit from the models."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def commented(model: type[BaseModel], data: dict[str, Any], plugins: Registry, h
 
     def told(path: Path) -> str:
         if isinstance(path[-1], int):
-            return ""  # what items are is told above the list
+            return ""  # items are described above the list
         place = look(model, path, data)
         if len(path) == 2 and path[0] in CORE_KEYS and path[1] not in CORE_KEYS[path[0]]:
             place = _of_plugin(str(path[0]), path[1:], data[path[0]], plugins)
@@ -37,7 +37,7 @@ def commented(model: type[BaseModel], data: dict[str, Any], plugins: Registry, h
 
 
 def with_comments(data: dict[str, Any], told: Told, head: str) -> str:
-    """Return YAML of `data` after the comment `head`, with what is `told` of each key and item of a list, if any."""
+    """Return YAML of `data` after the comment `head`; `told` returns the comment of each key and list item, or ""."""
     lines = [line for part in head.split("\n") for line in _comment(part, "")]
     return "\n".join([*lines, *_mapping(data, (), told)]) + "\n"
 
@@ -67,7 +67,7 @@ def _mapping(data: dict[str, Any], path: Path, told: Told) -> Iterator[str]:
 
 
 def _line(text: str, comment: str, indent: str) -> Iterator[str]:
-    """Yield a line with its comment behind it, or above it where both are too long for one."""
+    """Yield a line with its comment behind it, or above it if the line would be too long."""
     if not comment:
         yield text
     elif len(text) + len(comment) + 4 <= WIDTH:

@@ -1,4 +1,4 @@
-"""Share of a static workspace that is free of interference, estimated on a grid of upright poses."""
+"""Interference-free fraction of a static workspace, estimated on a grid of upright poses."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class FreeShare:
     """Counts of upright poses.
 
     Attributes:
-        poses: on the grid, and home.
-        static: those at which the cables hold the weight.
-        free: those of them at which no cable touches another or the platform.
-        home: whether none does at home.
-        diameter: of the thickest cable, given or assumed, m.
+        poses: number of poses: grid and home.
+        static: poses at which the cables balance the weight.
+        free: static poses at which no cable touches another or the platform.
+        home: True if no cable touches anything at home.
+        diameter: diameter of the thickest cable, given or assumed, m.
     """
 
     poses: int
@@ -34,18 +34,18 @@ class FreeShare:
 
     @property
     def value(self) -> float:
-        """Share of the static poses that are free; 0 without any."""
+        """Fraction of the static poses that are free of interference; 0 without static poses."""
         return self.free / self.static if self.static else 0.0
 
 
 def free_share(robot: Robot, low: Array, high: Array, gravity: Array) -> FreeShare:
-    """Count poses of a robot with a home.
+    """Return the counts for a robot with a home.
 
     Args:
-        robot: gives home, cables and shape.
-        low: (3,) m, lowest positions of the grid.
-        high: (3,) m, highest ones.
-        gravity: (3,) m/s^2, world.
+        robot: the robot.
+        low: (3,), m, lower corner of the grid.
+        high: (3,), m, upper corner of the grid.
+        gravity: (3,), m/s^2, world frame.
     """
     from cdpr.mechanics.clearance import clearance  # loads kernels
 

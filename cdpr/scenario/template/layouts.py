@@ -1,17 +1,18 @@
-"""Cable layouts of new robots: a cable from each corner of a box, free of interference.
+"""Cable layouts of new robots without interference: cables from the corners of a box to the platform.
 
-Functions that yield several layouts begin with the best; the next ones serve boxes at which it does not hold.
+Functions that yield several layouts start with the best; the others suit boxes for which it fails.
 
-Seen from above, the cables of all layouts but `crossed_suspended` divide the area between frame and platform into
+Seen from above, the cables of all layouts except `crossed_suspended` divide the area between frame and platform into
 triangles and quadrilaterals: each cable joins a frame point to a platform point whose normal directions overlap. Such
-lines do not cross while the platform is inside the frame and upright, whatever their heights. So cables may cross in
-height alone: upper ones lead to the bottom of the platform and lower ones to its top. Each cable leaves the platform
-through a face that its anchor is on, so that it does not pass through the platform.
+lines do not cross while the platform is inside the frame and upright, at any heights. Therefore cables may cross in
+height: upper ones lead to the bottom of the platform, lower ones to its top. Each cable leaves the platform through a
+face that contains its anchor, so that it does not pass through the platform.
 
-Sources: upper and lower cables that cross in height as on IPAnema (Pott, Cable-Driven Parallel Robots, 2018); six
-suspended cables (Albus, Bostelman, Dagalakis, The NIST SPIDER, a robot crane, J. Res. NIST 97 (3), 1992); eight
-suspended cables that cross, CoGiRo (Gouttefarde, Collard, Riehl, Baradat, Geometry selection of a redundantly actuated
-cable-suspended parallel robot, IEEE Trans. Robotics 31 (2), 2015). The shares are our own, chosen on random boxes.
+Sources: crossed upper and lower cables as in IPAnema (Pott, Cable-Driven Parallel Robots, 2018); six suspended cables
+(Albus, Bostelman, Dagalakis, The NIST SPIDER, a robot crane, J. Res. NIST 97 (3), 1992); eight crossed suspended
+cables,
+CoGiRo (Gouttefarde, Collard, Riehl, Baradat, Geometry selection of a redundantly actuated cable-suspended parallel
+robot, IEEE Trans. Robotics 31 (2), 2015). The ratios were chosen with random boxes.
 """
 
 from __future__ import annotations
@@ -29,22 +30,22 @@ SPACE = ["x", "y", "z", "rx", "ry", "rz"]
 
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
-# Anchors on the faces of the platform, as shares of half its width: near the middle of one side and at the end of the
-# other, so that the cables of one level turn it both ways.
+# Anchors on the faces of the platform, as fractions of half its width: near the middle of one side and at the end of
+# the other, so that the cables of one level rotate it both ways.
 NEAR = 0.25
 FAR = 0.75
-# Half the distance of ends that the six-cable layout of the literature has in one point: a share of half the width, and
-# enough for cables of 10 mm.
+# Half the distance between cable ends that coincide in the six-cable layout of the literature: a fraction of half the
+# width, and enough for cables of 10 mm.
 SPLIT = 0.1
 SPLIT_ON_FRAME = 0.02
 CLEAR = 0.015  # m
-# Shares of half the depth at which the upper anchors of crossed suspended cables are, in the order in which they are
-# tried: wide ones hold firmly, narrow ones leave more room between cables that cross.
+# Positions of the upper anchors of crossed suspended cables, as fractions of half the depth, in order of preference:
+# wide ones are stiffer, narrow ones leave more space between crossing cables.
 INNER = (0.5, 0.7, 0.4, 0.3, 0.2)
 
 
 def planar(frame: Size, platform: Size, *, crossed: bool) -> Rows:
-    """Four cables in vertical planes: those that cross lie at the front and the back of the platform."""
+    """Return four cables in vertical planes: crossed ones in front of and behind the platform."""
     (X, _, Z), (x, y, z) = _halves(frame, platform)
     turned, depth = (-1.0, y) if crossed else (1.0, 0.0)
     return [
@@ -54,16 +55,16 @@ def planar(frame: Size, platform: Size, *, crossed: bool) -> Rows:
 
 
 def point(frame: Size, platform: Size, count: int) -> Rows:
-    """Three or four cables that meet in the middle of the platform's top."""
+    """Return three or four cables that meet in the middle of the platform's top."""
     (X, Y, Z), (_, _, z) = _halves(frame, platform)
     above = CORNERS if count == 4 else ((-1, -1), (1, -1), (0, 1))  # two corners and the middle of an edge
     return [([a * X, b * Y, 2.0 * Z], [0.0, 0.0, z]) for a, b in above]
 
 
 def six(frame: Size, platform: Size) -> Rows:
-    """Six suspended cables between two triangles, of which one is inverted: the legs of a Stewart platform (NIST).
+    """Return six suspended cables between two triangles, one inverted, as the legs of a Stewart platform (NIST).
 
-    The two cables of a corner are moved apart, so that they do not touch there.
+    The two cables of a corner are separated, so that they do not touch.
     """
     (X, Y, Z), (x, y, z) = _halves(frame, platform)
     ax, ay = _split(X, SPLIT_ON_FRAME), _split(Y, SPLIT_ON_FRAME)
@@ -77,10 +78,10 @@ def six(frame: Size, platform: Size) -> Rows:
 
 
 def seven(frame: Size, platform: Size, *, crossed: bool) -> Iterator[Rows]:
-    """Yield layouts of four cables from above, and three from below: two corners and the middle of an edge."""
+    """Yield layouts of four cables from above and three from below: two corners and the middle of an edge."""
     (X, Y, Z), (x, y, z) = _halves(frame, platform)
     upper, lower, middle = (-z, z, z) if crossed else (z, 0.0, 0.0)
-    for to_front in (False, True):  # the two lower ones, and the upper ones to the sides
+    for to_front in (False, True):  # lower two to the front and upper ones to the sides, or the reverse
         rows: Rows = []
         for a, b in CORNERS:
             end = (a * x, NEAR * b * y) if to_front else (NEAR * a * x, b * y)
@@ -92,7 +93,7 @@ def seven(frame: Size, platform: Size, *, crossed: bool) -> Iterator[Rows]:
 
 
 def eight(frame: Size, platform: Size, *, crossed: bool) -> Iterator[Rows]:
-    """Yield layouts of four cables from above to the sides of the platform, four from below to its front and back."""
+    """Yield layouts of four cables from above to the platform's sides, and four from below to its front and back."""
     (X, Y, Z), (x, y, z) = _halves(frame, platform)
     up = -z if crossed else z
     for share in (NEAR, FAR):
@@ -101,7 +102,7 @@ def eight(frame: Size, platform: Size, *, crossed: bool) -> Iterator[Rows]:
 
 
 def suspended(frame: Size, platform: Size) -> Rows:
-    """Eight cables from above, two from each corner: to the sides at the top, to front and back at the bottom."""
+    """Return eight cables from above, two per corner: to the sides at the top, to front and back at the bottom."""
     (X, Y, Z), (x, y, z) = _halves(frame, platform)
     ax, ay = _split(X, SPLIT_ON_FRAME), _split(Y, SPLIT_ON_FRAME)
     rows: Rows = []
@@ -112,7 +113,7 @@ def suspended(frame: Size, platform: Size) -> Rows:
 
 
 def crossed_suspended(frame: Size, platform: Size) -> Iterator[Rows]:
-    """Yield CoGiRo's layout: of the two cables that cross at a side one leads to the bottom, the other to the top."""
+    """Yield CoGiRo's layout: of two crossing cables at a side, one leads to the bottom and the other to the top."""
     (X, Y, Z), (x, y, z) = _halves(frame, platform)
     ax, ay = _split(X, SPLIT_ON_FRAME), _split(Y, SPLIT_ON_FRAME)
     for inner in INNER:

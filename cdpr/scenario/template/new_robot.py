@@ -1,4 +1,4 @@
-"""New robots from a few sizes: a box as frame, a box as platform, and a cable layout free of interference."""
+"""New robots from a few sizes: boxes as frame and platform, and a cable layout without interference."""
 
 from __future__ import annotations
 
@@ -20,30 +20,31 @@ from cdpr.scenario.template.free_share import FreeShare, free_share
 
 DIGITS = 6  # micrometres
 
-# What a robot may be made from: anchors that micrometres tell apart, and inertias that files may hold.
+# Allowed sizes: anchors that differ by micrometres, and inertias that files may contain.
 LENGTHS = (1e-4, 2e3)  # m
 MASSES = (1e-9, 1e6)  # kg
 
-# Of the weight: low enough to be found, high enough to keep cables straight, and room for what moves the platform.
+# Limits relative to the weight: low enough to be feasible, high enough to keep cables straight, and reserves for
+# motion.
 LOWEST = 0.05
 HIGHEST = (2.0, 5.0, 10.0, 20.0)
 
-# Share of the static workspace to be free of interference; less is reported. 0.8 is meant: the grid is coarse.
+# Required interference-free fraction of the static workspace, else a warning; 0.8 with a margin for the coarse grid.
 FREE = 0.85
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What a new robot is made from.
+    """Sizes of a new robot.
 
     Attributes:
-        frame: width (x), depth (y) and height (z) of the box at whose corners the cables leave, on the floor, m.
-        platform: the same of the platform, m.
-        mass: of the platform, kg.
-        cables: how many: see `layouts`.
-        crossed: whether cables cross at the platform; straight ones hold it less firmly.
-        planar: whether it moves in the plane of x and z alone.
-        suspended: whether eight cables come from above; three, four and six always do.
+        frame: width (x), depth (y) and height (z) of the box, standing on the floor, whose corners are the anchors, m.
+        platform: width, depth and height of the platform, m.
+        mass: mass of the platform, kg.
+        cables: number of cables, see `layouts`; None for the default.
+        crossed: True for cables that cross at the platform; straight ones are less stiff.
+        planar: True for motion in the x-z plane.
+        suspended: True for eight cables from above; three, four and six always are.
     """
 
     frame: tuple[float, float, float] = (4.0, 3.0, 2.5)
@@ -56,10 +57,10 @@ class Sizes:
 
 
 def robot_data(sizes: Sizes, name: str) -> dict[str, Any]:
-    """Return the robot as the plain data of its file; CdprError where none of these sizes holds its own weight."""
+    """Return the plain data of the robot file; raise CdprError if no layout balances the weight."""
     for parts, (low, high), unit in (((*sizes.frame, *sizes.platform), LENGTHS, "m"), ((sizes.mass,), MASSES, "kg")):
         for part in parts:
-            if not low <= part <= high:  # not a number is neither
+            if not low <= part <= high:  # also rejects NaN
                 what = "mass" if unit == "kg" else "frame and platform"
                 hint = "; lengths are in metres" if unit == "m" and part > high else ""
                 raise CdprError(f"{what}: from {low:g} to {high:g} {unit} is expected, got {part:g} {unit}{hint}")
@@ -86,7 +87,7 @@ def robot_data(sizes: Sizes, name: str) -> dict[str, Any]:
 
 
 def share_of(robot: Robot, sizes: Sizes) -> FreeShare:
-    """Return how much of the static workspace of a new robot is free of interference."""
+    """Return the interference-free share of a new robot's static workspace."""
     (x, y, z), (X, Y, Z) = (0.5 * np.array(size) for size in (sizes.platform, sizes.frame))
     low, high = np.array([x - X, y - Y, z]), np.array([X - x, Y - y, 2.0 * Z - z])
     if sizes.planar:
@@ -95,7 +96,7 @@ def share_of(robot: Robot, sizes: Sizes) -> FreeShare:
 
 
 def crowded(robot: Robot, sizes: Sizes) -> str | None:
-    """Return a warning where less than `FREE` of the static workspace of a new robot is free of interference."""
+    """Return a warning if less than `FREE` of a new robot's static workspace is free of interference."""
     share = share_of(robot, sizes)
     if share.value >= FREE and share.home:
         return None
@@ -111,7 +112,7 @@ def crowded(robot: Robot, sizes: Sizes) -> str | None:
 
 
 def _robot(sizes: Sizes, name: str, rows: layouts.Rows, count: int) -> dict[str, Any] | None:
-    """Return the data of a robot with these cables and the lowest limits that hold it, None where none do."""
+    """Return the data of a robot with these cables and the lowest feasible limits; None if none are feasible."""
     dof = layouts.PLANE if sizes.planar else layouts.POINT if count < 6 else layouts.SPACE
     weight = sizes.mass * float(np.linalg.norm(World().gravity))
     home = [0.0, 0.0, _tidy(0.5 * sizes.frame[2])]
@@ -169,7 +170,7 @@ def _asked(sizes: Sizes, count: int) -> str:
 
 
 def _inertia(sizes: Sizes) -> list[float]:
-    """Of a homogeneous box."""
+    """Return the inertia of a homogeneous box."""
     a, b, c = (size**2 * sizes.mass / 12.0 for size in sizes.platform)
     return [*map(_rounded_to_six, (b + c, a + c, a + b)), 0.0, 0.0, 0.0]
 

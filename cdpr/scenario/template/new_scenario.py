@@ -1,4 +1,4 @@
-"""A scenario for a robot: a gentle move from its home that its cables can hold at both ends."""
+"""New scenario for a robot: a slow move from its home with statically feasible ends."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from cdpr.scenario.hold import holds
 from cdpr.scenario.motions import Quintic
 from cdpr.scenario.schema import World
 
-SHARE = 0.1  # of the frame's extent along each axis, upwards half of it
-TURN = 10.0  # degrees, of a robot that only turns
+SHARE = 0.1  # relative to the frame's extent along each axis; half of it upwards
+TURN = 10.0  # degrees, for a robot that only rotates
 HALVINGS = 5
 SHORTEST = 2.0  # s
-GENTLE = 0.05  # of gravity: the highest acceleration
+GENTLE = 0.05  # highest acceleration, relative to gravity
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic move of length 1 in time 1
 REST = 1.0  # s after the move
-DIGITS = 3  # behind the point: millimetres of a robot of metres
+DIGITS = 3  # decimals: millimetres for robots of at least a metre
 
 
 def scenario_data(robot: Robot, section: str | dict[str, Any], plugins: Registry) -> dict[str, Any]:
-    """Return a scenario as the plain data of its file; `section` is what its key `robot` holds."""
-    from cdpr.mechanics.properties import home_pose  # takes long, for it compiles
+    """Return the plain data of the scenario file; `section` is the value of its key `robot`."""
+    from cdpr.mechanics.properties import home_pose  # expensive import: it compiles
 
     home, _ = home_pose(robot)
     data: dict[str, Any] = {"robot": section}
@@ -45,13 +45,13 @@ def scenario_data(robot: Robot, section: str | dict[str, Any], plugins: Registry
 
 
 def _digits(robot: Robot) -> int:
-    """Return how many digits positions have behind the point: more for robots smaller than a metre."""
+    """Return the number of decimals of positions: more for robots smaller than a metre."""
     extent = float(np.ptp(robot.anchors[:, :3], axis=0).max())
     return DIGITS if extent >= 1.0 or extent == 0.0 else DIGITS - math.floor(math.log10(extent))
 
 
 def _move(robot: Robot, home: Array) -> tuple[dict[str, Any], float]:
-    """Return where to go and how far that is, m; nothing where the cables hold the robot nowhere near its home."""
+    """Return the target and its distance, m; an empty target if no nearby pose is statically feasible."""
     gravity = np.array(World().gravity)
     extent = np.ptp(robot.anchors[:, :3], axis=0)
     free = np.array([name in robot.dof for name in DOF_NAMES])

@@ -1,4 +1,4 @@
-"""New files as texts, checked as any file is before anyone sees them."""
+"""New files as text, validated before they are returned."""
 
 from __future__ import annotations
 
@@ -24,23 +24,27 @@ WRITTEN = "Written by cdpr new scenario; lengths in m, times in s, angles in rad
 
 
 def robot_text(file: str, sizes: Sizes, name: str) -> str:
-    """Return a new robot of that name; `file` is where it will stand. Raises CdprError where it cannot hold itself."""
+    """Return a new robot file of this name; `file` is its future path.
+
+    Raises:
+        CdprError: if the robot cannot balance its weight.
+    """
     frame, platform = ("x".join(f"{part:g}" for part in size) for size in (sizes.frame, sizes.platform))
     head = (
         f"A platform of {platform} m and {sizes.mass:g} kg in a frame of {frame} m. "
         "Written by cdpr new robot; lengths in m, masses in kg, forces in N, angles in rad."
     )
     text = commented(RobotSection, robot_data(sizes, name), registry(), head)
-    load_robot(file, text=text)  # what is wrong with it would be our fault: it is told before it is written
+    load_robot(file, text=text)  # an error here would be internal, so it must not be written
     return text
 
 
 def scenario_text(
     file: str, source: str | None, sizes: Sizes, changes: Mapping[str, float] = MappingProxyType({})
 ) -> str:
-    """Return a new scenario for the robot in the file `source`, an example too, or for a new one that stands in it.
+    """Return a new scenario for the robot in `source` (a file or an example), or for a new inline robot.
 
-    `changes` are values by dotted key, of a section and a key in it.
+    `changes` are values by dotted key (section and key).
     """
     section: str | dict[str, Any]
     if source is None:
@@ -55,5 +59,5 @@ def scenario_text(
         data[section_name][name] = value
     head = f"{MOVES if 'trajectory' in data else RESTS} {WRITTEN}"
     text = commented(ScenarioSection, data, registry(), head)
-    load_scenario(file, text=text)  # likewise
+    load_scenario(file, text=text)  # as above
     return text
