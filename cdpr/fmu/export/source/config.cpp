@@ -18,8 +18,7 @@
 
 namespace cdpr::CDPR_TARGET {
 extern const cdpr_group operations;  // operations.cpp
-}
-}  // namespace cdpr
+}  // namespace cdpr::CDPR_TARGET
 
 namespace fmu {
 
