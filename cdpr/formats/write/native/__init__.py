@@ -15,10 +15,10 @@ HEADER, NUMBERS = "robot.h", "robot.bin"
 
 
 def native_files(scenario: Scenario) -> dict[str, bytes]:
-    """Return the contents of the files by name; the same scenario gives the same bytes.
+    """Return the contents of the files by name; equal scenarios give equal bytes.
 
     Raises:
-        CdprError: The scenario has something that cannot be exported, such as a solver without compiled operation.
+        CdprError: if the scenario has parts that cannot be exported, such as a solver without a compiled operation.
     """
     control = control_of(scenario)
     layout = Layout.of(control.program)
@@ -27,11 +27,11 @@ def native_files(scenario: Scenario) -> dict[str, bytes]:
 
 
 def write_native(scenario: Scenario, folder: Path, force: bool = False) -> list[Path]:
-    """Write the files into `folder`, made if need be; return their paths.
+    """Write the files into `folder`, which is created if necessary; return their paths.
 
     Raises:
-        CdprError: As `native_files`.
-        OutputError: A file exists and not `force`, or it cannot be written.
+        CdprError: as `native_files`.
+        OutputError: if a file exists (without `force`) or cannot be written.
     """
     content = native_files(scenario)
     for name in content:

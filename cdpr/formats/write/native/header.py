@@ -90,7 +90,7 @@ def _structure(layout: Layout, expressions: Mapping[str, str]) -> dict[str, str]
 
 
 def _exit_kinds(control: Control) -> list[float]:
-    """Return the kinds of the cables' exits: kernels choose their code by them, so files must not differ there."""
+    """Return the kinds of the cables' exits, which select the code of kernels; data files must agree in them."""
     lines = next(array.content for array in control.program.arrays if array.name == "lines")
     table = np.asarray(lines)
     return table[:, EXIT_KIND].tolist() if table.shape[1] > EXIT_KIND else []

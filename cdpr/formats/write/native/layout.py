@@ -17,15 +17,15 @@ MAGIC, VERSION, HEAD, CALL_WORDS = b"cdprnum\0", 1, 4, 5
 
 @dataclass(eq=False)
 class Layout:
-    """Places of a program's arrays and struct members.
+    """Positions of a program's arrays and struct members.
 
     Attributes:
-        numbers: float64, those that the file holds: arrays, then members of structs.
-        work: Number of float64 of scratch space, which follows them.
+        numbers: float64 values in the file: arrays, then members of structs.
+        work: number of float64 of scratch space, which follows them.
         integers: int64 arrays at the start.
-        calls: Operations, and the indices of their first members.
+        calls: operations, each with the index of its first member.
         members: (kind, value) of each member; the kinds are those of `MemberKind` in cdpr/realtime.hpp.
-        places: Indices of arrays into the numbers, by name.
+        places: index of each array in the numbers, by name.
     """
 
     numbers: list[float] = field(default_factory=list)
@@ -37,7 +37,7 @@ class Layout:
 
     @classmethod
     def of(cls, program: Program) -> Layout:
-        """Lay out a program."""
+        """Return the layout of a program."""
         layout = cls()
         array_places = layout._arrays(program)
         values = [word for call in program.operations for word in call.members if _is_number(word)]
@@ -52,7 +52,7 @@ class Layout:
         return layout
 
     def _arrays(self, program: Program) -> list[tuple[str, int]]:
-        """Append the arrays; return the kind and place of each."""
+        """Append the arrays; return the kind and position of each."""
         found = []
         for array in program.arrays:
             content = np.ravel(array.content)

@@ -1,7 +1,8 @@
-"""A scenario as a skeleton of packages for ROS 2: a node that wraps the run, and a service that distributes a wrench.
+"""Export of a scenario as ROS 2 packages: a node that runs it, and a service that distributes a wrench.
 
-Two packages, since messages need one of their own: NAME (ament_python: node, launch file, parameters, the scenario) and
-NAME_interfaces (ament_cmake: the service). No ROS is needed here; files/ holds the texts.
+There are two packages, because ROS 2 requires a separate one for messages: NAME (ament_python: node, launch file,
+parameters, scenario) and NAME_interfaces (ament_cmake: service). ROS is not needed for the export; files/ contains the
+templates.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from cdpr.scenario.named_files import files_of_scenario
 
 FILES = Path(__file__).parent / "files"
 
-# Where each text goes; {name} is that of the package.
+# Output path of each template; {name} is the package name.
 LAYOUT = {
     "README.md": "README.md",
     "package.xml": "{name}/package.xml",
@@ -35,10 +36,13 @@ LAYOUT = {
 
 
 def write_ros2(scenario: Scenario, folder: Path) -> list[Path]:
-    """Write the packages into `folder`, empty or not there yet; return the files, by their names.
+    """Write the packages into `folder`, which must be empty or missing; return the files, sorted by name.
 
-    The same scenario gives the same bytes. Raises FormatError where the scenario needs files beside it, OutputError
-    where something cannot be written or is there already.
+    Equal scenarios give equal bytes.
+
+    Raises:
+        FormatError: if the scenario references other files.
+        OutputError: if the folder is not empty or cannot be written.
     """
     content = packages(scenario)
     try:
@@ -54,7 +58,11 @@ def write_ros2(scenario: Scenario, folder: Path) -> list[Path]:
 
 
 def packages(scenario: Scenario) -> dict[str, str]:
-    """Return the texts of all files by their paths; FormatError as above."""
+    """Return the texts of all files by path.
+
+    Raises:
+        FormatError: if the scenario references other files.
+    """
     text = scenario.resolved_yaml()
     for key, file in files_of_scenario(yaml.safe_load(text), scenario.plugins):
         raise FormatError(
@@ -62,7 +70,7 @@ def packages(scenario: Scenario) -> dict[str, str]:
             "leave it out (--set), or let the scenario say what is in it"
         )
     name = package_name(scenario.robot.name)
-    # Names are letters, digits and -_. alone: they need no escapes in Python, XML or YAML.
+    # Names consist of letters, digits and -_. only and need no escapes in Python, XML or YAML.
     told = f"scenario '{scenario.name}' of the cable-driven parallel robot '{scenario.robot.name}'"
     found = {
         f"{name}/config/scenario.yaml": text,
@@ -77,6 +85,6 @@ def packages(scenario: Scenario) -> dict[str, str]:
 
 
 def package_name(robot: str) -> str:
-    """Return a name that ROS 2 takes: lower-case letters, digits and single underscores, a letter first."""
+    """Return a valid ROS 2 package name: lower-case letters, digits and single underscores, starting with a letter."""
     word = re.sub(r"[^a-z0-9]+", "_", robot.lower()).strip("_")
     return f"cdpr_{word}" if word else "cdpr_robot"
