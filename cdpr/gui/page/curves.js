@@ -1,8 +1,8 @@
-// Plots that grow while the simulation runs: tension, and errors of position and attitude.
+// Plots of a running simulation: tensions, and errors of position and attitude.
 
-const SPANS = [1, 2, 5, 10, 30, 60]; // s, seconds that may be shown
+const SPANS = [1, 2, 5, 10, 30, 60]; // s, selectable time spans
 
-// Time and value of one curve, on arrays that grow; the program thins what it sends, so that they stay short.
+// Time and value of one curve, in growing arrays; the server decimates the data.
 class Curve {
   constructor() { this.clear(); }
 
@@ -13,7 +13,7 @@ class Curve {
     this.settle();
   }
 
-  // Shows what has been added: plots read the filled part of the arrays.
+  // Show added points: plots read the filled part of the arrays.
   settle() {
     this.time = this.t.subarray(0, this.n);
     this.value = this.v.subarray(0, this.n);
@@ -49,7 +49,7 @@ class Curves {
     bar.append(make("label", { for: "seconds", text: "Plots" }), choice, this.lengths, this.back);
   }
 
-  // For another robot: curves of as many cables as it has.
+  // Reset for another robot: one curve per cable.
   load(message) {
     const { scene: { cables }, limits } = message, { data } = this.live, dashes = data.dashes || [[]];
     const looks = cables.map((name, i) => ({
@@ -63,13 +63,13 @@ class Curves {
     this.length = this.panel("cable length (m)", 1.5, looks, 1e-3);
     this.panels = [this.tension, this.position, this.attitude, this.length];
     this.home.replaceChildren();
-    // Times stand below attitudes, and below lengths where they are shown.
+    // The time axis is below the attitudes, or below the lengths if they are shown.
     this.plots = this.panels.map((panel, i) => new Plot(this.home, panel, data, this.live, i > 1));
     this.show(this.long);
     this.clear();
   }
 
-  // Lengths are shown to who asks for them.
+  // Lengths are shown on request.
   show(long) {
     this.long = long;
     this.lengths.setAttribute("aria-pressed", String(long));
@@ -87,7 +87,7 @@ class Curves {
     return [{ label: "limits", values: [...few(limits.tension_min), ...few(limits.tension_max)] }];
   }
 
-  // The limits that hold now.
+  // Current limits.
   limit(limits) {
     const told = JSON.stringify(limits);
     if (!this.tension || told === this.known) return;
@@ -117,18 +117,18 @@ class Curves {
     this.follow();
   }
 
-  // Shows the last seconds, and goes on doing so.
+  // Show the last seconds, continuously.
   follow() {
     this.following = true;
     this.back.hidden = true;
-    // At first the axis ends at the next of a few times, so that it stands still and is used.
+    // At first the axis has the smallest sufficient span, so that it is constant and well filled.
     const soon = SPANS.find((seconds) => seconds >= this.latest) ?? this.latest;
     const end = this.span ? Math.max(this.latest, Math.min(soon, this.span)) : soon;
     this.live.window = [this.span ? Math.max(0, end - this.span) : 0, end];
     this.live.redraw();
   }
 
-  // Shows a part of the time, which stays.
+  // Show a fixed part of the time.
   hold(from, to) {
     this.following = false;
     this.back.hidden = false;

@@ -1,4 +1,4 @@
-// What is done to a robot that runs: pushes, cut and jammed cables, limits, another target; and saving what was done.
+// Disturbances of a running robot: pushes, cable faults, limits and targets; and saving the session.
 
 class Disturb {
   constructor(home, live) {
@@ -12,14 +12,14 @@ class Disturb {
 
   part(title, ...inputs) { return make("fieldset", {}, make("legend", { text: title }), ...inputs); }
 
-  // Numbers of a group; the second word of its label stands before them.
+  // Number fields of a group; the second word of the label precedes them.
   numbers(label, names, unit, values = names.map(() => "0")) {
     const inputs = names.map((name, i) => numberBox(name ? `${label}, ${name}` : label, { value: values[i], title: name || label }));
     const root = make("span", { className: "vector" }, span("what", label.replace(/^\w+ /, "")), ...inputs, span("unit", unit));
     return { inputs, root };
   }
 
-  // Numbers of fields, `empty` where nothing stands; undefined, with the fields marked, where something else does.
+  // Numbers in fields, `empty` for empty fields; undefined, with marked fields, for invalid input.
   read({ inputs }, empty = null) {
     const values = inputs.map((input) => (input.value.trim() === "" ? empty : reading(input.value)));
     const sound = values.map((value) => typeof value === "number" || value === empty);
@@ -71,7 +71,7 @@ class Disturb {
     const go = () => {
       const [p, rpy, seconds] = [this.read(position), this.read(attitude, 0), this.read(within)];
       if (!p || !rpy || !seconds) return;
-      const here = this.live.frame?.dp || this.live.frame?.p || [0, 0, 0]; // where nothing is said it stays
+      const here = this.live.frame?.dp || this.live.frame?.p || [0, 0, 0]; // default: stay in place
       const duration = seconds[0] === null ? {} : { duration: seconds[0] };
       this.live.send({ do: "target", position: p.map((x, i) => x ?? here[i]), rpy: rpy.map(toRadians), ...duration });
     };
@@ -100,7 +100,7 @@ class Disturb {
     this.most.inputs[0].value = one(limits.tension_max);
   }
 
-  // What is over can be disturbed no more, nor what has failed; it can be saved.
+  // Ended or failed runs cannot be disturbed, but can be saved.
   show({ phase, cables = [], pushes = [], changeable = [] }) {
     for (const part of this.parts) {
       part.disabled = OVER.includes(phase);
@@ -119,7 +119,7 @@ class Disturb {
     this.change(changeable);
   }
 
-  // What else may be changed while it runs, as the program lists it.
+  // Other changeable options, as listed by the server.
   change(list) {
     const shape = JSON.stringify(list.map(({ key, choices, value }) => [key, choices, kindOf(value, choices)]));
     if (shape !== this.shape) {

@@ -1,4 +1,4 @@
-// Import and export of other programs' files: dialogs that stay until the program has answered, with what was wrong.
+// Import and export of other programs' files: dialogs that stay open until the server answers, and show errors.
 
 const MEBI = 2 ** 20;
 const WAITING = { import: "Reading …", take: "Writing …", export: "Exporting …" };
@@ -15,7 +15,7 @@ class Exchange {
     );
   }
 
-  // A dialog that sends what `ask` returns, and waits: an answer closes it, an error stands in it and nothing is lost.
+  // Dialog that sends the result of `ask` and waits: an answer closes it, an error is shown without losing input.
   asking(about, title, act, ask, ...parts) {
     const problem = make("p", { className: "problem", role: "alert" });
     const send = () => {
@@ -46,15 +46,15 @@ class Exchange {
   hear(message) {
     const { dialog, problem, wait } = this.asked[message.about];
     wait(false);
-    if (!dialog.open) return; // given up meanwhile
+    if (!dialog.open) return; // cancelled meanwhile
     if (message.level === "error") { say(problem, message.text); return; }
     dialog.close();
-    if (message.about === "take") this.live.form.arrive(); // not to the button that began it
+    if (message.about === "take") this.live.form.arrive(); // not to the button that opened the dialog
     if (message.kind === "imported") this.taken(message);
     else if (message.kind === "file") this.download(message);
   }
 
-  // What comes from where this page runs, or lies where the program runs.
+  // Upload from the browser's machine, or a file on the server's machine.
   importing() {
     const { files } = this, chosen = make("input", { type: "file", multiple: true });
     const path = files.text({ placeholder: "file or folder, from where cdpr gui was started" });
@@ -65,7 +65,7 @@ class Exchange {
       span("", "Tension limits (N)"), make("span", { className: "vector of2" }, ...tension));
     const seconds = numberBox(null, { placeholder: "10" });
     this.formats = make("p", { className: "none" });
-    // What was said last is meant.
+    // The last input counts.
     const list = () => listed.replaceChildren(...[...chosen.files].map(({ name }) => option(name)));
     chosen.addEventListener("change", () => { path.value = ""; list(); });
     path.addEventListener("input", () => { chosen.value = ""; list(); });
@@ -83,7 +83,7 @@ class Exchange {
       limits, files.row("CPU time (s)", seconds), listed);
   }
 
-  // What was read, before anything is written.
+  // Preview before anything is written.
   taking() {
     const { files } = this, folder = files.text({ placeholder: "where cdpr gui was started" });
     this.opens = make("select");
@@ -115,7 +115,7 @@ class Exchange {
       ...list("Filled in, or to be checked", warnings), ...list("Left out", out), ...files.map(shown)];
   }
 
-  // What the form says, for a format and what it lets one choose.
+  // Export of the form in a format with its options.
   exporting() {
     const { files } = this, to = make("select");
     const choices = { style: make("select"), version: make("select"), pulleys: make("select") };
@@ -138,7 +138,7 @@ class Exchange {
     const bytes = Uint8Array.from(atob(content), (letter) => letter.charCodeAt(0));
     const address = URL.createObjectURL(new Blob([bytes], { type }));
     make("a", { href: address, download: name }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 10000); // ms: a browser may ask first where it goes
+    setTimeout(() => URL.revokeObjectURL(address), 10000); // ms: a browser may first ask for a folder
   }
 
   list({ imports, exports, upload }) {
@@ -146,10 +146,10 @@ class Exchange {
     const known = imports.join(", ");
     say(this.formats, `A robot of ${known}, known by its content; of a CASPR model all its files. Nothing is written yet.`);
     const { to, fit } = this.exported;
-    if (!to.options.length) { // a connection that was lost says it again: what is chosen stays
+    if (!to.options.length) { // sent again after a lost connection: keep the selection
       to.replaceChildren(...exports.map((each) => option(each.to, each.name)));
       fit();
     }
-    for (const { wait } of Object.values(this.asked)) wait(false); // what was asked of a program that is gone
+    for (const { wait } of Object.values(this.asked)) wait(false); // pending requests are lost
   }
 }

@@ -1,8 +1,8 @@
-// The fields of the form: lines, groups of them, lists of groups, and how they stay the same elements while values change.
+// Fields of the form: lines, groups and lists of groups; elements persist while values change.
 
 function nameOf({ path, label }) { return words(path || label); }
 
-// One line of the form: label, unit, what is edited, a way back to the default, and what is wrong.
+// Line of the form: label, unit, widget, reset button and problems.
 class Line {
   constructor(field, desk) {
     this.kind = field.kind;
@@ -44,7 +44,7 @@ class Line {
   }
 }
 
-// Fields that belong together; may be left out as a whole, or be of one of several forms.
+// Group of fields; may be optional, or have one of several forms.
 class Group {
   constructor(field, desk) {
     this.kind = field.kind;
@@ -62,7 +62,7 @@ class Group {
       make("legend", {}, this.fold, this.chosen && this.chosen.root, this.gone), this.problem, this.lines.root);
     for (const kind of ["focusin", "pointerenter"]) this.root.firstChild.addEventListener(kind, () => desk.explain(this.field));
     this.show(field);
-    this.open(field.given || !field.optional); // what the file does not say is folded away
+    this.open(field.given || !field.optional); // fold optional groups that are not in the file
   }
 
   open(on) {
@@ -73,7 +73,7 @@ class Group {
   show(field) {
     const chosen = field.given && this.field && !this.field.given;
     this.field = field;
-    if (chosen) this.open(true); // what one has just put in is seen
+    if (chosen) this.open(true); // show a newly added group
     say(this.title, field.label);
     this.gone.hidden = !(field.given && field.optional);
     this.root.classList.toggle("default", !field.given);
@@ -92,7 +92,7 @@ class Group {
   }
 }
 
-// Sections of which there may be any number, each with a way out; new ones are of a type that one chooses.
+// List of sections with remove buttons; new ones get a selected type.
 class List {
   constructor(field, desk) {
     this.kind = field.kind;
@@ -113,7 +113,7 @@ class List {
   fault() { this.lines.fault(); }
 }
 
-// Fields one under the other: those that stay keep their elements, and with them focus and selection.
+// Column of fields: persistent ones keep their elements with focus and selection.
 class Lineup {
   constructor(desk) {
     this.desk = desk;

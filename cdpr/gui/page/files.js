@@ -1,6 +1,6 @@
-// New, Open, Save and the texts of the files: dialogs, opened by the buttons above the form.
+// New, Open, Save and the YAML texts: dialogs, opened by buttons above the form.
 
-const STAYS = "stays"; // what a dialog does that waits for an answer
+const STAYS = "stays"; // marks a dialog that waits for an answer
 
 class Files {
   constructor(home, dialogs, live) {
@@ -18,7 +18,7 @@ class Files {
     );
   }
 
-  // Before the form shows another file: changes that are not saved are saved or given up, or nothing is done.
+  // Before another file is shown: save or discard unsaved changes, or cancel.
   leaving(go) {
     this.after = null;
     if (!this.live.form.message?.modified) { go(); return; }
@@ -30,7 +30,7 @@ class Files {
   unsaved() {
     const what = make("p", { text: "The form has changes that are not saved." });
     const save = () => {
-      if (!this.live.form.message.unsaved) this.after = this.go; // once they are saved, where no place is asked for first
+      if (!this.live.form.message.unsaved) this.after = this.go; // after saving, if no file name is required first
       this.save();
     };
     const dialog = this.dialog("Unsaved changes", "Save", save, what);
@@ -39,7 +39,7 @@ class Files {
     return dialog;
   }
 
-  // The form has come anew: what waited for the save goes on, unless it failed.
+  // New form received: continue what waited for saving, unless it failed.
   settled({ modified }) {
     const go = modified ? null : this.after;
     this.after = null;
@@ -78,13 +78,13 @@ class Files {
     this.saveAs = this.dialog("Save as", "Save", save, this.why, this.row("File or folder", target));
   }
 
-  // Asks for a place, and sends it with what shall be written there.
+  // Ask for a file name, and send it with the request.
   keep(what, title, name, otherwise = "") {
     const place = this.text({ required: !otherwise, value: name, placeholder: otherwise });
     return this.dialog(title, "Save", () => this.live.send({ do: what, out: place.value.trim() }), this.row("Where", place));
   }
 
-  // As `cdpr new` takes them: what is left empty is as it would be there.
+  // Arguments as for `cdpr new`: empty fields use its defaults.
   making() {
     const kind = make("select", {}, option("scenario", "scenario"), option("robot", "robot"));
     const file = this.text({ placeholder: "scenario.yaml" });
@@ -106,7 +106,7 @@ class Files {
       const said = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== ""));
       this.leaving(() => this.live.send({ do: "new", ...said }));
     };
-    // What does not belong to what is chosen cannot be filled in: a robot that is there has its sizes.
+    // Fields that do not apply are disabled: an existing robot has its sizes.
     const fit = () => {
       const made = kind.value === "robot", there = !made && robot.value.trim() !== "";
       file.placeholder = `${kind.value}.yaml`;
@@ -122,7 +122,7 @@ class Files {
       this.row("Planar (x and z)", planar), this.row("Robot of a scenario", robot));
   }
 
-  // What comes with the program and can be opened.
+  // Examples that can be opened.
   list(examples) {
     this.examples.replaceChildren(...examples.map(({ name, shows }) => option(name, shows)));
     const open = ({ label, name, shows }) => button(label, () => {
@@ -133,7 +133,7 @@ class Files {
       ...examples.filter((each) => each.kind === kind).map(open)]));
   }
 
-  // Where the files cannot be written to where they come from, another place is asked for.
+  // If files cannot be saved in place, ask for another name.
   save() {
     const { unsaved } = this.live.form.message || {};
     if (!unsaved) { this.live.send({ do: "save" }); return; }
@@ -142,7 +142,7 @@ class Files {
   }
 
   show({ files }) {
-    if (!this.asked) return; // another window has asked
+    if (!this.asked) return; // requested by another window
     this.asked = false;
     const texts = files.flatMap(({ name, text }) => [make("h3", { text: name }), make("pre", { tabindex: 0, text })]);
     this.texts.replaceChildren(...texts);

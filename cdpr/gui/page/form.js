@@ -1,4 +1,4 @@
-// The form on the left: tabs of fields, what is wrong with them, and what is done with all of them.
+// Form on the left: tabs of fields, their problems, and commands for the whole form.
 
 const ACTS = [["apply", "Apply", "Run what the form says (Ctrl+Enter)"], ["revert", "Revert", "Back to what the files say"],
   ["undo", "Undo", "Ctrl+Z"], ["redo", "Redo", "Ctrl+Y"]];
@@ -18,7 +18,7 @@ class Form {
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
-  // What is typed and not yet sent goes first.
+  // Send pending input first.
   act(key) {
     const active = document.activeElement;
     if (active?.matches("#form input, #form textarea")) active.blur();
@@ -29,12 +29,12 @@ class Form {
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
     const typing = event.target.matches?.("input[type=text], textarea"), key = event.key.toLowerCase();
     const does = { s: "save", enter: "apply", z: event.shiftKey ? "redo" : "undo", y: "redo" }[key];
-    if (!does || (typing && "zy".includes(key)) || event.target.closest?.("dialog")) return; // a text has an undo of its own
+    if (!does || (typing && "zy".includes(key)) || event.target.closest?.("dialog")) return; // texts have their own undo
     event.preventDefault();
     this.act(does);
   }
 
-  // What widgets ask for.
+  // Requests of widgets.
   edit(field, value) {
     if (value === "" && field.optional) this.clear(field);
     else this.live.send({ do: "edit", path: field.path, value });
@@ -44,13 +44,13 @@ class Form {
   remove(path) { this.live.send({ do: "remove", path }); }
   insert(path, value) { this.live.send({ do: "insert", path, value }); }
 
-  // The colour in which something is drawn that names none.
+  // Default colour of a part.
   usual({ path }) {
     const { data, dark } = this.live;
     return data?.colours[path.includes("platform") ? "body" : "soft"]?.[dark ? 1 : 0];
   }
 
-  // Where one goes on after another file has come: its fields are one step further.
+  // Focus after another file was opened: one step after the form's start.
   arrive() { this.tabs.choose(this.tabs.chosen, true); }
 
   mark(cable) { this.live.select(cable); }
@@ -70,7 +70,7 @@ class Form {
   show(message) {
     this.message = message;
     this.wrong = new Map();
-    const paths = new Map(); // of tabs, to count problems
+    const paths = new Map(); // by tab, to count problems
     for (const { path, text } of message.problems) this.wrong.set(path, [...(this.wrong.get(path) || []), text]);
     const keys = message.tabs.map(({ key }) => key);
     for (const { key, label, fields } of message.tabs) {
@@ -90,7 +90,7 @@ class Form {
     this.points(message);
   }
 
-  // All that is wrong or odd, above the fields: each leads to its field.
+  // All problems and warnings, above the fields; each leads to its field.
   list({ problems, warnings }, paths) {
     const item = (kind) => ({ path, key, place, text }) => {
       const known = paths.has(path), where = known ? words(path) : [key || path, place].filter(Boolean).join(", ");
@@ -131,7 +131,7 @@ class Form {
     this.acts.redo.title = redo ? `Redo: ${redo} (Ctrl+Y)` : "Ctrl+Y";
   }
 
-  // Where cables are held, for the handles in the scene.
+  // Cable anchors, for the handles in the scene.
   points({ tabs, applied }) {
     const table = tabs.flatMap(({ fields }) => tablesIn(fields)).find(({ path }) => path === "robot.cables");
     if (!table) return;
@@ -145,7 +145,7 @@ function tablesIn(fields) {
   return fields.flatMap((field) => [...(field.kind === "table" ? [field] : []), ...tablesIn(field.fields || [])]);
 }
 
-// The paths of all fields and cells.
+// Paths of all fields and cells.
 function pathsIn(fields) {
   return fields.flatMap((field) => [field.path, ...pathsIn(field.fields || []), ...(field.rows || []).flatMap((row) => [row.path,
     ...Object.keys(row.cells).map((key) => `${row.path}.${key}`), ...pathsIn(row.fields || [])])]);

@@ -1,17 +1,17 @@
-// Points in the scene that hands move: the platform's target, anchors, and where cables hold the platform.
+// Draggable points in the scene: the platform's target and the cables' anchors on frame and platform.
 //
-// A handle moves in the plane of the view, with Shift up and down alone; arrows move the one that has the focus. The
-// target is sent when it is let go of. The others are edits of the form, drawn dashed until they are applied.
+// A handle moves in the view plane, with Shift only vertically; arrow keys move the focused one. The target
+// is sent when it is released. Other handles edit the form and are dashed until the edits are applied.
 
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-const KEY_STEP = 8; // pixels that an arrow moves a handle
+const KEY_STEP = 8; // pixels per arrow key
 
 class Handles {
   constructor(layer, stage, live) {
     Object.assign(this, { layer, stage, live, handles: [], moving: null, target: null, applied: null, wanted: null });
   }
 
-  // For another robot.
+  // Reset for another robot.
   load(film) {
     this.film = film;
     this.target = null;
@@ -51,7 +51,7 @@ class Handles {
     return node;
   }
 
-  // Where a handle is in the world, unless it is being moved.
+  // World position of a handle, unless it is being dragged.
   place({ kind, i }) {
     const picture = this.film.at(0);
     if (kind === "target") {
@@ -63,7 +63,7 @@ class Handles {
     return moved(picture.pose, anchor.slice(3).map((x, k) => x + (away ? away[k] : 0)));
   }
 
-  // What the form says of a point beyond what runs: in its own axes, null where it says the same.
+  // Offset of a point in the form from the running one, in its own axes; null if there is none.
   edited(kind, i) {
     const is = this.applied?.[i]?.[kind], wants = this.wanted?.[i]?.[kind];
     if (![is, wants].every((point) => Array.isArray(point) && point.length === 3 && point.every(Number.isFinite))) return null;
@@ -71,11 +71,11 @@ class Handles {
     return away.some((x) => x !== 0) ? away : null;
   }
 
-  // From the base's axes to the world's, and back.
+  // Conversions between base and world axes.
   turn(v) { const R = this.film.base; return R ? [0, 1, 2].map((r) => dot(R.slice(3 * r, 3 * r + 3), v)) : v; }
   back(v) { const R = this.film.base; return R ? [0, 1, 2].map((c) => dot([R[c], R[3 + c], R[6 + c]], v)) : v; }
 
-  // The cables of the form; those that run where it has been applied.
+  // Cables of the form; those of the simulation if the form is applied.
   told(rows, applied) {
     this.wanted = rows;
     if (applied || !this.applied || this.applied.length !== rows.length) this.applied = rows;
@@ -129,9 +129,9 @@ class Handles {
     }
   }
 
-  // What hands have moved, and the handles themselves where they now are.
+  // Dragged points, and handles at their current positions.
   draw(lines, solids, labels, film, picture, look) {
-    if (this.target && picture.desired) { // there, or long ago
+    if (this.target && picture.desired) { // reached, or outdated
       const gap = Math.hypot(...this.target.position.map((x, k) => x - picture.desired[12 + k]));
       if (gap < 1e-3 || performance.now() - this.target.since > 3000) this.target = null;
     }

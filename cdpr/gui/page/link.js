@@ -1,6 +1,6 @@
-// The socket: what it tells goes to whom it concerns; where it is lost, that is said, and it is tried again.
+// WebSocket: distributes messages, reports a lost connection, and reconnects.
 
-const WAITS = [500, 1000, 2000, 3000]; // ms until the next try
+const WAITS = [500, 1000, 2000, 3000]; // ms until the next attempt
 const UNSENT = "Not connected: nothing was sent.";
 
 class Link {
@@ -33,7 +33,7 @@ class Link {
     setTimeout(() => this.open(), wait);
   }
 
-  // Whether it was sent: nothing is kept for later, when it might surprise. Files come behind a line feed, as bytes.
+  // Return whether a message was sent; nothing is queued. Files follow a line feed, as bytes.
   send(message, files) {
     if (this.socket.readyState !== WebSocket.OPEN) {
       this.live.note("error", UNSENT);

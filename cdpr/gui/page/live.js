@@ -1,7 +1,7 @@
-// The scene of a robot that moves now: a film of one picture, which the last frame replaces.
+// Scene of a running robot: a film of one picture, replaced by each frame.
 
-const MOST_OF_TRAIL = 3000; // points of the way that was done; then every other one goes
-const FINEST_TRAIL = 0.002; // times the scene's radius: what lies nearer to the last point adds none
+const MOST_OF_TRAIL = 3000; // points of the past path; beyond, every other one is dropped
+const FINEST_TRAIL = 0.002; // relative to the scene's radius: closer points are skipped
 
 class LiveFilm extends Film {
   constructor(message) {
@@ -15,9 +15,9 @@ class LiveFilm extends Film {
 
   at(t) { return this.last || super.at(t); }
 
-  // One row: all that is drawn of it is drawn from this frame alone.
+  // One row: everything is drawn from this frame only.
   feed(frame) {
-    if ([...frame.p, ...frame.q].some((x) => x === null)) return; // a run that diverged is drawn as far as it went
+    if ([...frame.p, ...frame.q].some((x) => x === null)) return; // diverged run: keep the last valid picture
     const force = frame.force && frame.force.some((x) => x) ? frame.force : null;
     this.last = this.picture(0, {
       position: frame.p,
@@ -32,11 +32,11 @@ class LiveFilm extends Film {
     this.last.t = frame.t;
     this.last.bends = frame.outlines || null;
     if (frame.range) this.range = frame.range;
-    if (frame.outlines) this.outlines = null; // those at home, which stand still
+    if (frame.outlines) this.outlines = null; // static outlines of the home pose
     if (force) this.strongest = Math.max(this.strongest, Math.hypot(...force));
   }
 
-  // The way so far grows by where the platform is, or the tool that the motion leads.
+  // Extend the past path by the position of the platform, or of the guided tool.
   tread(radius) {
     const here = moved(this.last.pose, this.arm || [0, 0, 0]), before = this.trail[this.trail.length - 1];
     if (before && Math.hypot(...here.map((x, i) => x - before[i])) < FINEST_TRAIL * radius) return;
@@ -54,7 +54,7 @@ class LiveFilm extends Film {
 }
 
 class LiveStage extends Stage {
-  // Draws another film, from where one looks now if that makes sense.
+  // Show another film, with the current camera if possible.
   load(film) {
     const before = this.camera, [old] = this.films;
     this.films = [film];

@@ -1,14 +1,14 @@
-// Elements of the page, and tabs. Texts of others get in as texts alone: there is no way to give HTML.
+// Page elements and tabs. Foreign texts are inserted as text only: HTML is not supported.
 
 const SVG_SIGNS = { run: "M4 2l10 6-10 6z", pause: "M4 2h3v12H4zM9 2h3v12H9z", step: "M3 2l7 6-7 6zM11 2h2v12h-2z",
   reset: "M13 2L6 8l7 6zM3 2h2v12H3z" };
 const PROPERTIES = ["value", "checked", "disabled", "hidden", "type", "title", "className"];
 let counted = 0;
 
-// A name that no other element has.
+// Unique id.
 function fresh(word) { counted += 1; return `${word}-${counted}`; }
 
-// Makes an element with attributes, properties and listeners.
+// Create an element with attributes, properties and listeners.
 function make(tag, given = {}, ...children) {
   const node = document.createElement(tag);
   for (const [key, value] of Object.entries(given)) {
@@ -28,15 +28,15 @@ function span(className, text) { return make("span", { className, text }); }
 function option(value, text, title) { return make("option", { value, text, title }); }
 function grow() { return make("span", { className: "grow" }); }
 
-// Buttons and the like side by side.
+// Row of buttons.
 function bar(...children) { return make("div", { className: "bar" }, ...children); }
 
-// A small field for a number, or for what is told to be none.
+// Small input field for a number.
 function numberBox(label, given = {}) {
   return make("input", { type: "text", inputmode: "decimal", autocomplete: "off", className: "number", "aria-label": label, ...given });
 }
 
-// A button's sign, drawn by us.
+// Icon of a button.
 function sign(name) {
   const space = "http://www.w3.org/2000/svg", svg = document.createElementNS(space, "svg");
   svg.setAttribute("viewBox", "0 0 16 16");
@@ -47,10 +47,10 @@ function sign(name) {
   return svg;
 }
 
-// Sets a text, only if it is another: selections and screen readers stay undisturbed.
+// Set a text only if it changes, to preserve selections and not disturb screen readers.
 function say(node, text) { if (node.textContent !== text) node.textContent = text; }
 
-// Tabs of which one's panel is shown; arrows go from one to the next. Labels may change, keys stay.
+// Tabs with one visible panel; arrow keys switch. Labels may change, keys stay.
 class Tabs {
   constructor(list, home, name) {
     Object.assign(this, { list, home, name, all: new Map(), chosen: null });
@@ -62,7 +62,7 @@ class Tabs {
     });
   }
 
-  // The panel of this key, made when it is first asked for.
+  // Panel of this key, created on first use.
   panel(key, label) {
     if (!this.all.has(key)) {
       const id = fresh(this.name);
@@ -88,7 +88,7 @@ class Tabs {
     if (focus) this.all.get(key).tab.focus();
   }
 
-  // How many of something a tab holds, "" for none.
+  // Count shown on a tab, "" for none.
   count(key, number) { say(this.all.get(key).tab.querySelector(".count"), number ? String(number) : ""); }
 
   keep(keys) {

@@ -1,4 +1,4 @@
-// Cables, one a row: points, limits and what else is one's own. A row that has the focus is marked in the scene.
+// Table of cables, one per row: anchors, limits and own values. The focused row is marked in the scene.
 
 class Table {
   constructor(field, desk) {

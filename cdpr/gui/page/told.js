@@ -1,7 +1,7 @@
-// What the program tells: one sentence of status, numbers of now, events and messages.
+// Server output: status sentence, current numbers, events and messages.
 
 const LEVELS = { building: "wait", ready: "good", running: "good", paused: "good", done: "good", ended: "warn", failed: "bad" };
-// What a phase is called where the program says no more.
+// Default texts of phases.
 const PHASES = {
   building: "Building the simulation …", ready: "Ready to run.", running: "Running.", paused: "Paused.",
   done: "The run is complete.", ended: "The run has ended early.", failed: "There is nothing to run.",
@@ -51,13 +51,13 @@ class Told {
       }
       return cells;
     });
-    const pair = (i) => make("tr", {}, ...this.cables.slice(i, i + 2).flat()); // two a line, so that eight are seen at once
+    const pair = (i) => make("tr", {}, ...this.cables.slice(i, i + 2).flat()); // two per line, so that eight are visible
     this.tensions.replaceChildren(make("tbody", {}, ...cables.map((_, i) => i).filter((i) => i % 2 === 0).map(pair)));
     this.jammed = new Set();
     this.counted = 0;
   }
 
-  // At most ten times a second: nobody reads faster.
+  // At most ten updates a second, for readability.
   count(frame, most) {
     const now = performance.now();
     if (!this.cells || now - (this.counted || 0) < 100) return;
@@ -81,7 +81,7 @@ class Told {
     });
   }
 
-  // One sentence: the program's own text where it has one.
+  // Status sentence: the server's text if it has one.
   status(status) {
     const root = document.getElementById("status"), trouble = TROUBLES[status.status];
     const known = PHASES[status.phase] || status.phase, name = (status.status || "").toLowerCase().replace("_", " ");
@@ -93,12 +93,12 @@ class Told {
     const parts = [status.backend, status.solver, status.controller].filter(Boolean);
     say(document.getElementById("parts"), parts.join(" · ") || "–");
     this.jammed = new Set((status.cables || []).flatMap(({ jammed }, i) => (jammed ? [i] : [])));
-    this.counted = 0; // it comes after the last frame: numbers show that, and what has become of cables
+    this.counted = 0; // a status follows the last frame: refresh numbers and cable states
     this.live.wake();
     this.happened(status.events || []);
   }
 
-  // What goes wrong is a message, too, once: the line of status is gone with the next one.
+  // Errors are also shown as a message, once, because the status line changes.
   report({ phase, status }, text, trouble) {
     const wrong = trouble || ["ended", "failed"].includes(phase) ? [phase, status].join() : "";
     if (wrong && wrong !== this.reported && this.messages.firstChild?.dataset.text !== text) {
@@ -126,7 +126,7 @@ class Told {
     if (this.tabs.chosen !== "messages") {
       this.unread += 1;
       this.tabs.count("messages", this.unread);
-      if (level !== "info") this.tabs.choose("messages"); // it is what one has to know now
+      if (level !== "info") this.tabs.choose("messages"); // show warnings and errors immediately
     }
     this.seen();
   }

@@ -1,7 +1,7 @@
-// Run, pause, step, reset, speed and the emergency stop; and the keys that stand for them.
+// Run, pause, step, reset, speed and emergency stop, with their keyboard shortcuts.
 
 const SPEEDS = [[0.1, "0.1×"], [1, "1×"], [null, "max"]];
-const OVER = ["done", "ended", "failed"]; // phases from which only the start leads on
+const OVER = ["done", "ended", "failed"]; // phases that only a reset ends
 
 class Transport {
   constructor(home, live) {
@@ -34,10 +34,10 @@ class Transport {
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.target.closest?.("input, select, textarea, dialog, summary")) return; // there they are typed
+    if (event.target.closest?.("input, select, textarea, dialog, summary")) return; // typing
     const ten = () => this.once(10), reset = () => this.live.send({ do: "reset" });
     const act = { " ": () => this.toggle(), ".": () => this.once(), ":": ten, ">": ten, r: reset }[event.key.toLowerCase()];
-    const pushes = event.key === " " && (event.repeat || event.target.closest?.("button")); // the button that has the focus
+    const pushes = event.key === " " && (event.repeat || event.target.closest?.("button")); // the focused button
     if (!act || pushes) return;
     event.preventDefault();
     act();

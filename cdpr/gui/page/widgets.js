@@ -1,13 +1,13 @@
-// What a hand edits, for each kind of field.
+// Input widgets for each kind of field.
 //
-// A widget is {root, show(field)}. What one is typing is not overwritten by what arrives meanwhile.
+// A widget is {root, show(field)}. Incoming values do not overwrite pending input.
 
-// Choices as {value, label, help, missing}, also where only values are given.
+// Choices as {value, label, help, missing}, also from plain values.
 function choicesOf({ choices = [] }) {
   return choices.map((choice) => (typeof choice === "object" ? choice : { value: choice, label: String(choice) }));
 }
 
-// A text that is sent when it is left or Enter is pressed.
+// Text field, sent on blur or Enter.
 function entry(label, commit, given = {}) {
   const input = make("input", { type: "text", autocomplete: "off", spellcheck: "false", "aria-label": label, ...given });
   let typing = false;
@@ -23,7 +23,7 @@ function textWidget(field, desk, label = words(field.path || field.label)) {
   return { root: input, show: (now) => put(writing(now.value)) };
 }
 
-// One of several; what cannot be used yet says what is missing, and can be chosen all the same.
+// Selection; unavailable choices show what is missing, but can be selected.
 function choiceWidget(field, desk, label = words(field.path || field.label)) {
   const select = make("select", { "aria-label": label, onchange: () => desk.edit(field, offered[select.selectedIndex].value) });
   let offered = [], shape = "";
@@ -32,7 +32,7 @@ function choiceWidget(field, desk, label = words(field.path || field.label)) {
     show(now) {
       offered = choicesOf(now);
       let at = offered.findIndex(({ value }) => value === now.value);
-      if (at < 0) { // what the file says is seen, even where it is none of them
+      if (at < 0) { // show the file's value even if it is not a choice
         offered = [{ value: now.value ?? null, label: now.value == null ? "–" : writing(now.value) }, ...offered];
         at = 0;
       }
@@ -46,7 +46,7 @@ function choiceWidget(field, desk, label = words(field.path || field.label)) {
   };
 }
 
-// Several of a few.
+// Multiple selection.
 function setWidget(field, desk, label = words(field.path || field.label)) {
   const root = make("span", { className: "set", role: "group", "aria-label": label });
   let boxes = [];
@@ -73,19 +73,19 @@ function flagWidget(field, desk, label = words(field.path || field.label)) {
 
 const AXES_OF = { 3: ["x", "y", "z"], 4: ["w", "x", "y", "z"], 6: ["x", "y", "z", "rx", "ry", "rz"] };
 
-// A few numbers side by side. Where one may stand for all, the others may be left empty.
+// Row of numbers. If a single number is allowed, the others may be empty.
 function vectorWidget(field, desk, label = words(field.path || field.label)) {
-  if (!field.size && field.single) return textWidget(field, desk, label); // one for all, or a list of as many as there are
+  if (!field.size && field.single) return textWidget(field, desk, label); // a single number, or a list of any length
   const size = field.size || (Array.isArray(field.value) ? field.value.length : 3);
   const names = field.labels || AXES_OF[size] || Array.from({ length: size }, (_, i) => String(i + 1));
   const part = (name) => entry(`${label}, ${name}`, commit, { inputmode: "decimal", className: "number", title: name });
   const parts = names.slice(0, size).map(part), inputs = parts.map(({ input }) => input);
   const root = make("span", { className: `vector of${size}`, role: "group", "aria-label": label }, ...inputs);
-  let waiting = false, known = []; // for the rest of a vector; values that the program has or will answer
+  let waiting = false, known = []; // incomplete vector; values that the server has or will confirm
   function commit() {
     const values = inputs.map((input) => reading(input.value)), empty = values.map((value) => value === "");
     const whole = !empty.includes(true), alone = field.single && empty.indexOf(false) === 0 && !empty.slice(1).includes(false);
-    waiting = !whole && !alone && empty.includes(false); // half a vector says nothing: it waits for the rest
+    waiting = !whole && !alone && empty.includes(false); // do not send an incomplete vector
     inputs.forEach((input, i) => input.setAttribute("aria-invalid", String(waiting && empty[i])));
     if (whole || alone) {
       known.push(JSON.stringify(whole ? values : values[0]));
@@ -95,7 +95,7 @@ function vectorWidget(field, desk, label = words(field.path || field.label)) {
   return {
     root,
     show(now) {
-      if (waiting && known.includes(JSON.stringify(now.value))) return; // it answers what went before
+      if (waiting && known.includes(JSON.stringify(now.value))) return; // confirms an earlier value
       waiting = false;
       known = [JSON.stringify(now.value)];
       const values = Array.isArray(now.value) ? now.value : [now.value];
@@ -104,7 +104,7 @@ function vectorWidget(field, desk, label = words(field.path || field.label)) {
   };
 }
 
-// A colour's name as "#rrggbb", as canvases write it.
+// Colour name as "#rrggbb", as canvases write it.
 function sixDigits(colour) {
   const c = document.createElement("canvas").getContext("2d");
   c.fillStyle = colour;
@@ -119,14 +119,14 @@ function colourWidget(field, desk, label = words(field.path || field.label)) {
     root: make("span", { className: "colour" }, picker, input),
     show(now) {
       const value = typeof now.value === "string" ? now.value : "";
-      picker.value = sixDigits(value || desk.usual?.(field) || "#808080"); // none is given: as it is drawn all the same
+      picker.value = sixDigits(value || desk.usual?.(field) || "#808080"); // not given: show the colour that is drawn
       input.placeholder = value ? "" : "as drawn";
       put(value);
     },
   };
 }
 
-// What has no field of its own is edited as it is written.
+// Text field for values without a widget of their own, in YAML.
 function yamlWidget(field, desk, label = words(field.path || field.label)) {
   const area = make("textarea", { rows: 3, spellcheck: "false", "aria-label": label });
   let typing = false;

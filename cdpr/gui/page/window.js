@@ -1,4 +1,4 @@
-// The window: who hears what, and one drawing for all that came since the last.
+// Main script of the GUI: dispatch of messages, and one redraw for all received since the last.
 
 class Live {
   constructor() {
@@ -22,7 +22,7 @@ class Live {
     this.link = new Link(this);
   }
 
-  // The form can be folded away, and on a phone it is at first.
+  // The form can be folded, and is at first on phones.
   folding(fold) {
     this.unfold = (open = true) => {
       document.body.classList.toggle("folded", !open);
@@ -45,7 +45,7 @@ class Live {
     else if (kind === "status") this.status(message);
     else if (kind === "message") {
       this.told.message(message);
-      if (message.level === "error") this.files.after = null; // a save that failed
+      if (message.level === "error") this.files.after = null; // saving failed
     }
     else if (kind === "yaml") this.files.show(message);
     if (message.about) this.exchange.hear(message);
@@ -75,7 +75,7 @@ class Live {
     this.pressed();
   }
 
-  // The newest frame alone is drawn; the way it went misses none.
+  // Draw only the newest frame, but add all to the path.
   feed(frame) {
     if (!this.stage) return;
     const [film] = this.stage.films;
@@ -97,7 +97,7 @@ class Live {
     document.body.dataset.phase = status.phase;
   }
 
-  // What plots ask of who says the time.
+  // Time interface for plots.
   seek() {}
   point(t) { this.hover = t; this.wake(); }
   zoom(from, to) { this.curves.hold(from, to); }
@@ -147,7 +147,7 @@ class Live {
     if (!this.stage) return;
     const { frame } = this, [film] = this.stage.films;
     this.stage.draw();
-    const [picture] = this.stage.pictures; // what is on the screen: for tests, and for the curious
+    const [picture] = this.stage.pictures; // current picture, for tests and debugging
     this.drawn = { n: picture.n, t: picture.t, pose: Array.from(picture.pose), tips: picture.tips, exits: picture.exits };
     this.curves.draw();
     if (!frame) return;

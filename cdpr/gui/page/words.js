@@ -1,6 +1,6 @@
-// Numbers, names and attitudes, as they are written and as they are read.
+// Formatting and parsing of numbers, names and attitudes.
 
-// What stands in a field, as JSON: a number or list where it reads as one, else the text, for the program to judge.
+// Content of a field as JSON: a number or list if possible, else the text, to be checked by the server.
 function reading(text) {
   const trimmed = text.trim();
   if (/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(trimmed)) return Number(trimmed);
@@ -8,7 +8,7 @@ function reading(text) {
   return trimmed;
 }
 
-// A value as it is written into a field.
+// Value as written into a field.
 function writing(value) {
   if (value === null || value === undefined) return "";
   return typeof value === "object" ? JSON.stringify(value) : String(value);
@@ -31,5 +31,5 @@ function quaternionOf([roll, pitch, yaw]) {
   return [a * b * c + d * e * f, d * b * c - a * e * f, a * e * c + d * b * f, a * b * f - d * e * c];
 }
 
-// To a thousandth of a unit: nobody drags finer than this.
+// Round to a thousandth of a unit, finer than dragging.
 function rounded(values, step = 0.001) { return values.map((x) => Number((Math.round(x / step) * step).toFixed(6))); }

@@ -1,4 +1,4 @@
-// A camera that orbits about a point, z upwards; matrices are columns one after the other, as WebGL has them.
+// Camera that orbits about a point, z up. Matrices are column-major, as in WebGL.
 
 function cross(a, b) {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -36,7 +36,7 @@ class Camera {
     this.elevation = clamp(this.elevation + up, -1.55, 1.55);
   }
 
-  // Moves the target in the plane of the view by pixels.
+  // Move the target in the view plane by pixels.
   pan(across, up) {
     const { right, above } = this.axes();
     const scale = 2 * this.distance * Math.tan(this.field / 2) / this.size[1];
@@ -48,7 +48,7 @@ class Camera {
     this.fit();
   }
 
-  // The distance at which all corners of the bounds are in view.
+  // Distance at which all corners of the bounds are in view.
   fit() {
     const { right, above, back } = this.axes();
     const half = Math.tan(this.field / 2), aspect = this.size[0] / this.size[1];
@@ -74,7 +74,7 @@ class Camera {
     return { right: [-sa, ca, 0], above: [-se * ca, -se * sa, ce], back: [ce * ca, ce * sa, se] };
   }
 
-  // World to clip space.
+  // Matrix from world to clip space.
   matrix() {
     const { right, above, back } = this.axes();
     const eye = [0, 1, 2].map((i) => this.target[i] + this.distance * back[i]);
@@ -94,7 +94,7 @@ class Camera {
     return m;
   }
 
-  // Pixels of a point in the world, and its depth; null where it is behind the eye.
+  // Pixels and depth of a world point; null if it is behind the eye.
   project(m, point) {
     const [x, y, z] = point;
     const w = m[3] * x + m[7] * y + m[11] * z + m[15];

@@ -1,4 +1,4 @@
-// The page's arrays, and where a time stands in them.
+// Arrays of the page, and time look-up in them.
 
 function readData(text) {
   const data = JSON.parse(text), buffer = bufferOf(data.bytes);
@@ -6,14 +6,14 @@ function readData(text) {
   return replaceArrays(data, buffer);
 }
 
-// What base64 stands for.
+// Decode base64.
 function bufferOf(text) {
   const raw = atob(text), bytes = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
   return bytes.buffer;
 }
 
-// Puts a typed array in the place of every entry {at, n, kind}.
+// Replace every entry {at, n, kind} by a typed array.
 function replaceArrays(node, buffer) {
   if (node === null || typeof node !== "object") return node;
   if (node.kind !== undefined && node.at !== undefined) return unpack(node, buffer);
@@ -30,7 +30,7 @@ function unpack(entry, buffer) {
   return values;
 }
 
-// Index of the last of ascending times that is not after t; 0 where all are.
+// Index of the last of ascending times that is not after t; 0 if all are.
 function indexAt(times, t) {
   let low = 0, high = times.length - 1;
   while (low < high) {
@@ -48,7 +48,7 @@ function nearest(times, t) {
 
 function clamp(value, low, high) { return Math.min(Math.max(value, low), high); }
 
-// A number as people read it: four digits, a true minus.
+// Readable number: four digits, typographic minus.
 function shortNumber(value) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
@@ -59,9 +59,9 @@ function shortNumber(value) {
   return text.replace(/-/g, "−");
 }
 
-// Steps of 1, 2, 2.5 and 5 times a power of ten, at most so many of them in a range.
+// Step of 1, 2, 2.5 or 5 times a power of ten, with at most this many steps in a range.
 function niceStep(range, count) {
-  if (!(range > 0)) return 1; // nothing is there to divide
+  if (!(range > 0)) return 1; // empty range
   const rough = range / Math.max(count, 1);
   const power = 10 ** Math.floor(Math.log10(rough));
   for (const step of [1, 2, 2.5, 5, 10]) if (step * power >= rough * 0.999) return step * power;

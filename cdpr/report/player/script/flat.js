@@ -1,4 +1,4 @@
-// Draws the same lines and solids on a plain canvas, from back to front: for browsers without WebGL.
+// Painter for browsers without WebGL: draws the same lines and solids on a 2D canvas, back to front.
 
 class FlatPainter {
   constructor(canvas) {
@@ -25,7 +25,7 @@ class FlatPainter {
     const a = camera.project(view, data.subarray(at, at + 3)), b = camera.project(view, data.subarray(at + 3, at + 6));
     if (!a || !b) return;
     const colour = rgba(data.subarray(at + 6, at + 10)), width = data[at + 10], dash = data[at + 11];
-    const least = a[0] === b[0] && a[1] === b[1] ? 0.01 : 0; // px: a point is a line, and those without length are not drawn
+    const least = a[0] === b[0] && a[1] === b[1] ? 0.01 : 0; // px: points are lines of zero length, which are not drawn
     const paint = (c) => {
       c.strokeStyle = colour;
       c.lineWidth = width;
@@ -47,7 +47,7 @@ class FlatPainter {
       const points = [0, 6, 12].map((o) => camera.project(view, turn(body.corners.subarray(k + o, k + o + 3), 1)));
       if (points.some((p) => !p)) continue;
       const [p, q, r] = points;
-      if ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]) >= 0) continue; // seen from behind
+      if ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]) >= 0) continue; // back face
       const shade = 0.62 + 0.38 * dot(turn(body.corners.subarray(k + 3, k + 6), 0), light);
       const fill = rgba([...colour.slice(0, 3).map((x) => x * shade), colour[3]]);
       const paint = (c) => {

@@ -1,6 +1,6 @@
-// Draws lines of a width in pixels and shaded triangles with WebGL 2. Throws where there is none.
+// Painter with WebGL 2: lines of a width in pixels, and shaded triangles. Throws if WebGL 2 is missing.
 //
-// A line is 12 numbers: two ends (world), red, green, blue, opacity, width and length of a dash (pixels, 0 for none).
+// A line is 12 numbers: two ends (world), red, green, blue, opacity, width and dash length (pixels, 0 for none).
 
 const LINE = 12;
 
@@ -86,15 +86,15 @@ class GlPainter {
     this.corners = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([0, -1, 1, -1, 0, 1, 1, 1]), gl.STATIC_DRAW);
-    this.kept = new Map(); // buffers of arrays that stay
-    this.passing = gl.createBuffer(); // of those that do not
+    this.kept = new Map(); // buffers of constant arrays
+    this.passing = gl.createBuffer(); // buffer of changing arrays
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthFunc(gl.LEQUAL);
   }
 
-  // `lines` holds {data, count, keep}, `solids` {body, model, colour}: opaque ones first.
+  // `lines` contains {data, count, keep}, `solids` {body, model, colour}, opaque ones first.
   draw(camera, ratio, lines, solids) {
     const gl = this.gl, { width, height } = this.canvas;
     gl.viewport(0, 0, width, height);
@@ -120,7 +120,7 @@ class GlPainter {
     gl.vertexAttribDivisor(0, 0);
     for (const { data, count, keep, behind } of lines) {
       if (!count) continue;
-      gl.depthMask(!behind); // what is drawn behind hides nothing that follows
+      gl.depthMask(!behind); // background does not hide later objects
       this.bind(data, keep);
       [[1, 3, 0], [2, 3, 3], [3, 4, 6], [4, 2, 10]].forEach(([place, parts, from]) => {
         gl.enableVertexAttribArray(place);
@@ -165,14 +165,14 @@ class GlPainter {
     gl.bufferData(gl.ARRAY_BUFFER, data, keep ? gl.STATIC_DRAW : gl.DYNAMIC_DRAW);
   }
 
-  // Forgets what was kept: colours have changed.
+  // Clear the kept buffers after a change of colours.
   forget() {
     for (const buffer of this.kept.values()) this.gl.deleteBuffer(buffer);
     this.kept.clear();
   }
 }
 
-// A program as `used`, and where its uniforms lie as `at`: asked for once, not in every frame.
+// Program `used` with its uniform locations `at`, queried once.
 function program(gl, vertex, fragment) {
   const p = gl.createProgram();
   for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {

@@ -1,4 +1,4 @@
-// One time for all: the transport, the keyboard, the ground, and who draws when.
+// Common time of all views: playback controls, keyboard, colour scheme and redrawing.
 
 class Player {
   constructor(data) {
@@ -64,7 +64,7 @@ class Player {
     this.redraw();
   }
 
-  // Draws at the next frame, once whatever happens until then.
+  // Draw at the next frame, once for all requests until then.
   wake() {
     if (this.waiting) return;
     this.waiting = true;
@@ -104,7 +104,7 @@ class Player {
     this.wake();
   }
 
-  // One picture further or back.
+  // Step one frame forward or back.
   step(count) {
     this.play(false);
     const times = this.stage ? this.stage.films[0].time : [];
@@ -179,7 +179,7 @@ class Player {
     });
   }
 
-  // Events in the table lead to their times.
+  // Events in the table jump to their times.
   links() {
     for (const link of document.querySelectorAll("[data-time]")) {
       link.addEventListener("click", () => this.seek(Number(link.dataset.time)));
@@ -195,7 +195,7 @@ class Player {
     if (this.buttons.whole) this.buttons.whole.hidden = !this.zoomed;
   }
 
-  // The colour bar of tensions.
+  // Colour bar of tensions.
   bar() {
     const home = document.getElementById("bar");
     if (!home) return;
@@ -208,5 +208,5 @@ const block = document.getElementById("data");
 if (block) {
   document.documentElement.classList.add("playing");
   const player = new Player(readData(block.textContent));
-  window.cdpr = player; // for tests, and for the curious
+  window.cdpr = player; // for tests and debugging
 }

@@ -1,7 +1,7 @@
-// One panel: curves over time, limits, shades and events, on two canvases: what stands, and what follows the time.
+// Panel: curves over time, limits, shades and events, on two canvases: static content, and the time cursor.
 
 const EDGE = { left: 58, right: 22, top: 8, bottom: 6 };
-const TAG = "600 10px system-ui, sans-serif", WIDEST_TAG = 58; // names at the ends of lines; longer ones are in the legend alone
+const TAG = "600 10px system-ui, sans-serif", WIDEST_TAG = 58; // names at line ends; longer ones are only in the legend
 const TIME_ROOM = 20; // pixels below the last panel of a figure
 const POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
@@ -34,9 +34,9 @@ class Plot {
   hidden(series) { return this.off?.has(series) || this.state.hidden.has(this.key(series)); }
   colour(series) { return series.colour[this.state.dark ? 1 : 0]; }
   tag(series, i) { return series.group === "cable" ? String(i + 1) : series.name; }
-  get right() { return this.state.right ?? EDGE.right; } // one for all plots: they share their axis of time
+  get right() { return this.state.right ?? EDGE.right; } // common to all plots, which share the time axis
 
-  // Names at the ends of lines, where there are several and all are short, and the room that they take.
+  // Names at line ends, if there are several and all are short, and their width.
   measure() {
     const c = this.base.getContext("2d");
     c.font = TAG;
@@ -46,7 +46,7 @@ class Plot {
     if (this.tags.some(Boolean)) this.state.right = Math.max(this.right, Math.ceil(wide) + 8);
   }
 
-  // Buttons that switch series on and off, each with its value at the cursor or the time.
+  // Buttons that toggle series, each with its value at the cursor or current time.
   legend() {
     const home = this.root.querySelector(".series");
     home.setAttribute("aria-label", `Series of ${this.panel.label}`);
@@ -96,7 +96,7 @@ class Plot {
     if (box.width === 0) return false;
     const width = Math.round(box.width * ratio), height = Math.round(box.height * ratio);
     for (const canvas of [this.base, this.top]) {
-      if (canvas.width === width && canvas.height === height) continue; // setting it costs, even to the same
+      if (canvas.width === width && canvas.height === height) continue; // slow even if unchanged
       canvas.width = width;
       canvas.height = height;
       canvas.getContext("2d").setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -107,7 +107,7 @@ class Plot {
     return true;
   }
 
-  // The whole range, or of a part of the time that of what is in view.
+  // Full range, or that of the visible time.
   spread() {
     if (!this.state.zoomed) return this.panel.range;
     const [from, to] = this.state.window;
@@ -121,7 +121,7 @@ class Plot {
       }
     }
     if (!(high >= low)) return this.panel.range;
-    const reach = Math.max(high - low, this.panel.least); // limits are shown that are no farther away than this
+    const reach = Math.max(high - low, this.panel.least); // limits farther away are not shown
     for (const value of this.panel.dashed.flatMap((limit) => limit.values)) {
       if (value < low && low - value <= reach) low = value;
       if (value > high && value - high <= reach) high = value;
@@ -215,7 +215,7 @@ class Plot {
       if (x < free) return;
       free = x + 16;
       const text = String(i + 1), room = EDGE.left + this.width - x > 4 + c.measureText(text).width;
-      c.fillText(text, room ? x + 3 : x - 3 - c.measureText(text).width, EDGE.top); // at the end it stands before its line
+      c.fillText(text, room ? x + 3 : x - 3 - c.measureText(text).width, EDGE.top); // at the end, text is left of its line
     });
   }
 
@@ -256,7 +256,7 @@ class Plot {
     }
   }
 
-  // At the ends of the lines, moved apart: colour is never alone in telling which is which.
+  // Names at line ends, moved apart: lines must not be distinguished by colour only.
   names(c) {
     const tags = [];
     this.panel.series.forEach((series, i) => {
@@ -279,12 +279,12 @@ class Plot {
     }
   }
 
-  // The line at the time, and at the cursor with dots; values go to the legend.
+  // Line at the current time, and at the cursor with dots; values are shown in the legend.
   follow() {
     if (!this.size) return;
     const hover = this.state.hover, t = hover ?? this.state.time;
     const shown = [Math.round(this.x(this.state.time)), hover, this.dragged, this.state.playing ? 0 : t].join();
-    if (shown === this.shown) return; // the line has not moved by a pixel
+    if (shown === this.shown) return; // unchanged to a pixel
     this.shown = shown;
     const c = this.top.getContext("2d"), dark = this.state.dark ? 1 : 0;
     c.clearRect(0, 0, ...this.size);

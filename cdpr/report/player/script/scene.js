@@ -1,16 +1,16 @@
-// What is drawn in space at a time: frame, cables, platform, desired pose, paths and forces of one run or several.
+// Content of the 3D scene at a time: frame, cables, platform, desired pose, paths and forces of one or several runs.
 
-// A picture between two rows: places go straight from one to the next, a cable's state is that of the row before.
+// Picture between two rows: positions are interpolated linearly, the state of a cable is that of the row before.
 class Film {
   constructor(scene) {
     Object.assign(this, scene);
     this.count = scene.time.length;
     this.corners = scene.body ? { corners: withNormals(scene.body) } : null;
-    this.arm = (scene.tools || {})[scene.led] || null; // of the point whose way is drawn, where that is not the origin
+    this.arm = (scene.tools || {})[scene.led] || null; // guided point, if it is not the origin
     this.room = scene.region ? { corners: withNormals(scene.region) } : null;
   }
 
-  // The way of the point that the motion leads, of places and attitudes one after the other.
+  // Path of the guided point, from consecutive positions and attitudes.
   ledBy(places, attitudes) {
     if (!this.arm) return places;
     const out = new Float32Array(places.length);
@@ -50,7 +50,7 @@ class Film {
     });
   }
 
-  // What is drawn of one row: all of it follows from the same numbers.
+  // Picture of one row: everything follows from the same numbers.
   picture(index, { position, orientation, desired, tension, state, force, exits }) {
     const pose = modelMatrix(position, orientation);
     return {
@@ -68,7 +68,7 @@ class Film {
 
 const UNMOVED = new Float32Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
 
-// Position and quaternion (w, x, y, z) as a matrix, columns one after the other.
+// Column-major matrix of a position and quaternion (w, x, y, z).
 function modelMatrix([x, y, z], [w, a, b, c]) {
   return new Float32Array([
     1 - 2 * (b * b + c * c), 2 * (a * b + w * c), 2 * (a * c - w * b), 0,
@@ -81,7 +81,7 @@ function moved(m, [x, y, z]) {
   return [0, 1, 2].map((i) => m[i] * x + m[4 + i] * y + m[8 + i] * z + m[12 + i]);
 }
 
-// Corners of triangles, each with the normal of the surface there: that of its faces which do not turn by more than 40°.
+// Triangle corners with normals: the area-weighted mean of adjacent faces that differ by at most 40°.
 function withNormals({ vertices, triangles }) {
   const point = (i) => Array.from(vertices.subarray(3 * i, 3 * i + 3));
   const faces = [], around = new Map();
@@ -105,7 +105,7 @@ function withNormals({ vertices, triangles }) {
   return new Float32Array(out);
 }
 
-// Collects lines for a painter.
+// Collector of lines for a painter.
 class Lines {
   constructor() { this.data = []; }
 
@@ -119,7 +119,7 @@ class Lines {
   }
 }
 
-// What does not move: floor, frame, axes and paths. `dark` is 0 or 1.
+// Static content: floor, frame, axes and paths. `dark` is 0 or 1.
 function still(films, data, dark, camera) {
   const lines = new Lines(), soft = rgb(data.colours.soft[dark]), { low, high } = camera;
   if (camera.flat === null) {
@@ -145,7 +145,7 @@ function still(films, data, dark, camera) {
     }
   }
   for (const edge of films[0].frame) lines.add(edge.slice(0, 3), edge.slice(3), frame, 2, 0.85);
-  const length = niceStep(2 * camera.radius, 14), origin = [0, 0, 0]; // the world's
+  const length = niceStep(2 * camera.radius, 14), origin = [0, 0, 0]; // of the world
   [0, 1, 2].forEach((i) => {
     const tip = origin.slice();
     tip[i] += length;
@@ -154,9 +154,9 @@ function still(films, data, dark, camera) {
   return { lines: { ...lines.done(true), behind: true }, axes: { origin, length } };
 }
 
-const FINEST = 1e-3; // times the scene's radius, a pixel or less: of what is nearer together one point is drawn
+const FINEST = 1e-3; // relative to the scene's radius, at most a pixel: of closer points only one is drawn
 
-// The way of a point through all pictures, (n, 3) one after the other; `upto` tells how many lines lead to each.
+// Path of a point through all pictures, (n, 3) in sequence; `upto` is the number of lines up to each.
 function way(points, radius, colour, width, opacity) {
   const lines = new Lines(), upto = new Uint32Array(points.length / 3), least = FINEST * radius;
   let last = points.subarray(0, 3), count = 0;
@@ -172,7 +172,7 @@ function way(points, radius, colour, width, opacity) {
   return { ...lines.done(true), behind: true, upto };
 }
 
-// Whether two poses can be told apart at a glance: by more than this share of the scene.
+// True if two poses differ visibly: by more than this fraction of the scene.
 function differ(a, b, radius) {
   const away = Math.hypot(a[12] - b[12], a[13] - b[13], a[14] - b[14]);
   let turned = 0;
@@ -180,7 +180,7 @@ function differ(a, b, radius) {
   return away > 0.004 * radius || turned > 0.03;
 }
 
-// What moves, of one film in a picture; returns lines, solids and labels.
+// Moving content of one film in a picture; returns lines, solids and labels.
 function moving(film, picture, look, options) {
   const lines = new Lines(), solids = [], labels = [];
   const m = film.cables.length, [low, high] = film.range, { slack, lowest, highest, broken } = look.states;
@@ -217,7 +217,7 @@ function moving(film, picture, look, options) {
 }
 
 function drawBody(film, pose, colour, opacity, edge, lines, solids) {
-  if (!film.corners) { // spokes to the anchors, where no shape is known
+  if (!film.corners) { // lines to the anchors, if the shape is unknown
     const middle = moved(pose, [0, 0, 0]);
     for (const a of film.anchors) lines.add(middle, moved(pose, a.slice(3)), edge, 2.5, opacity === 1 ? 1 : 0.7);
     return;

@@ -1,8 +1,8 @@
-// The scene on the page: canvas, labels, legend and what hands do to the camera.
+// Scene on the page: canvas, labels, legend and camera control.
 
 const VIEWS = { home: null, top: [-90, 89.9], front: [-90, 0], side: [0, 0] }; // azimuth and elevation, degrees
-const MOST_SORTED = 5000; // triangles that a plain canvas draws at 20 frames a second
-const NAMED = "600 12px system-ui, sans-serif"; // of numbers and names in the scene
+const MOST_SORTED = 5000; // triangles that a 2D canvas draws at 20 frames a second
+const NAMED = "600 12px system-ui, sans-serif"; // numbers and names in the scene
 
 class Stage {
   constructor(root, data, state, films) {
@@ -21,14 +21,14 @@ class Stage {
     this.resize();
   }
 
-  // Sees all films at once.
+  // Show all films.
   makeCamera() {
     const low = [0, 1, 2].map((i) => Math.min(...this.films.map((film) => film.bounds[0][i])));
     const high = [0, 1, 2].map((i) => Math.max(...this.films.map((film) => film.bounds[1][i])));
     return new Camera([low, high], this.films[0].flat);
   }
 
-  // Without a graphics card a plain canvas is the faster one, until there are too many triangles to sort.
+  // Without a graphics card a 2D canvas is faster, unless there are too many triangles to sort.
   makePainter() {
     const triangles = this.films.reduce((sum, film) => sum + (film.corners ? film.corners.corners.length / 18 : 0), 0);
     if (!location.hash.includes("flat")) {
@@ -41,7 +41,7 @@ class Stage {
     return new FlatPainter(this.canvas);
   }
 
-  // A canvas that was asked for WebGL gives no plain context.
+  // A canvas with a WebGL context has no 2D context.
   fresh() {
     const canvas = this.canvas.cloneNode();
     this.canvas.replaceWith(canvas);
@@ -55,14 +55,14 @@ class Stage {
     this.resize();
   }
 
-  // What a button asks for: a view, or that something is shown or not.
+  // Action of a button: select a view or toggle a part.
   act(name) {
     if (!(name in VIEWS)) this.options[name] = !this.options[name];
     else this.camera.home();
     if (VIEWS[name]) { this.camera.look(...VIEWS[name]); this.camera.fit(); }
   }
 
-  // Colours on the ground that the page has now.
+  // Colours for the current background.
   theme() {
     const dark = this.state.dark ? 1 : 0, { colours, cables, states } = this.data;
     const several = this.films.length > 1;
@@ -99,7 +99,7 @@ class Stage {
       canvas.width = Math.max(1, Math.round(box.width * this.ratio));
       canvas.height = Math.max(1, Math.round(box.height * this.ratio));
     }
-    this.told = null; // setting its size has wiped the paper
+    this.told = null; // resizing has cleared the canvas
     this.camera.resize(box.width, box.height);
     this.draw();
   }
@@ -122,13 +122,13 @@ class Stage {
     this.write(labels);
   }
 
-  // Where the platform shall go and where it has been, of film i.
+  // Target and past path of film i.
   paths(i, picture) {
     const { desired, done } = this.ways[i], past = { ...done, count: done.upto[picture.index] };
     return desired ? [desired, past] : [past];
   }
 
-  more() {} // for windows that draw more into the scene
+  more() {} // hook for additional content
 
   outlines(film, picture, look) {
     const { rows, sizes, points } = film.outlines, lines = new Lines();
@@ -175,7 +175,7 @@ class Stage {
         const away = [p[0] - middle[0], p[1] - middle[1]], n = Math.hypot(...away) || 1;
         c.font = NAMED;
         const widths = texts.map(([text]) => Math.max(20, c.measureText(text).width + 6)); // px
-        const wide = widths.reduce((sum, width) => sum + width, 0), beyond = 0.5 * (wide - 20 * texts.length); // beside the point
+        const wide = widths.reduce((sum, width) => sum + width, 0), beyond = 0.5 * (wide - 20 * texts.length); // next to the point
         const at = [p[0] + (14 + beyond) * away[0] / n, p[1] + 14 * away[1] / n];
         let left = at[0] - 0.5 * wide;
         texts.forEach(([text, colour], i) => {
@@ -190,12 +190,12 @@ class Stage {
       const tip = origin.slice();
       tip[i] += 1.22 * length;
       const p = this.camera.project(view, tip);
-      if (!p || Math.hypot(p[0] - root[0], p[1] - root[1]) < 8) return; // it points to the viewer
+      if (!p || Math.hypot(p[0] - root[0], p[1] - root[1]) < 8) return; // points to the viewer
       say(p, name, this.data.axes[i][dark], "700 13px system-ui, sans-serif");
     });
   }
 
-  // One finger or the left button turns, two fingers or the right button move, the wheel comes nearer.
+  // One finger or the left button rotates, two fingers or the right button move, the wheel zooms.
   hands() {
     const at = new Map();
     const canvas = this.canvas;
@@ -224,7 +224,7 @@ class Stage {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("dblclick", () => { this.camera.home(); this.state.wake(); });
     canvas.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey && document.activeElement !== canvas) return; // else the page could not be scrolled past it
+      if (!event.ctrlKey && document.activeElement !== canvas) return; // else the page could not scroll
       event.preventDefault();
       this.camera.nearer(Math.exp(-0.0015 * event.deltaY));
       this.state.wake();
