@@ -119,8 +119,8 @@ def command(
         if report:
             failure = _write_report(run, least)
             stop = stop or failure
+        from cdpr.log.touching import touched
         from cdpr.report.text.reservations import fallback, lost, reservations
-        from cdpr.workspace.path import touched
 
         touch = touched(loaded.robot, run, loaded.obstacles)
         if strict and stop is None and (far := list(lost(run))):

@@ -77,7 +77,7 @@ class Schedule:
         self._todo = {}
         for time, do in sorted(todo, key=lambda row: row[0]):
             self._todo.setdefault(first_sample(time, step), []).append(do)
-        changes = np.unique(self._swings[:, :2])
+        changes = self._swings[:, :2]
         self._due = sorted({*self._todo, *map(int, changes[np.isfinite(changes)])})
         self._overrides = any(event.overrides for event in events)
         self._through = self.through(self._stage)

@@ -10,18 +10,14 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import Run
+from cdpr.log.touching import some_rows
 from cdpr.mechanics.clearance import clearance
-from cdpr.mechanics.closest import Closest
-from cdpr.mechanics.contacts import passing
 from cdpr.mechanics.touching import assumption, with_diameters
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 from cdpr.workspace import answers
 from cdpr.workspace.question import Question, directions
-
-# Poses of a run at which is looked: of one that is longer so many, evenly spread.
-MOST = 4001
 
 
 def along(
@@ -48,22 +44,6 @@ def along(
     return found if least is None else {**found, "clearance": least}
 
 
-def touched(robot: Robot, run: Run, obstacles: Sequence[Obstacle] = ()) -> str | None:
-    """Return which cables touch in a run of a robot that does not give their diameters, None where none do."""
-    if all(cable.diameter is not None for cable in robot.cables) or not robot.unilateral:
-        return None  # the summary has it, and rigid legs are no cables
-    rows = _some(run)
-    closest = Closest(clearance(with_diameters(robot), obstacles), run.header.broken)
-    if len(rows):
-        closest.add(rows[:, 0], rows[:, run.header.layout.span("position", "orientation")])
-    least = closest.least
-    if least is None or least.clearance >= 0.0:
-        return None
-    names, gap = closest.name(least), 1e3 * least.clearance
-    text = passing(names, least.clearance) or f"{names} touch: their clearance falls to {gap:.4g} mm"
-    return f"{text} at {least.time:.4g} s{assumption(robot)}"
-
-
 def _forces(robot: Robot, time: Array, poses: Array, gravity: Array) -> dict[str, dict[str, Any]]:
     """Return margin and stiffness, as `along` does."""
     question, found = Question(gravity=gravity), {}
@@ -81,7 +61,7 @@ def flown(robot: Robot, run: Run) -> dict[str, dict[str, Any]]:
     A cable is no more from when it broke on. `robot` has the directions that the cables control. (The clearance is in
     the run's summary, of all samples.)
     """
-    head, rows = run.header, _some(run)
+    head, rows = run.header, some_rows(run)
     time, poses = rows[:, 0], np.ascontiguousarray(rows[:, head.layout.span("position", "orientation")])
     cuts, found = sorted({-math.inf, *(since for _, since in head.broken)}), dict[str, dict[str, Any]]()
     for since, until in zip(cuts, [*cuts[1:], math.inf], strict=True):
@@ -94,12 +74,6 @@ def flown(robot: Robot, run: Run) -> dict[str, dict[str, Any]]:
                 if name not in found or least["value"] < found[name]["value"]:
                     found[name] = least
     return found
-
-
-def _some(run: Run) -> Array:
-    """Return `MOST` rows of a run, evenly spread."""
-    count = len(run.rows)
-    return np.asarray(run.rows[np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST)).round().astype(np.int64))])
 
 
 def _least(time: Array, values: Array, limits: Sequence[str]) -> dict[str, Any] | None:

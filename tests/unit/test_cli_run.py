@@ -118,3 +118,14 @@ def test_real_time_is_no_faster_than_the_clock():
     begun = monotonic()
     package.simulate(CAROCA, overrides={"simulation.duration": 0.3}, real_time=True)
     assert monotonic() - begun >= 0.299
+
+
+def test_a_run_imports_nothing_slow_that_it_does_not_need(tmp_path):
+    slow = ("scipy", "matplotlib", "mujoco", "rich", "numpy.ma", "cdpr.workspace", "cdpr.report.pages")
+    code = (
+        "import atexit, sys; from cdpr.cli import main;"
+        f"atexit.register(lambda: print([*{set(slow)!r} & set(sys.modules)], file=sys.stderr)); main()"
+    )
+    words = ["run", str(CAROCA), "--set", "simulation.duration=0.02", "--no-report", "--out", str(tmp_path / "run")]
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
+    assert done.stderr.endswith("[]\n")
