@@ -26,8 +26,7 @@ class Curves:
     """Values over time. All methods except `add` must be called while holding the board's lock.
 
     Samples are grouped into spans of equal length; a curve keeps the minimum and maximum of each span, in order of
-    time.
-    Curves of short runs keep every sample.
+    time. Curves of short runs keep every sample.
     """
 
     def __init__(self) -> None:

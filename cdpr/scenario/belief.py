@@ -43,8 +43,7 @@ def change_belief(document: Document, change: Change, problems: Problems) -> Non
     """Apply a change of `believed...` to the document.
 
     A change inside a list item, such as believed.cables[0].frame[2], affects the whole list. Without such a list in the
-    file
-    it is the robot's; therefore these changes are applied later.
+    file it is the robot's; therefore these changes are applied later.
     """
     if change.path == (KEY,):
         document.waiting = [each for each in document.waiting if each[0][0] != KEY]

@@ -14,8 +14,7 @@ class Document:
     """Plain dictionaries, lists and scalars with their positions.
 
     A robot file is inserted into the scenario's document and keeps its own positions. Overrides have the position of
-    the
-    change.
+    the change.
     """
 
     data: dict[str, Any]

@@ -87,10 +87,9 @@ def unheld(robot: Robot, position: Array, attitude: Array, gravity: Array) -> fl
     """Return a lower bound of the unbalanced weight for tensions within the limits, N (moments as in `wrench_matrix`).
 
     Accelerated projected gradients (Beck and Teboulle 2009) search the nearest wrench. The residual y of the weight w
-    proves
-    the bound: no tensions t within the limits have y.W t larger than the sum of the cables' maxima. If that sum is less
-    than
-    y.w, the difference over |y| remains. The proof does not depend on convergence. 0 means that nothing was proved.
+    proves the bound: no tensions t within the limits have y.W t larger than the sum of the cables' maxima. If that sum
+    is less than y.w, the difference over |y| remains. The proof does not depend on convergence. 0 means that nothing
+    was proved.
     """
     W, wanted = wrench_matrix(robot, position, attitude), weight(robot, attitude, gravity)
     low, high = robot.tension_min, robot.tension_max

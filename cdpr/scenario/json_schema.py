@@ -1,8 +1,8 @@
 """JSON Schemas (draft 2020-12) of scenario and robot files, for editors.
 
 They are less strict than the loader: checks across keys are left to `cdpr validate`. Names of plugins are only
-examples,
-so that a plugin that is not installed is not an error in the editor. Options of installed plugins are included.
+examples, so that a plugin that is not installed is not an error in the editor. Options of installed plugins are
+included.
 """
 
 from __future__ import annotations

@@ -40,12 +40,11 @@ def load_scenario(
         text: YAML that is read instead of the file.
         files: texts that are read instead of referenced robot files, by absolute path.
         overrides: mapping of dotted keys to values ({"robot.cables[0].frame[2]": 3.5}), or list of texts as after
-            `--set`
-            ("simulation.duration=2").
+            `--set` ("simulation.duration=2").
         backend: name of the backend plugin.
         solver: name of the tension solver plugin. If it differs from the file's, the file's options of the old solver
-            are
-            dropped, listed in `Scenario.unused`, and reported in `Scenario.notes` and by the warning OptionsLeftOut.
+            are dropped, listed in `Scenario.unused`, and reported in `Scenario.notes` and by the warning
+            OptionsLeftOut.
         controller: name of the controller plugin; as for `solver`.
         plugins: available plugins; the installed ones by default.
         before: scenario of the same file and plugins; sections that are equal are not validated again.

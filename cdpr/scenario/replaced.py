@@ -33,10 +33,8 @@ class Replacement:
     """Adjustment of controller and solver options after all changes.
 
     Options belong to their plugin: the gain of one controller may have another meaning or unit in another. If another
-    plugin
-    is selected, the file's options are dropped, and options given with the change are kept. `Document.notes` reports
-    both,
-    and the defaults that apply.
+    plugin is selected, the file's options are dropped, and options given with the change are kept. `Document.notes`
+    reports both, and the defaults that apply.
     """
 
     def __init__(self, document: Document, plugins: Registry) -> None:

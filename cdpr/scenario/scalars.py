@@ -1,9 +1,8 @@
 """Interpretation of unquoted YAML scalars: a strict form of the YAML 1.2 core schema.
 
 PyYAML follows YAML 1.1, in which `no` is false, `010` is 8, `1:30` is 90 and `1e-3` is a text. Here only `true`,
-`false`,
-`null`, `~`, decimal integers and decimal floats are special. Everything else is a text, so that the models reject it
-instead of computing with an unintended number.
+`false`, `null`, `~`, decimal integers and decimal floats are special. Everything else is a text, so that the models
+reject it instead of computing with an unintended number.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 PyYAML only scans and parses. Its events are composed here one by one, so that limits apply early and no constructor
 runs. Aliases are expanded and counted like other values, which prevents alias bombs. Tags, merge keys and duplicate
-keys
-are rejected.
+keys are rejected.
 """
 
 from __future__ import annotations

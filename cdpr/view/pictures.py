@@ -113,8 +113,7 @@ def weight_range(subject: Subject, weight: float) -> tuple[float, float]:
 
     The range is a quarter to 32 times the platform's weight (N) per cable, within the limits. It contains tensions of
     suspended and fully constrained robots; a factor of 2 is a seventh of the ramp. Without weight, the range starts at
-    a
-    thousandth of the largest limit.
+    a thousandth of the largest limit.
     """
     lowest, highest = float(subject.tension_min.min()), float(subject.tension_max.max())
     each = weight / len(subject.cables)

@@ -91,8 +91,7 @@ def world_origin(fixed: Array) -> Array:
     """Return the world's origin (1, 3), to be kept in view with the fixed points (k, 3), m.
 
     Return an empty array (0, 3) if the origin is so far away that the robot would appear small. For planar robots,
-    return
-    its projection onto their plane.
+    return its projection onto their plane.
     """
     low, high = fixed.min(axis=0), fixed.max(axis=0)
     size = float(np.linalg.norm(high - low))

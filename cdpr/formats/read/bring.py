@@ -135,8 +135,7 @@ def import_folder(
     """Yield the result for each robot in a folder and its subfolders; errors are returned, not raised.
 
     Duplicate robot names get a number. `seconds` limits the CPU time per file. cdpr's own YAML files are skipped; the
-    last
-    result has their number.
+    last result has their number.
     """
     names: set[str] = set()
     choice = _choice(cable_set, None, tension)

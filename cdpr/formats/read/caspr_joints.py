@@ -96,8 +96,7 @@ class Joint:
         """Return angular velocity and acceleration (3,), world frame, of coordinates and their derivatives.
 
         For R = Rx(a) Ry(b) Rz(c), the angular velocity in the world frame is a' x + b' Rx y + c' Rx Ry z: each axis is
-        rotated
-        by the preceding rotations. For fixed axes, R = Rz(c) Ry(b) Rx(a), the order is reversed.
+        rotated by the preceding rotations. For fixed axes, R = Rz(c) Ry(b) Rx(a), the order is reversed.
 
         Args:
             q: coordinates, m and rad.

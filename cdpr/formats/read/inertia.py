@@ -38,8 +38,7 @@ def filled(inertia: Inertia, mass: float, anchors: Array, turning: bool) -> tupl
     """Return a valid inertia and a note on substituted values; None if the platform does not rotate.
 
     Zero moments are replaced by the largest given one, which keeps the inertia valid. If all are zero, those of a
-    sphere
-    through the anchors are used.
+    sphere through the anchors are used.
 
     Args:
         inertia: inertia about the centre of mass, kg m^2.

@@ -2,8 +2,7 @@
 
 Its errors are corrected. Axes are those of the leg, not of the world. Legs end at the anchors even if the platform is
 rotated. Slides allow lengths from zero to twice the frame's diagonal. Each link has a valid inertia, and masses from
-the
-file are not replaced.
+the file are not replaced.
 
 Legs form closed loops. Gazebo classic (ODE) supports them. gz-sim's engines do not support them in SDF, but its system
 DetachableJoint welds two links at start, in each engine (gz-physics: `AttachFixedJoint`). Therefore each leg ends in a

@@ -1,10 +1,9 @@
 """MJCF export: a body on spatial tendons with one actuator each, and sensors of tension, length and pose.
 
 The body frame is that of the mujoco backend: for a free platform at the centre of mass along the principal axes, so
-that
-replayed tensions reproduce that backend's motion to round-off. The site `platform` has the platform's own origin and
-axes. A tendon force is positive when it pushes; the gear of -1 makes an actuator's control the cable tension, N, which
-its sensor also measures.
+that replayed tensions reproduce that backend's motion to round-off. The site `platform` has the platform's own origin
+and axes. A tendon force is positive when it pushes; the gear of -1 makes an actuator's control the cable tension, N,
+which its sensor also measures.
 """
 
 from __future__ import annotations

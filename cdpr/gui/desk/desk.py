@@ -286,8 +286,7 @@ class Desk:
         """Write all texts to another file or folder, continue there, and return the names of new files.
 
         Undo returns to the previous files; written files remain. References to files are adjusted. Existing files are
-        never
-        overwritten.
+        never overwritten.
         """
         runs = self._applied == self._shown_texts()
         files, names = saving.save_as(self._files, self._robot, target, self._plugins)

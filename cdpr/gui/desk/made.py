@@ -28,9 +28,8 @@ def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> tupl
     Args:
         kind: "robot" or "scenario".
         arguments: `file`, the name of the new file (default robot.yaml or scenario.yaml), and the arguments of `cdpr
-            new`:
-            frame and platform (three lengths, m), mass (kg), cables, crossed, planar, suspended, and for a scenario
-            `robot`, the file of its robot.
+            new`: frame and platform (three lengths, m), mass (kg), cables, crossed, planar, suspended, and for a
+            scenario `robot`, the file of its robot.
         plugins: available plugins.
 
     Raises:

@@ -47,8 +47,7 @@ class Extrema:
         """Return times and values, both (P, c) with P <= K or P <= 2 bins + 2.
 
         Every point is a sample at its own time. Values that are not finite or beyond LARGEST become NaN. A bin of such
-        values
-        gives NaN, a gap in the line.
+        values gives NaN, a gap in the line.
         """
         times, values = zip(*self._pieces, strict=True)
         return np.concatenate(times), np.concatenate(values)

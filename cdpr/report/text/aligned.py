@@ -31,8 +31,7 @@ def table(rows: Iterable[Sequence[str]], left: int = 1, *, indent: str = "  ", r
     """Yield the rows as lines; the first `left` columns are left-aligned, the others right-aligned.
 
     Cells are never wrapped, truncated or coloured, so that a file shows the same as a terminal. Character widths are
-    those
-    of a terminal.
+    those of a terminal.
 
     Args:
         rows: cells; newlines split a cell.

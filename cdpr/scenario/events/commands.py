@@ -1,9 +1,8 @@
 """External wrenches and tensions that replace the output of controller or solver, and their file format.
 
 The file is a text table: `t` and `until` (s), `fx` to `mz` (N, N m), and a column per cable (N), by name. A row
-contains
-a wrench or tensions from the sample at `t` up to, but excluding, that at `until`; other cells are empty. Numbers are
-written with full precision.
+contains a wrench or tensions from the sample at `t` up to, but excluding, that at `until`; other cells are empty.
+Numbers are written with full precision.
 """
 
 from __future__ import annotations

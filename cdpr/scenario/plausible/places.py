@@ -65,8 +65,7 @@ def too_weak(setup: Setup) -> Iterator[Finding]:
     """Yield start poses at which no tensions within the limits balance the weight.
 
     Excluded are robots with fewer cables than degrees of freedom and those with pulleys (see `cdpr info`), scenarios
-    with
-    external loads, and those in which an event changes limits at the start.
+    with external loads, and those in which an event changes limits at the start.
     """
     robot = setup.robot
     if setup.run is not None and any(

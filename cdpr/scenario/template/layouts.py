@@ -10,9 +10,8 @@ face that contains its anchor, so that it does not pass through the platform.
 
 Sources: crossed upper and lower cables as in IPAnema (Pott, Cable-Driven Parallel Robots, 2018); six suspended cables
 (Albus, Bostelman, Dagalakis, The NIST SPIDER, a robot crane, J. Res. NIST 97 (3), 1992); eight crossed suspended
-cables,
-CoGiRo (Gouttefarde, Collard, Riehl, Baradat, Geometry selection of a redundantly actuated cable-suspended parallel
-robot, IEEE Trans. Robotics 31 (2), 2015). The ratios were chosen with random boxes.
+cables, CoGiRo (Gouttefarde, Collard, Riehl, Baradat, Geometry selection of a redundantly actuated cable-suspended
+parallel robot, IEEE Trans. Robotics 31 (2), 2015). The ratios were chosen with random boxes.
 """
 
 from __future__ import annotations
