@@ -143,9 +143,13 @@ class CompiledSolver(TensionSolver):
         given = W, wrench, t_min, t_max, tension
         if any(array.shape != own.shape for array, own in zip(given, arrays, strict=True)):
             return BAD_INPUT
-        for array, own in zip(given, arrays, strict=True):
-            own[...] = array
-        status = call()
+        if self._on is None:
+            for array, own in zip(given, arrays, strict=True):
+                own[...] = array
+            status = call()
+        else:  # another thread may ask at the same time
+            arrays = tuple(np.array(array, dtype=np.float64, order="C") for array in given)
+            status = self._on[0](self._on[1], *arrays)
         tension[...] = arrays[-1]
         return status
 

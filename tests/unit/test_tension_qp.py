@@ -199,3 +199,18 @@ def test_non_finite_input_ends(bad):
     solve(robot, W, wrench)
     W[0, 0] = bad
     solve(robot, W, wrench)
+
+
+def test_another_call_may_come_before_an_answer_is_taken():
+    """Here the array that takes it makes the call; else another thread would. W is in Fortran's order, so copied."""
+    robot, W, wrench = problem(3, 8, 0.0)
+    solver, limits = MinimumNorm(robot, QpOptions()), (robot.tension_min, robot.tension_max)
+
+    class Late(np.ndarray):
+        def __setitem__(self, key, value):
+            solver.solve(np.asfortranarray(W), 2.0 * wrench, *limits, np.full(8, np.nan))
+            super().__setitem__(key, value)
+
+    late = np.full(8, np.nan).view(Late)
+    assert solver.solve(np.asfortranarray(W), wrench, *limits, late) == Status.OK
+    np.testing.assert_array_equal(late, solve(robot, W, wrench)[1])
