@@ -42,6 +42,8 @@ def line_table(robot: Robot) -> Array:
 
 def line_rows(anchors: Array, exits: Sequence[CableExit | None]) -> Array:
     """Return what `line_table` does of anchors (m, 6) and exits, None for a point."""
+    if exits.count(None) == len(exits):
+        return anchors
     kinds = [0 if each is None else _kind(EXITS, type(each)) for each in exits]
     if not any(kinds):
         return anchors

@@ -35,6 +35,7 @@ from cdpr.tension.stage import Asked, TensionStage
 # Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
 CHUNK = 4096
 
+CODES = frozenset(map(float, Status))
 DOWN = (0.0, 0.0, -9.81)  # m/s^2
 
 # From so many rows on, solving eight at once saves more than binding its operations costs.
@@ -105,7 +106,8 @@ def distribute(
         if one is not None:
             tension, (code, *figures) = one
             rest: tuple[Any, ...] = tuple(map(np.float64, figures))
-            _check_statuses(np.array([code]), solver)
+            if code not in CODES:
+                _check_statuses(np.array([code]), solver)
             return Distribution(tension, Status(int(code)), *rest)
     chosen, respects_bounds = _solver(robot, solver, options)
     pose = _rows(poses, 7, "poses")

@@ -26,6 +26,7 @@ __all__ = ["LANES", "Compiled", "bind"]
 Array = np.ndarray[Any, Any]
 DTYPES = {"double*": np.dtype(np.float64), "int64*": np.dtype(np.int64), "lanes*": np.dtype(np.float64)}
 ALIGNMENT = 8  # bytes
+MOST_PLANS = 64  # of an operation, for different shapes
 
 Span = tuple[int, int, Field]  # where the elements of an array begin and end in memory, and what it is for
 
@@ -68,6 +69,11 @@ def bind(name: str, /, **given: Any) -> Bound:
     operation = operations().get(name)
     if operation is None:
         raise ValueError(f"Unknown operation '{name}'; the library has {', '.join(sorted(operations()))}.")
+    shapes = [value.shape for value in given.values() if type(value) is np.ndarray]
+    key = (*given, *shapes)
+    plan: Plan | None = operation.plans.get(key) if len(operation.fields) < 256 else None
+    if plan is not None and (bound := plan.bind(operation, given)) is not None:
+        return bound
     if not operation.required <= given.keys() <= operation.names:
         raise TypeError(f"{name}: {_wrong_names(operation, given)}")
     sizes = _sizes(operation, given)
@@ -86,7 +92,48 @@ def bind(name: str, /, **given: Any) -> Bound:
         else:
             values.append(_number(f"{name}: {field.name}", field, given[field.name]))
     _check_overlaps(name, spans)
+    if given.keys().isdisjoint(sizes):
+        if len(operation.plans) >= MOST_PLANS:
+            operation.plans.clear()
+        operation.plans[key] = Plan(operation, given, sizes, arrays)
     return Bound(operation.address, struct.pack(operation.layout, *values), given, tuple(arrays))
+
+
+class Plan:
+    """Binding of an operation to arrays of known names and shapes, which need not be computed again."""
+
+    def __init__(self, operation: Operation, given: dict[str, Any], sizes: dict[str, int], arrays: list[Array]) -> None:
+        fields = list(enumerate(operation.fields))
+        found = [(i, field) for i, field in fields if field.is_array]
+        self._arrays = [
+            (field.name, None if field.name in given else (array.shape, array.dtype))
+            for (_, field), array in zip(found, arrays, strict=True)
+        ]
+        self._values = [(i, field) for i, field in fields if field.role == "value"]
+        words = [sizes[field.name] if field.role == "size" else 0 for _, field in fields]
+        self._words = struct.pack(operation.layout, *words)
+        self._about = bytes(
+            number
+            for (i, field), array in zip(found, arrays, strict=True)
+            for number in (field.type == "int64*", field.role != "in", min(i, 255), array.ndim)
+        )
+        self._shapes = np.array([length for array in arrays for length in array.shape], dtype=np.int64).tobytes()
+
+    def bind(self, operation: Operation, given: dict[str, Any]) -> Bound | None:
+        """Bind it; None where an argument is not as expected."""
+        from cdpr.native.library import Bound, fill
+
+        arrays = tuple(given[name] if work is None else np.empty(*work) for name, work in self._arrays)
+        words = fill(np.ndarray, self._words, self._about, self._shapes, arrays)
+        if words is None:
+            return None
+        if self._values:
+            filled = bytearray(words)
+            for i, field in self._values:
+                value = _number(f"{operation.name}: {field.name}", field, given[field.name])
+                struct.pack_into("=q" if field.type == "int64" else "=d", filled, 8 * i, value)
+            words = bytes(filled)
+        return Bound(operation.address, words, given, arrays)
 
 
 def _wrong_names(operation: Operation, given: dict[str, Any]) -> str:

@@ -23,6 +23,7 @@
 #endif
 
 enum { MOST = 8, SIZE = 1024 }; /* of `on`: arrays, and bytes of the struct */
+enum { FILLED = 64 };           /* of `fill`: arrays */
 
 typedef struct {
     PyObject_HEAD
@@ -230,7 +231,8 @@ static PyObject *bound_words(PyObject *self, void *unused) {
 }
 
 static PyMethodDef bound_methods[] = {
-    {"on", (PyCFunction)(void (*)(void))bound_on, METH_FASTCALL, "Call it on other arrays of the same types and shapes, once."},
+    {"on", (PyCFunction)(void (*)(void))bound_on, METH_FASTCALL,
+     "Call it on other arrays of the same types and shapes, once."},
     {"unlocked", bound_unlocked, METH_VARARGS, "Call it while other threads of Python run."},
     {NULL, NULL, 0, NULL},
 };
@@ -341,7 +343,81 @@ static PyObject *address(PyObject *module, PyObject *args) {
     return Py_BuildValue("K", start);
 }
 
+/* Whether an array is of a type, with elements of 8 bytes, floats or integers, and of a shape. */
+static int fits(const Py_buffer *array, const char *about, const int64_t *shape) {
+    const char *format = array->format;
+    if (array->ndim != about[3] || array->itemsize != 8 || (uintptr_t)array->buf % 8 || format[1]) return 0;
+    if (about[0] ? format[0] != 'l' && format[0] != 'q' : format[0] != 'd') return 0;
+    for (int i = 0; i < array->ndim; i++)
+        if (array->shape[i] != shape[i]) return 0;
+    return 1;
+}
+
+/* Whether an array that is written shares memory with another one. */
+static int overlap(const Py_buffer *arrays, Py_ssize_t count, const char *about) {
+    for (Py_ssize_t i = 0; i < count; i++) {
+        const char *start = arrays[i].buf, *end = start + arrays[i].len;
+        if (!about[4 * i + 1] || start == end) continue;
+        for (Py_ssize_t j = 0; j < count; j++) {
+            const char *other = arrays[j].buf;
+            if (j != i && arrays[j].len && start < other + arrays[j].len && other < end) return 1;
+        }
+    }
+    return 0;
+}
+
+/* Return a struct with the addresses of arrays; None where they are not as described: bind.py then finds out why.
+
+   The arguments are the type of arrays, the struct without addresses, four bytes for each array (whether its elements
+   are integers, whether it is written, its position in the struct, its dimensions), all shapes, and the arrays. */
+static PyObject *fill(PyObject *module, PyObject *const *args, Py_ssize_t given) {
+    Py_buffer views[FILLED];
+    char *content, *about, *shapes, *words;
+    Py_ssize_t size, described, lengths, count, got = 0;
+    PyObject *filled = NULL;
+    (void)module;
+    if (given != 5 || PyBytes_AsStringAndSize(args[1], &content, &size) < 0 ||
+        PyBytes_AsStringAndSize(args[2], &about, &described) < 0 ||
+        PyBytes_AsStringAndSize(args[3], &shapes, &lengths) < 0 || (count = PyTuple_Size(args[4])) < 0) {
+        if (!PyErr_Occurred()) PyErr_SetString(PyExc_TypeError, "fill: expected five arguments");
+        return NULL;
+    }
+    const int64_t *shape = (const int64_t *)shapes, *const last = shape + lengths / 8;
+    if (count > FILLED || described != 4 * count) return Py_BuildValue("");
+    for (; got < count; got++) {
+        const char *each = about + 4 * got;
+        PyObject *array = PyTuple_GetItem(args[4], got);
+        const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (each[1] ? PyBUF_WRITABLE : 0);
+        if ((PyObject *)Py_TYPE(array) != args[0] || last - shape < each[3] || 8 * (unsigned char)each[2] >= size)
+            break;
+        if (PyObject_GetBuffer(array, &views[got], flags) < 0) {
+            PyErr_Clear();
+            break;
+        }
+        if (!fits(&views[got], each, shape)) {
+            PyBuffer_Release(&views[got]);
+            break;
+        }
+        shape += each[3];
+    }
+    if (got == count && !overlap(views, count, about)) {
+        filled = PyBytes_FromStringAndSize(content, size);
+        if (filled && PyBytes_AsStringAndSize(filled, &words, &size) == 0) {
+            for (Py_ssize_t i = 0; i < count; i++) {
+                const uint64_t start = (uintptr_t)views[i].buf;
+                memcpy(words + 8 * (unsigned char)about[4 * i + 2], &start, 8);
+            }
+        }
+    } else {
+        filled = Py_BuildValue("");
+    }
+    for (Py_ssize_t i = 0; i < got; i++) PyBuffer_Release(&views[i]);
+    return filled;
+}
+
 static PyMethodDef methods[] = {
+    {"fill", (PyCFunction)(void (*)(void))fill, METH_FASTCALL,
+     "Return a struct with the addresses of arrays, or None."},
     {"address", address, METH_VARARGS, "Return the address of an array's first element."},
     {"tables", tables, METH_NOARGS, "Return (target, entries) of each instruction set that this processor can run."},
     {NULL, NULL, 0, NULL},

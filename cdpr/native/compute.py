@@ -5,8 +5,8 @@
     )
 
 Binding checks each argument and takes many times as long as a small kernel. So an operation is bound once for each set
-of shapes, in each thread, to arrays of its own: the inputs are copied in, the results out. Where the arrays stay the
-same, bind them (`cdpr.native.bind`). The instruction set is that of the first call.
+of shapes, in each thread. It then runs on the arrays of the call, or on copies if their type or layout differs. Where
+the arrays stay the same, bind them (`cdpr.native.bind`). The instruction set is that of the first call.
 """
 
 from __future__ import annotations
@@ -23,10 +23,13 @@ from cdpr.native.bind import DTYPES, bind
 from cdpr.native.operations import operations
 
 MOST = 64  # bound operations that a thread keeps
+MOST_ARRAYS, MOST_BYTES = 8, 1024  # of `Bound.on`
 
 Array = np.ndarray[Any, Any]
 Shape = tuple[int, ...]
-Bound = tuple[Any, tuple[Array, ...], tuple[Array, ...]]  # the call, its inputs and its results
+# The call, its inputs, its results, the positions of both in its struct (none where a result is an input, too), and the
+# shapes and types of the results.
+Bound = tuple[Any, tuple[Array, ...], tuple[Array, ...], bytes, list[tuple[Shape, np.dtype[Any]]]]
 
 
 class _Kept(threading.local):
@@ -62,14 +65,20 @@ def compute(
         (0, (array([0.5]),))
     """
     given = [value if type(value) is np.ndarray else np.asarray(value) for value in inputs.values()]
-    key = name, *inputs, *[array.shape for array in given], *outputs.items(), *numbers.items()
+    key = name, *inputs, *outputs, *[array.shape for array in given], *outputs.values(), *numbers.items()
     found = _kept.bound.get(key)
     if found is None:
         found = _bound(name, dict(zip(inputs, given, strict=True)), outputs, numbers)
         if len(_kept.bound) >= MOST:
             _kept.bound.clear()
         _kept.bound[key] = found
-    call, read, written = found
+    call, read, written, positions, kinds = found
+    if positions:
+        fresh = tuple([np.empty(*kind) for kind in kinds])
+        try:
+            return call.on(positions, *given, *fresh), fresh
+        except (BufferError, TypeError, ValueError):
+            pass  # an input is of another type, or not contiguous
     for array, value in zip(read, given, strict=True):
         array[...] = value
     status: int = call()
@@ -81,7 +90,12 @@ def _bound(name: str, inputs: dict[str, Array], outputs: Mapping[str, Shape], nu
     read = {key: np.array(value, dtypes.get(key), order="C") for key, value in inputs.items()}
     written = {key: read[key] if key in read else np.empty(shape, dtypes.get(key)) for key, shape in outputs.items()}
     call = bind(name, **{**read, **written}, **numbers)
-    return call, tuple(read.values()), tuple(written.values())
+    names = [field.name for field in operations()[name].fields]
+    several = (*read, *written)
+    alone = len(several) <= MOST_ARRAYS and read.keys().isdisjoint(written) and len(call.words) <= MOST_BYTES
+    positions = bytes(names.index(each) for each in several) if alone else b""
+    kinds = [(array.shape, array.dtype) for array in written.values()]
+    return call, tuple(read.values()), tuple(written.values()), positions, kinds
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from functools import cache
+from typing import Any
 
 from cdpr.errors import CdprError
 from cdpr.native.sizes import Dimension
@@ -48,6 +49,7 @@ class Operation:
         required: The names without which it cannot be bound.
         sizes: The names of sizes.
         layout: Of the struct, for `struct.pack`.
+        plans: How it was bound, by names and shapes; for `cdpr.native.bind`.
     """
 
     def __init__(self, name: str, address: int, fields: tuple[Field, ...]) -> None:
@@ -59,6 +61,7 @@ class Operation:
         declared = (field.name for field in fields if field.role == "size")
         used = (symbol for field in fields for dimension in field.shape for symbol in dimension.symbols)
         self.sizes = frozenset((*declared, *used))
+        self.plans: dict[object, Any] = {}
         self.layout = "=" + "".join("d" if field.type == "double" else "q" for field in fields)
 
 

@@ -74,7 +74,7 @@ PyThreadState *PyEval_SaveThread(void);
 void PyEval_RestoreThread(PyThreadState *);
 int PyModule_AddObjectRef(PyObject *, const char *, PyObject *), PyModule_AddStringConstant(PyObject *, const char *, const char *);
 double PyFloat_AsDouble(PyObject *);
-void PyErr_SetString(PyObject *, const char *), Py_IncRef(PyObject *), Py_DecRef(PyObject *), PyObject_Free(void *);
+void PyErr_SetString(PyObject *, const char *), PyErr_Clear(void), Py_IncRef(PyObject *), Py_DecRef(PyObject *), PyObject_Free(void *);
 void *PyMem_Malloc(size_t), PyMem_Free(void *);
 
 #endif

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
+from cdpr.native.compute import compute
 from cdpr.tension.status import Status
 
 
@@ -62,13 +63,34 @@ def extreme_point(
     return _point("extreme_point", basis, (center, low, high), objective=np.array(objective, dtype=np.float64))
 
 
+def extreme_tensions(basis: Array, center: Array, low: Array, high: Array) -> Array:
+    """Return least and largest tension of each cable, (m, 2), N, with low <= c + N x <= high; NaN where there is none.
+
+    Arguments as of `extreme_point`.
+    """
+    m, r = basis.shape
+    box, objective = np.array([center, low, high]), np.empty(r)
+    point, work = np.empty(m), {"x": np.empty(r), "active": np.empty(m), "steps": np.empty(1)}
+    call = bind("extreme_point", basis=basis, box=box, objective=objective, point=point, **work)
+    found = np.full((m, 2), np.nan)
+    for i, row in enumerate(basis):
+        if not row.any():
+            found[i] = min(max(center[i], low[i]), high[i])
+            continue
+        for side, sign in enumerate((1.0, -1.0)):
+            np.multiply(row, sign, out=objective)
+            if call() == Status.OK:
+                found[i, side] = point[i]
+    return found
+
+
 def _point(
     operation: str, basis: ArrayLike, rows: tuple[ArrayLike, ArrayLike, ArrayLike], **more: Array
 ) -> tuple[Array, Array, Status]:
-    N, box = np.ascontiguousarray(basis, dtype=np.float64), np.array(rows, dtype=np.float64)
-    x, point = np.empty(N.shape[1:]), np.empty(box.shape[1])
-    written = {"x": x, "point": point, "active": np.empty(box.shape[1]), "steps": np.empty(1)}
-    status = Status(bind(operation, basis=N, box=box, **written, **more)())
+    N, box = np.asarray(basis, dtype=np.float64), np.array(rows, dtype=np.float64)
+    outputs = {"x": N.shape[1:], "point": box.shape[1:], "active": box.shape[1:], "steps": (1,)}
+    code, (x, point, _, _) = compute(operation, {"basis": N, "box": box, **more}, outputs)
+    status = Status(code)
     if status != Status.OK:
         x[:] = point[:] = np.nan
     return x, point, status

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
-from cdpr.native.bind import bind
+from cdpr.native.compute import compute
 
 
 def general_solution(
@@ -35,8 +35,9 @@ def general_solution(
     given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
     arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
     m = arrays["matrix"].shape[-1]
-    center, basis, redundancy = np.empty(m), np.empty((m, m)), np.empty(1)
-    if bind("null_space_form", **arrays, center=center, basis=basis, redundancy=redundancy)():
+    shapes = {"center": (m,), "basis": (m, m), "redundancy": (1,)}
+    status, (center, basis, redundancy) = compute("null_space_form", arrays, shapes)
+    if status:
         return None
     return center, np.ascontiguousarray(basis[:, : int(redundancy[0])])
 
@@ -67,10 +68,10 @@ def admissible_corners(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high
     N = np.ascontiguousarray(basis, dtype=np.float64)
     if N.ndim != 2 or N.shape[1] not in (1, 2):
         raise ValueError(f"basis: expected shape (m, 1) or (m, 2), got {N.shape}.")
-    corners, count = np.empty((2 * len(N) + 4, N.shape[1])), np.empty(1)
+    shapes = {"corners": (2 * len(N) + 4, N.shape[1]), "count": (1,)}
     operation = "admissible_interval" if N.shape[1] == 1 else "admissible_polygon"
     box = np.array([center, low, high], dtype=np.float64)
-    bind(operation, basis=N, box=box, corners=corners, count=count)()
+    _, (corners, count) = compute(operation, {"basis": N, "box": box}, shapes)
     return corners[: int(count[0])]
 
 
@@ -98,7 +99,7 @@ def farthest_from_limits(
         (3.0, array([5.]))
     """
     N = np.ascontiguousarray(basis, dtype=np.float64)
-    x, distance = np.empty(N.shape[1:]), np.empty(1)
     box = np.array([center, low, high], dtype=np.float64)
-    bind("safest_point", basis=N, box=box, x=x, distance=distance, ball=int(ball))()
+    shapes = {"x": N.shape[1:], "distance": (1,)}
+    _, (x, distance) = compute("safest_point", {"basis": N, "box": box}, shapes, ball=int(ball))
     return float(distance[0]), x

@@ -12,10 +12,9 @@ from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.mechanics.properties import conditioning, free_wrench_matrix
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
-from cdpr.tension.active_set import extreme_point
+from cdpr.tension.active_set import extreme_tensions
 from cdpr.tension.admissible import admissible_corners, farthest_from_limits, general_solution
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
-from cdpr.tension.status import Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,19 +94,10 @@ class Problem:
         Optima of linear programs; limits must be finite.
         """
         low, high = self.limits
-        found = np.full((len(low), 2), np.nan)
         if self.general is None or not self.feasible:
-            return found
+            return np.full((len(low), 2), np.nan)
         c, N = self.general
-        for i, row in enumerate(N):
-            for side, sign in enumerate((1.0, -1.0)):
-                if not row.any():
-                    found[i, side] = min(max(c[i], low[i]), high[i])
-                    continue
-                _, point, status = extreme_point(sign * row, N, c, low, high)
-                if status == Status.OK:
-                    found[i, side] = point[i]
-        return found
+        return extreme_tensions(N, c, low, high)
 
     @property
     def feasible(self) -> bool:

@@ -50,7 +50,8 @@ class Recorder:
 def recorder(monkeypatch):
     seen.clear()
     made = Operation("recorder", ADDRESS, tuple(Field(*field) for field in FIELDS))
-    monkeypatch.setattr(module, "operations", lambda: {**operations(), "recorder": made})
+    known = Operation("recorder", ADDRESS, tuple(Field(*field) for field in FIELDS if field[0] != "k"))
+    monkeypatch.setattr(module, "operations", lambda: {**operations(), "recorder": made, "known": known})
     real = library.Bound
 
     def bound(operation, words, given, arrays):
@@ -127,52 +128,83 @@ def test_what_is_bound_frees_its_memory():
     assert counts() == before
 
 
-@pytest.mark.parametrize(
-    ("changes", "error", "message"),
-    [
-        ({"lft": 1}, TypeError, "recorder: unknown arguments lft; expected answer, eight, "),
-        ({"left": None}, TypeError, "recorder: left: expected a numpy array, got NoneType."),
-        ({"left": [[0.0]]}, TypeError, "recorder: left: expected a numpy array, got list."),
-        ({"left": np.zeros((2, 3), np.float32)}, TypeError, "left: expected dtype float64, got float32; convert"),
-        ({"left": np.zeros((2, 3), ">f8")}, TypeError, "left: expected dtype float64, got >f8"),
-        ({"order": np.zeros(4)}, TypeError, "recorder: order: expected dtype int64, got float64"),
-        ({"order": np.zeros(4, np.int32)}, TypeError, "recorder: order: expected dtype int64, got int32"),
-        ({"left": np.zeros((3, 2)).T}, ValueError, "left: expected a C-contiguous array; make one with"),
-        ({"state": np.zeros(4)[::2]}, ValueError, "recorder: state: expected a C-contiguous array"),
-        ({"left": misaligned(2, 3)}, ValueError, "left: expected an address that is a multiple of 8 bytes; copy"),
-        ({"state": read_only(np.zeros(2))}, ValueError, "state: expected a writeable array, got a read-only one."),
-        ({"answer": read_only(np.zeros((2, 4)))}, ValueError, "answer: expected a writeable array"),
-        ({"scratch": read_only(np.zeros((10, 5)))}, ValueError, "scratch: expected a writeable array"),
-        ({"left": np.zeros(6)}, ValueError, "recorder: left: expected shape (n, 3), got (6,)."),
-        ({"left": np.zeros((2, 4))}, ValueError, "recorder: left: expected shape (n, 3), got (2, 4)."),
-        ({"eight": np.zeros((4, 7))}, ValueError, "recorder: eight: expected shape (m, 8), got (4, 7)."),
-        ({"state": np.zeros(3)}, ValueError, "state: expected shape (n,) with n = 2 by left, got (3,)."),
-        ({"answer": np.zeros((2, 5))}, ValueError, "answer: expected shape (n, m) with m = 4 by order, got (2, 5)."),
-        ({"n": 3}, ValueError, "recorder: left: expected shape (n, 3) with n = 3 by the argument, got (2, 3)."),
-        (
-            {"scratch": np.zeros((10, 4))},
-            ValueError,
-            "recorder: scratch: expected shape (2*m + n, n*n + 1) = (10, 5), got (10, 4).",
-        ),
-        ({"k": None}, TypeError, "recorder: missing sizes k, which follow from no array."),
-        ({"k": 1.5}, TypeError, "recorder: k: expected an integer, got float."),
-        ({"k": -1}, ValueError, "recorder: k: expected a size of at least 0, got -1."),
-        ({"rounds": 2.0}, TypeError, "recorder: rounds: expected an integer, got float."),
-        ({"rounds": 2**63}, ValueError, "recorder: rounds: expected an integer of 64 bits, got 9223372036854775808."),
-        ({"gain": "fast"}, TypeError, "recorder: gain: expected a number, got str."),
-        (
-            {"gain": 10**400},
-            ValueError,
-            "recorder: gain: expected a number of at most 1.8e308 in size, got a larger one.",
-        ),
-        ({"gain": "1.0"}, TypeError, "recorder: gain: expected a number, got str."),
-    ],
-)
+WRONG = [
+    ({"lft": 1}, TypeError, "recorder: unknown arguments lft; expected answer, eight, "),
+    ({"left": None}, TypeError, "recorder: left: expected a numpy array, got NoneType."),
+    ({"left": [[0.0]]}, TypeError, "recorder: left: expected a numpy array, got list."),
+    ({"left": np.zeros((2, 3), np.float32)}, TypeError, "left: expected dtype float64, got float32; convert"),
+    ({"left": np.zeros((2, 3), ">f8")}, TypeError, "left: expected dtype float64, got >f8"),
+    ({"order": np.zeros(4)}, TypeError, "recorder: order: expected dtype int64, got float64"),
+    ({"order": np.zeros(4, np.int32)}, TypeError, "recorder: order: expected dtype int64, got int32"),
+    ({"left": np.zeros((3, 2)).T}, ValueError, "left: expected a C-contiguous array; make one with"),
+    ({"state": np.zeros(4)[::2]}, ValueError, "recorder: state: expected a C-contiguous array"),
+    ({"left": misaligned(2, 3)}, ValueError, "left: expected an address that is a multiple of 8 bytes; copy"),
+    ({"state": read_only(np.zeros(2))}, ValueError, "state: expected a writeable array, got a read-only one."),
+    ({"answer": read_only(np.zeros((2, 4)))}, ValueError, "answer: expected a writeable array"),
+    ({"scratch": read_only(np.zeros((10, 5)))}, ValueError, "scratch: expected a writeable array"),
+    ({"left": np.zeros(6)}, ValueError, "recorder: left: expected shape (n, 3), got (6,)."),
+    ({"left": np.zeros((2, 4))}, ValueError, "recorder: left: expected shape (n, 3), got (2, 4)."),
+    ({"eight": np.zeros((4, 7))}, ValueError, "recorder: eight: expected shape (m, 8), got (4, 7)."),
+    ({"state": np.zeros(3)}, ValueError, "state: expected shape (n,) with n = 2 by left, got (3,)."),
+    ({"answer": np.zeros((2, 5))}, ValueError, "answer: expected shape (n, m) with m = 4 by order, got (2, 5)."),
+    ({"n": 3}, ValueError, "recorder: left: expected shape (n, 3) with n = 3 by the argument, got (2, 3)."),
+    (
+        {"scratch": np.zeros((10, 4))},
+        ValueError,
+        "recorder: scratch: expected shape (2*m + n, n*n + 1) = (10, 5), got (10, 4).",
+    ),
+    ({"k": None}, TypeError, "recorder: missing sizes k, which follow from no array."),
+    ({"k": 1.5}, TypeError, "recorder: k: expected an integer, got float."),
+    ({"k": -1}, ValueError, "recorder: k: expected a size of at least 0, got -1."),
+    ({"rounds": 2.0}, TypeError, "recorder: rounds: expected an integer, got float."),
+    ({"rounds": 2**63}, ValueError, "recorder: rounds: expected an integer of 64 bits, got 9223372036854775808."),
+    ({"gain": "fast"}, TypeError, "recorder: gain: expected a number, got str."),
+    (
+        {"gain": 10**400},
+        ValueError,
+        "recorder: gain: expected a number of at most 1.8e308 in size, got a larger one.",
+    ),
+    ({"gain": "1.0"}, TypeError, "recorder: gain: expected a number, got str."),
+]
+
+
+@pytest.mark.parametrize(("changes", "error", "message"), WRONG)
 def test_a_wrong_argument_is_one_clear_error(changes, error, message):
     with pytest.raises(error) as raised:
         bind("recorder", **{**arguments(), **changes})
     assert message in str(raised.value)
     assert seen == []
+
+
+@pytest.mark.parametrize(("changes", "error", "message"), [case for case in WRONG if "k" not in case[0]])
+def test_nor_is_it_accepted_after_right_ones(changes, error, message):
+    right = arguments()
+    del right["k"]
+    for _ in range(2):
+        bind("known", **right)
+    assert module.operations()["known"].plans
+    with pytest.raises(error) as raised:
+        bind("known", **{**right, **changes})
+    assert message.removeprefix("recorder: ").split(";")[0] in str(raised.value)
+    shared = np.zeros((2, 4))
+    for changes in (
+        {"answer": shared, "state": shared[0, :2]},
+        {"answer": shared, "left": shared.reshape(-1)[2:].reshape(2, 3)},
+    ):
+        with pytest.raises(ValueError, match="shares memory"):
+            bind("known", **{**right, **changes})
+
+
+def test_what_was_bound_before_gets_its_own_addresses_and_values():
+    right = arguments()
+    del right["k"]
+    for gain, rounds in ((0.5, 3), (np.float64(-2.0), -(2**62))):
+        given = {name: np.array(value) if isinstance(value, np.ndarray) else value for name, value in right.items()}
+        bound = bind("known", **{**given, "gain": gain, "rounds": rounds})
+        addresses = [array.ctypes.data for array in bound.arrays]
+        assert struct.unpack("=6q2qdq", bound.words) == (*addresses, 2, 4, gain, rounds)
+        assert all(given[name] is array for name, array in zip(list(given)[:5], bound.arrays[:5], strict=True))
+        assert bound.arrays[5].shape == (10, 5)
 
 
 @pytest.mark.parametrize("name", ["left", "answer", "gain"])
