@@ -25,7 +25,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.branches import Snapshot
 from cdpr.simulation.live import Alone
-from cdpr.simulation.loop import Moment
+from cdpr.simulation.moment import Moment
 from cdpr.simulation.start import chosen_scenario
 
 

@@ -24,7 +24,8 @@ from cdpr.scenario.overrides import PART, Change, plain_value
 from cdpr.simulation.attempt import STATUS
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import columns_of
-from cdpr.simulation.loop import Loop, Moment
+from cdpr.simulation.loop import Loop
+from cdpr.simulation.moment import Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.proceed import SAMPLE
