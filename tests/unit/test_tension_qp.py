@@ -203,12 +203,13 @@ def test_non_finite_input_ends(bad):
 
 def test_another_call_may_come_before_an_answer_is_taken():
     """Here the array that takes it makes the call; else another thread would. W is in Fortran's order, so copied."""
-    robot, W, wrench = problem(3, 8, 0.0)
+    robot, W, _ = problem(3, 8, 0.0)
+    wrench, other = W @ np.full(8, 100.0), W @ np.linspace(100.0, 200.0, 8)
     solver, limits = MinimumNorm(robot, QpOptions()), (robot.tension_min, robot.tension_max)
 
     class Late(np.ndarray):
         def __setitem__(self, key, value):
-            solver.solve(np.asfortranarray(W), 2.0 * wrench, *limits, np.full(8, np.nan))
+            solver.solve(np.asfortranarray(W), other, *limits, np.full(8, np.nan))
             super().__setitem__(key, value)
 
     late = np.full(8, np.nan).view(Late)
