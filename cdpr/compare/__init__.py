@@ -1,13 +1,13 @@
-"""The same closed loop on several engines, held against each other and against what is known of their schemes.
+"""Comparison of the same closed loop on several engines.
 
-- `differences`: how far two runs are apart, quantity by quantity;
-- `engines`: who takes part, who judges, and by which standard each is judged;
-- `convergence`: an engine's limit for a vanishing step, against the judge's;
-- `verdict`: one engine's run against its standard;
-- `comparison`: runs all of them, each in a process of its own, and judges them; `finished` judges run folders;
-- `excitation`: what the scenario never asks of an engine, of which agreement says nothing;
-- `refinement`: the measured order;
-- `baseline`: what is kept of a run, `baseline_file` where, and `baseline_check` holds a later run against it.
+- `differences`: differences of two runs by quantity;
+- `engines`: selection of the engines, the judge and the standard of each engine;
+- `convergence`: limit of an engine for a vanishing step, compared with the judge's;
+- `verdict`: verdict on the run of one engine;
+- `comparison`: comparison of all engines, each run in its own process; `finished` compares run folders;
+- `excitation`: effects that a run does not exercise, so that agreement does not cover them;
+- `refinement`: measured order of convergence;
+- `baseline`: reference data of a run, `baseline_file` its file, `baseline_check` the check of later runs against it.
 """
 
 from __future__ import annotations

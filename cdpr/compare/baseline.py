@@ -1,9 +1,8 @@
-"""A run to be kept, and what of it.
+"""Reference data of a run for regression checks.
 
-It stands alone: the resolved scenario is in it. The scenario's own file is remembered, too, so that a change of it is
-told as what it is. What the platform did and the tensions are kept twice: as a fingerprint of every sample, which tells
-whether a later run is the same to the bit, and at a few samples in decimal digits without loss, which tell how far it
-is off.
+A baseline is self-contained: it holds the resolved scenario. It also refers to the scenario file, so that a change of
+the file is reported as such. The poses, velocities and tensions are stored twice: as a hash of all samples, which
+detects any changed bit, and as exact decimal numbers at a few samples, which show the size of a difference.
 """
 
 from __future__ import annotations
@@ -26,25 +25,25 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.files import seen_from
 
 SUFFIX = ".baseline.json"
-STATE = (*POSE, "velocity", "angular_velocity", "tension")  # the quantities that follow from what is kept
-SAMPLES = 25  # kept in digits, of a new baseline
+STATE = (*POSE, "velocity", "angular_velocity", "tension")  # quantities computed from FIELDS
+SAMPLES = 25  # stored as numbers in a new baseline
 
-# What is kept of a sample. All else in a run follows from these and the scenario.
+# Stored columns. All other data of a run follow from these and the scenario.
 FIELDS = ("position", "orientation", "velocity", "angular_velocity", "tension")
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """A run as it was.
+    """Reference data of one run.
 
     Attributes:
-        scenario_yaml: the resolved scenario, backend and all.
-        source: its file, relative to the baseline's folder.
-        changes: how it was changed, texts `key=value`.
-        bounds: how far a run by other versions or on another machine may be off, by quantity.
+        scenario_yaml: resolved scenario, including the backend.
+        source: scenario file, relative to the folder of the baseline.
+        changes: overrides of the scenario, `key=value`.
+        bounds: largest allowed difference by quantity, for runs with other versions or on another machine.
         digest: SHA-256 of all samples.
-        indices: of the samples that are kept in digits, (S,).
-        samples: those, (S, columns) by field, and their times (S,).
+        indices: (S,), indices of the samples stored as numbers.
+        samples: these samples: (S, columns) by field, and `time` (S,), s.
     """
 
     scenario: str
@@ -64,13 +63,13 @@ class Baseline:
 
     @property
     def name(self) -> str:
-        """Name of its file."""
+        """Name of the baseline's file."""
         return safe_name(f"{self.scenario}_{self.backend}") + SUFFIX
 
 
 def make(run: Run, scenario: Scenario, changes: Sequence[str], folder: Path) -> Baseline:
-    """Make the baseline of a run that is to lie in `folder`."""
-    # The first and the last are among them.
+    """Return the baseline of a run, to be written into `folder`."""
+    # includes the first and the last sample
     chosen = np.unique(np.linspace(0, len(run.rows) - 1, SAMPLES).round().astype(np.int64))
     samples = {"time": run.time[chosen], **{name: run[name][chosen] for name in FIELDS}}
     bounded = STATE if is_continuous(scenario) else POSE
@@ -93,7 +92,7 @@ def make(run: Run, scenario: Scenario, changes: Sequence[str], folder: Path) -> 
 
 
 def digest(run: Run) -> str:
-    """SHA-256 of what is kept, of all samples."""
+    """Return the SHA-256 of the stored columns at all samples."""
     found = hashlib.sha256()
     for name in FIELDS:
         found.update(np.ascontiguousarray(run[name], dtype="<f8").tobytes())

@@ -1,4 +1,4 @@
-"""Baselines saved and checked: scenarios run anew, each in a process of its own."""
+"""Saving and checking of baselines; each scenario runs in its own process."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Found = TypeVar("Found")
 
 @dataclass(frozen=True)
 class Checked:
-    """What came of one baseline; `outcome` is "bit-equal", "within bounds" or "differs"."""
+    """Result of checking one baseline; `outcome` is "bit-equal", "within bounds" or "differs"."""
 
     name: str
     outcome: str
@@ -36,7 +36,7 @@ class Checked:
 
     @property
     def agrees(self) -> bool:
-        """Whether the run is the one that was kept."""
+        """True if the run reproduces the baseline."""
         return self.outcome != "differs"
 
 
@@ -53,13 +53,17 @@ def save(
 
     Args:
         paths: scenario files.
-        folder: where the baselines go; made if need be.
-        backends: instead of each scenario's own.
-        overrides: texts `key=value` by which the scenarios are changed.
-        jobs: processes at a time.
-        progress: called with the number of runs made and their total.
+        folder: folder of the baselines; created if necessary.
+        backends: backends to use instead of each scenario's own.
+        overrides: changes of the scenarios, `key=value`.
+        jobs: number of processes.
+        progress: called with the number of finished runs and the total.
 
-    Raises ScenarioError, PluginError or OutputError, and CdprError where a run fails; nothing is written then.
+    Raises:
+        ScenarioError: if a scenario is invalid.
+        PluginError: if a plugin is missing.
+        OutputError: if a file cannot be written.
+        CdprError: if a run fails; nothing is written then.
     """
     chosen: Sequence[str | None] = backends or [None]
     scenarios = [load_scenario(path, overrides=overrides, backend=backend) for path in paths for backend in chosen]
@@ -83,7 +87,11 @@ def save(
 
 
 def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, total: None) -> list[Checked]:
-    """Run every baseline in `folder` anew; CdprError where there is none or one cannot be read."""
+    """Repeat the run of every baseline in `folder` and return the results.
+
+    Raises:
+        CdprError: if there is no baseline or one cannot be read.
+    """
     paths = sorted(folder.glob(f"*{SUFFIX}")) if folder.is_dir() else [folder]
     if not paths:
         raise CdprError(f"{folder}: holds no baseline (*{SUFFIX}); `cdpr baseline save` makes them")
@@ -112,7 +120,7 @@ def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, tota
 
 
 def _load(folder: Path, kept: Baseline) -> Scenario:
-    """The scenario as it was kept; files that it names are looked for beside its own."""
+    """Return the stored scenario; its relative file names refer to the folder of the original file."""
     scenario = load_scenario(folder / kept.source, text=kept.scenario_yaml)
     cables = kept.samples["tension"].shape[1]
     if len(scenario.robot.cables) != cables:
@@ -139,7 +147,7 @@ def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
 def _run(
     scenarios: Sequence[Scenario], jobs: int, progress: Progress, take: Callable[[int, Made], Found]
 ) -> list[Found]:
-    """What `take` makes of the number of a scenario and its run; the run itself is not kept."""
+    """Return the values of `take(index, run)` for all scenarios; the runs are not kept."""
     found: dict[str, Found] = {}
     progress(0, len(scenarios))
     with tempfile.TemporaryDirectory(prefix="cdpr-baseline-") as folder:
@@ -174,7 +182,7 @@ def _judge(name: str, kept: Baseline, made: Made) -> Checked:
 
 
 def _others(kept: Baseline, run: Run) -> str:
-    """Which versions or which part of the machine differ."""
+    """Return the versions and machine properties that differ."""
     pairs = [(kept.versions, run.header.versions), (kept.machine, machine())]
     return ", ".join(
         f"{key} {before.get(key, '-')} -> {now.get(key, '-')}"
@@ -185,7 +193,7 @@ def _others(kept: Baseline, run: Run) -> str:
 
 
 def _measure(kept: Baseline, run: Run) -> tuple[str, str]:
-    """What is beyond its bound, "" for nothing, and the largest difference of each quantity."""
+    """Return the first quantity out of bounds ("" if none) and the largest difference of each quantity."""
     now = Run(run.header, run.rows[kept.indices])
     rows, columns = np.array(now.rows), now.header.layout.columns
     for field in FIELDS:

@@ -1,4 +1,4 @@
-"""A baseline as a small file that people can read."""
+"""Human-readable file of a baseline."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FORMAT = 1
 
 
 class Content(Section):
-    """What the file holds; see `Baseline`. A sample is its time and then the columns of each field."""
+    """Content of the file; see `Baseline`. A sample is its time followed by the columns of each field."""
 
     format: Literal[1]
     scenario: str
@@ -55,11 +55,15 @@ class Content(Section):
 
 
 def write(baseline: Baseline, folder: Path) -> Path:
-    """Write a baseline into `folder`, made if need be, over an older one of its name. Raises OutputError."""
+    """Write a baseline into `folder`, which is created if necessary, and replace an older one of the same name.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
     data = {"format": FORMAT, **baseline.__dict__}
     indices, samples, scenario = (data.pop(name) for name in ("indices", "samples", "scenario_yaml"))
     data["columns"] = {name: int(samples[name].shape[1]) for name in FIELDS}
-    # One sample a line; repr of a float loses nothing.
+    # One sample per line; repr of a float is exact.
     rows = np.column_stack([samples["time"], *(samples[name] for name in FIELDS)]).tolist()
     lines = ",\n".join(f"  {json.dumps(row)}" for row in rows)
     texts = ",\n".join(f"  {json.dumps(line, ensure_ascii=False)}" for line in scenario.splitlines())
@@ -74,7 +78,11 @@ def write(baseline: Baseline, folder: Path) -> Path:
 
 
 def read(path: Path) -> Baseline:
-    """Read a baseline; CdprError where it cannot be read or is none."""
+    """Return the baseline of a file.
+
+    Raises:
+        CdprError: if it cannot be read or is not a baseline.
+    """
     try:
         data = unsealed(path.read_bytes())
         content = Content.model_validate(data)

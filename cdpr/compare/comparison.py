@@ -1,4 +1,4 @@
-"""One scenario on several engines: plan the runs, have them made, judge."""
+"""Comparison of several engines on one scenario: planning of the runs and verdicts."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ FAILING = ("disagrees", "failed")
 
 @dataclass(frozen=True)
 class Row:
-    """One engine in a comparison; `label` tells rows apart."""
+    """One engine of a comparison; labels are unique."""
 
     label: str
     engine: Engine
     standard: str
     verdict: Verdict
     run: Run | None
-    step_us: float | None  # wall time of a control step; it informs
+    step_us: float | None  # wall time of a control step, for information
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON."""
@@ -49,10 +49,10 @@ class Group:
     """All engines with one solver.
 
     Attributes:
-        judge: the run that all are held against, None where there is none.
-        problem: why there is none, or why it cannot serve; "" where it does.
-        twins: runs of the judge with the scheme of others, by scheme.
-        pairs: largest difference between any two engines of one scheme, by scheme and quantity.
+        judge: run that all others are compared with; None if there is none.
+        problem: reason why the judge is missing or unusable; "" otherwise.
+        twins: runs of the judge with the schemes of other engines, by scheme.
+        pairs: largest difference between any two engines with the same scheme, by scheme and quantity.
     """
 
     solver: str
@@ -65,7 +65,7 @@ class Group:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether all that could be judged agree; None where nothing could."""
+        """True if all judged engines agree; None if none could be judged."""
         outcomes = [row.verdict.outcome for row in self.rows]
         if self.problem or any(outcome in FAILING for outcome in outcomes):
             return False
@@ -89,10 +89,10 @@ class Group:
 
 
 def compare(runs: Runs, chosen: Field, solvers: Sequence[str], *, named: bool) -> list[Group]:
-    """Run the engines of `chosen` closed loop, once with each solver, and judge them.
+    """Run the closed loop on the chosen engines, once with each solver, and judge the runs.
 
-    An engine that cannot run the scenario is told, and fails the comparison only where `named` says that it was asked
-    for by its name.
+    An engine that cannot run the scenario is reported. It fails the comparison only if the user chose it by name
+    (`named`).
     """
     runs.make([wanted for solver in solvers for wanted in _plan(runs, chosen, solver)])
     return [_group(runs, chosen, solver, named) for solver in solvers]
@@ -111,7 +111,7 @@ def _plan(runs: Runs, chosen: Field, solver: str) -> list[Wanted]:
 
 
 def _ladder(runs: Runs, name: str, solver: str) -> list[Wanted]:
-    """Runs with the scenario's step, half and a quarter of it."""
+    """Return the runs with the scenario's step, half and a quarter of it."""
     substeps = runs.scenario.simulation.substeps
     return [Wanted(name, solver, divide=divide * substeps) for divide in LADDER]
 
@@ -159,7 +159,7 @@ def _judge(
 
 
 def pairs(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
-    """Largest difference of each quantity between any two engines of one scheme."""
+    """Return the largest difference of each quantity between any two engines with the same scheme."""
     found: dict[str, dict[str, float]] = {}
     for a, b in combinations([row for row in rows if row.standard == "scheme"], 2):
         if a.engine.scheme == b.engine.scheme and a.run is not None and b.run is not None:
@@ -170,7 +170,7 @@ def pairs(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
 
 
 def step_cost(run: Run | None) -> float | None:
-    """Wall time of a control step, microseconds, where it is known."""
+    """Return the wall time of a control step, us; None if it is unknown."""
     if run is None or len(run.rows) < 2 or not run.timings.get("loop_s"):
         return None
     return 1e6 * run.timings["loop_s"] / round(run.span[1] / run.header.control_step)

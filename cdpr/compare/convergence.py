@@ -1,9 +1,9 @@
 """Convergence of an engine to the judge's solution as the physics step shrinks.
 
-An engine whose scheme nobody else offers cannot be compared at one step. Its solution for a vanishing step can: it is
-extrapolated from runs with three steps and must be the judge's, within what the extrapolation and the judge may be off
-by. An order measured from norms is no such bound: at kinks (slack cables, friction) and with long steps sound schemes
-do not reach their order.
+An engine with a scheme of its own cannot be compared at one step, but its solution for a vanishing step can. That
+solution is extrapolated from runs with three steps. It must equal the judge's within the errors of the extrapolation
+and of the judge. The measured order is no such bound: at kinks (slack cables, friction) and with long steps, correct
+schemes do not reach their order.
 """
 
 from __future__ import annotations
@@ -19,36 +19,37 @@ from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.tension.status import OK
 
-LADDER = (1, 2, 4)  # by which the first step is divided
+LADDER = (1, 2, 4)  # divisors of the first step
 
-# Two extrapolations from the three steps differ by more than the better one is off, threefold for order 1 in a smooth
-# loop. Kinks between two samples make single differences small by chance, so twice their difference is allowed.
+# The two extrapolations from three steps differ by more than the error of the better one: by three times for order 1 in
+# a smooth loop. Kinks between two samples can make a single difference small by chance, so twice the difference is
+# allowed.
 SPREADS = 2.0
 
-# Share of the finest run's error that the extrapolation may miss. The finest error is divided by at least 2 with each
-# further halving; a fault of a fiftieth of it is what three steps can show.
+# Share of the finest run's error that the extrapolation may miss. Each further halving divides the finest error by at
+# least 2; three steps can show a fault of a fiftieth of it.
 SHARE = 0.02
 
-# The judge's own error is at most the distance between its two finest runs (exactly a third of it for order 2, less for
-# order 4, about all of it for order 1); kinks act on the engine as on the judge, so three times that is allowed.
+# The judge's own error is at most the distance between its two finest runs (a third of it for order 2, less for order
+# 4, about all of it for order 1). Kinks affect the engine and the judge alike, so three times the distance is allowed.
 JUDGE_ERRORS = 3.0
 
-# Both halvings must show less than the declared order by this much before it counts as a fault, and the engine's error
-# must be this many times the judge's: at kinks, engines and judge have errors of about the same size.
+# An order is reported as too low only if both halvings miss the declared order by this much and the engine's error is
+# this many times the judge's: at kinks, the errors of engines and judge are of similar size.
 MISSING_ORDER = 0.5
 CLEAR_OF_JUDGE = 10.0
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """How one quantity of three runs converges to the judge's; root mean squares over the samples, in its unit.
+    """Convergence of one quantity of three runs to the judge's; root mean squares over the samples, in its unit.
 
     Attributes:
         errors: distance of each run from the judge's finest one, longest step first.
         limit: distance of the extrapolated run from it.
         judge_error: estimated error of the judge's finest run.
-        allowed: largest sound `limit`.
-        orders: measured with the first and with the second halving.
+        allowed: largest acceptable `limit`.
+        orders: orders measured with the first and with the second halving.
     """
 
     errors: tuple[float, ...]
@@ -64,26 +65,31 @@ class Convergence:
 
     @property
     def blind(self) -> bool:
-        """Return whether the judge's error is too large to tell the engine's from it."""
+        """True if the judge's error is too large to detect the engine's."""
         return JUDGE_ERRORS * self.judge_error >= self.errors[0]
 
     def lacks(self, order: int) -> bool:
-        """Return whether the runs converge more slowly than a scheme of `order`, beyond doubt."""
+        """Return True if the runs clearly converge more slowly than a scheme of the given order."""
         clear = self.errors[-1] > CLEAR_OF_JUDGE * self.judge_error
         return clear and max(self.orders) < order - MISSING_ORDER
 
 
 def continuous_samples(runs: Sequence[Run]) -> int:
-    """Return how many samples all runs have before the solver fails in one: from there on the tensions may jump."""
+    """Return the number of samples that precede the first solver failure in any run; tensions may jump after it."""
     count = min(len(run.rows) for run in runs)
     failed = np.array([run.solver_status[:count] != OK for run in runs]).any(axis=0)
     return int(np.argmax(failed)) if failed.any() else count
 
 
 def converge(name: str, runs: Sequence[Run], judges: Sequence[Run], order: int, count: int) -> Convergence:
-    """Return how the quantity `name` of `runs` converges to that of `judges`, both with the steps of LADDER.
+    """Return the convergence of a quantity of `runs` to that of `judges`.
 
-    The first `count` samples are looked at.
+    Args:
+        name: quantity.
+        runs: runs of the engine with the steps of LADDER.
+        judges: runs of the judge with the same steps.
+        order: declared order of the engine.
+        count: number of samples to compare, from the first.
     """
     truth = judges[-1]
     with np.errstate(all="ignore"):
@@ -105,7 +111,7 @@ def converge(name: str, runs: Sequence[Run], judges: Sequence[Run], order: int, 
 
 
 def local_order(error: float, halved: float) -> float:
-    """Return the order by which a halved step divides an error."""
+    """Return the order of convergence from the errors with a step and with half of it."""
     if not halved > 0.0:
         return math.inf
     return math.log2(error / halved) if error > 0.0 else -math.inf
@@ -116,6 +122,6 @@ def _deviation(name: str, run: Run, truth: Run, count: int) -> Array:
 
 
 def _rms(values: Array) -> float:
-    """Root mean square of the lengths of rows (K, d); infinite where one is not finite."""
+    """Return the root mean square of the lengths of rows (K, d); infinite if any is not finite."""
     found = float(np.sqrt(np.mean(np.sum(values * values, axis=1)))) if len(values) else math.inf
     return found if math.isfinite(found) else math.inf

@@ -1,4 +1,4 @@
-"""How far two runs of the same loop are apart."""
+"""Differences between two runs of the same loop."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from cdpr.log.run import Run
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
-# Two programs that compute one scheme differ by round-off alone. As shares of the scales below, the installed engines
-# differ by at most 2e-13 in any scenario of ours and 5e-14 in most (over seconds of closed loop, from 1 g to tonnes):
-# this leaves room for longer runs and harder loops, and lies far below what any fault of an adapter makes.
+# Two programs that compute the same scheme differ only by round-off. As shares of the scales below, the installed
+# engines differ by at most 2e-13 in all our scenarios and 5e-14 in most (seconds of closed loop, 1 g to tonnes). This
+# bound leaves room for longer runs, and any fault of an adapter exceeds it by far.
 ROUND_OFF = 1e-10
 
 
@@ -29,26 +29,26 @@ class Quantity:
     unit: str
     scale: Callable[[Run], float]
     apart: Callable[[Run, Run], Array]  # (K,) of two runs with K samples
-    deviation: Callable[[Run, Run], Array]  # (K, d), of which `apart` is the size
+    deviation: Callable[[Run, Run], Array]  # (K, d); `apart` is its magnitude
 
     def allowed(self, standard: Run) -> float:
-        """How far a run may be from `standard` by round-off."""
+        """Return the largest difference from `standard` that round-off explains."""
         return ROUND_OFF * self.scale(standard)
 
 
 def size(run: Run) -> float:
-    """Mean length of the cables at the start, m."""
+    """Return the mean length of the cables at the start, m."""
     return float(np.mean(run.length[0]))
 
 
 def force(run: Run) -> float:
-    """Largest tension, or the platform's weight if that is more, N."""
+    """Return the largest tension or the platform's weight, whichever is larger, N."""
     weight = run.header.mass * float(np.linalg.norm(run.header.gravity))
     return max(weight, float(np.nanmax(np.abs(_tensions(run)), initial=0.0)))
 
 
 def _tensions(run: Run) -> Array:
-    """Commands and, where they differ, tensions, (K, m) or (K, 2 m), N."""
+    """Return the commands and, if they differ, the tensions, (K, m) or (K, 2 m), N."""
     return run.tension if run.header.layout.ideal else np.hstack([run.tension, run.cable_tension])
 
 
@@ -73,12 +73,12 @@ def _tension_change(a: Run, b: Run) -> Array:
 
 
 def _tension(a: Run, b: Run) -> Array:
-    """Of the cable in which the two differ most."""
+    """Return the largest tension difference over the cables, (K,), N."""
     return np.asarray(np.abs(_tension_change(a, b)).max(axis=1))
 
 
 def _energy_change(a: Run, b: Run) -> Array:
-    """Of the energy that no work explains."""
+    """Return the difference of the unexplained energy, (K, 1), J."""
     return np.asarray((a.energy_residual - b.energy_residual)[:, None])
 
 
@@ -109,7 +109,7 @@ class Difference:
 
 
 def apart(name: str, a: Run, b: Run) -> tuple[Array, Array]:
-    """Times and differences, both (K,), over the samples that both runs have; what is not finite is infinite."""
+    """Return times and differences, both (K,), over the common samples; non-finite differences become infinite."""
     count = min(len(a.rows), len(b.rows))
     with np.errstate(all="ignore"):
         values = QUANTITIES[name].apart(head(a, count), head(b, count))
@@ -117,12 +117,12 @@ def apart(name: str, a: Run, b: Run) -> tuple[Array, Array]:
 
 
 def head(run: Run, count: int) -> Run:
-    """The first `count` samples of a run."""
+    """Return the first `count` samples of a run."""
     return run if len(run.rows) == count else Run(run.header, run.rows[:count])
 
 
 def difference(name: str, a: Run, b: Run) -> Difference:
-    """How far two runs are apart in the quantity `name`."""
+    """Return the size of the difference of two runs in the quantity `name`."""
     time, values = apart(name, a, b)
     if not len(values):
         return Difference(np.inf, np.inf, 0.0)
@@ -132,6 +132,6 @@ def difference(name: str, a: Run, b: Run) -> Difference:
 
 
 def pose_apart(a: Run, b: Run) -> float:
-    """Root mean square of the distance in pose, m: angles times the robot's characteristic length."""
+    """Return the root mean square distance in pose, m; angles are multiplied by the robot's characteristic length."""
     arm = a.header.characteristic_length
     return float(np.hypot(difference("position", a, b).rms, arm * difference("attitude", a, b).rms))

@@ -1,4 +1,4 @@
-"""Who takes part in a comparison, who judges, and by which standard."""
+"""Selection of the engines, the judge and the standards of a comparison."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from typing import Literal
 from cdpr.errors import CdprError, PluginError
 from cdpr.scenario import Scenario
 
-# By which an engine is judged:
-#   scheme   the judge offers the engine's scheme: run so, it must give the same but for round-off
-#   order    nobody else has its scheme: extrapolated to a vanishing step it must be the judge's solution
-#   none     the plant is another one: the distance is told
+# Standards: scheme: the judge offers the engine's scheme, and both must agree but for round-off; order: no other engine
+# has the scheme, and its extrapolation to a vanishing step must equal the judge's solution; none: the plant differs,
+# and the difference is only reported
 Standard = Literal["scheme", "order", "none"]
 
-OWN_CABLES = "ideal"  # what the property `cables` is where a backend declares none: tensions at anchors or exits
+OWN_CABLES = "ideal"  # property `cables` of backends that declare none: tensions at anchors or exits
 
 CONTINUOUS: tuple[object, ...] = ("C0", "C1", "Cinf")
 
@@ -25,13 +24,13 @@ class Engine:
     """A backend with the options of a scenario, and what it declares with them."""
 
     name: str
-    order: int  # 0 where none is declared
-    scheme: str  # "" where none is declared
-    schemes: tuple[str, ...]  # that its option `scheme` offers
-    cables: str  # the model of the cables
+    order: int  # 0 if not declared
+    scheme: str  # "" if not declared
+    schemes: tuple[str, ...]  # values of its option `scheme`
+    cables: str  # cable model
 
     def standard(self, judge: Engine) -> Standard:
-        """Return by which standard the engine is held against `judge`."""
+        """Return the standard by which the engine is compared with `judge`."""
         if self.order < 1 or self.cables != judge.cables:
             return "none"
         return "scheme" if self.scheme in judge.schemes else "order"
@@ -39,12 +38,12 @@ class Engine:
 
 @dataclass(frozen=True)
 class Field:
-    """The engines of a comparison.
+    """Engines of a comparison.
 
     Attributes:
-        judge: the one of highest order; it always runs.
-        engines: the others, in the order given.
-        absent: reason by name of those that cannot run here.
+        judge: engine of the highest order; it always runs.
+        engines: the others, in the given order.
+        absent: reason by name for engines that cannot run here.
     """
 
     judge: Engine
@@ -53,9 +52,15 @@ class Field:
 
 
 def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
-    """Choose judge and engines; `names` are backends, None for all.
+    """Choose the judge and the engines.
 
-    Raises PluginError where a named one is unknown or not installed, CdprError where there is nothing to compare.
+    Args:
+        scenario: the scenario.
+        names: backends; None for all.
+
+    Raises:
+        PluginError: if a named backend is unknown or not installed.
+        CdprError: if there is nothing to compare.
     """
     found = scenario.plugins
     absent: dict[str, str] = {}
@@ -64,16 +69,16 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
         if entry.missing and names is None:
             absent[name] = f"not installed: {entry.remedy}"
         elif entry.missing:
-            entry.load()  # says what is missing and how to get it
+            entry.load()  # raises an error with the remedy
     here = []
     for name in found.names("backend"):
         if not found.get("backend", name).missing:
             try:
                 here.append(engine_of(scenario, name))
-            except PluginError:  # it needs options that the scenario does not give
+            except PluginError:  # the scenario lacks options that it requires
                 if names is not None and name in names:
                     raise
-    # By what it can, not by the scheme that the scenario has it run.
+    # by its capabilities, not by the scheme set in the scenario
     judge = min(here, key=lambda one: (-_order(found.get("backend", one.name).info.properties), -len(one.schemes)))
     wanted = [engine.name for engine in here] if names is None else list(dict.fromkeys(names))
     engines = tuple(engine for name in wanted for engine in here if engine.name == name != judge.name)
@@ -85,7 +90,11 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
 
 
 def engine_of(scenario: Scenario, name: str) -> Engine:
-    """Return what a backend declares with the scenario's options; PluginError where it is unknown."""
+    """Return the declared properties of a backend with the scenario's options.
+
+    Raises:
+        PluginError: if the backend is unknown.
+    """
     declared = scenario.plugins.get("backend", name).properties(scenario.backend_options(name))  # type: ignore[arg-type]
     schemes = declared.get("schemes", ())
     return Engine(
@@ -98,13 +107,13 @@ def engine_of(scenario: Scenario, name: str) -> Engine:
 
 
 def _order(properties: Mapping[str, object]) -> int:
-    """The order that a plugin declares; 0 where it declares none."""
+    """Return the order that a plugin declares; 0 if none."""
     order = properties.get("order", 0)
     return order if isinstance(order, int) else 0
 
 
 def finest_scheme(scenario: Scenario, judge: Engine) -> str:
-    """Return the scheme of the judge that is of highest order, "" where that is the scenario's."""
+    """Return the judge's scheme of the highest order; "" if the scenario already uses it."""
     key = f"backend_options.{judge.name}.scheme"
     orders = {name: engine_of(scenario.with_changes({key: name}), judge.name).order for name in judge.schemes}
     best = max(orders, key=orders.__getitem__, default="")
@@ -112,7 +121,10 @@ def finest_scheme(scenario: Scenario, judge: Engine) -> str:
 
 
 def is_continuous(scenario: Scenario) -> bool:
-    """Whether the tensions follow the state without jumps: the solver declares it, or the controller commands them."""
+    """Return True if tensions follow the state without jumps.
+
+    Either the solver declares continuity or the controller commands the tensions.
+    """
     found = scenario.plugins
     controller = found.get("controller", scenario.controller.type)
     if controller.info.properties.get("output") == "command":

@@ -1,4 +1,4 @@
-"""What a run never asks of an engine, and so what agreement in it does not speak of."""
+"""Effects that a run does not exercise, so that agreement does not cover them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import yaml
 from cdpr.log.run import Run
 from cdpr.model import rotations
 
-TURN = 0.01  # rad; a body-fixed wrench taken for one in world axes is off by this share of it
+TURN = 0.01  # rad; a wrench in body axes mistaken for one in world axes is off by this share
 
 
 def unexcited(run: Run) -> list[str]:
-    """Return what never happens in a run, as people say it; none of a robot's own absent directions."""
+    """Return the effects missing in a run, in words, without those of degrees of freedom that the robot lacks."""
     return list(_found(run))
 
 

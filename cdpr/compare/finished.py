@@ -1,4 +1,4 @@
-"""Finished runs held against each other, as they are."""
+"""Comparison of finished runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import SCENARIO_NAME
 from cdpr.scenario import Scenario, load_scenario
 
-# Without these two runs have nothing in common that could be subtracted.
+# Runs that differ in one of these cannot be subtracted from each other.
 SHARED = ("robot", "cables", "anchors", "mass", "gravity", "control_step", "log_step")
 
 UNKNOWN = Engine("", 0, "", (), OWN_CABLES)
@@ -25,11 +25,15 @@ UNKNOWN = Engine("", 0, "", (), OWN_CABLES)
 def compare_finished(paths: Sequence[str]) -> Comparison:
     """Compare run folders or logs.
 
-    The run of highest declared order is the one that differences are measured from; of several the first. A run is
-    judged where another has the same scheme, step and scenario but for the engine: they may differ by round-off.
+    Differences are measured from the run of the highest declared order, the first of several. A run is judged only if
+    another has the same scheme, step and scenario except for the engine; the two may differ by round-off.
 
-    Raises LogError where a run cannot be read, CdprError where there is one only or they are of different robots or
-    timing.
+    Args:
+        paths: two or more run folders or logs.
+
+    Raises:
+        LogError: if a run cannot be read.
+        CdprError: if there is only one run, or robots or timing differ.
     """
     if len(paths) < 2:
         raise CdprError(f"{paths[0]}: one run alone; give two or more, or the scenario to run it on others")
@@ -40,7 +44,7 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
     loaded = {label: load_run(path) for label, path in zip(labels, paths, strict=True)}
     _refuse(loaded)
     read = {label: _read(label, run) for label, run in loaded.items()}
-    judge = max(loaded, key=lambda label: read[label][0].order)  # the first of equals
+    judge = max(loaded, key=lambda label: read[label][0].order)  # first of equal ones
     rows = []
     for label, run in loaded.items():
         if label != judge:
@@ -84,9 +88,9 @@ def _values(a: Header, b: Header, name: str) -> str:
 
 
 def _read(label: str, run: Run) -> tuple[Engine, Scenario | None]:
-    """What the run's backend declares; nothing where its plugins are not installed here."""
+    """Return the declared properties of the run's backend; UNKNOWN if its plugins are not installed."""
     try:
-        there = Path(label) / SCENARIO_NAME  # names files as seen from where it stands
+        there = Path(label) / SCENARIO_NAME  # file names in it are relative to its own folder
         scenario = load_scenario(there) if there.is_file() else load_scenario(label, text=run.header.scenario_yaml)
         return engine_of(scenario, run.header.backend), scenario
     except CdprError:

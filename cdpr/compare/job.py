@@ -1,4 +1,4 @@
-"""A whole comparison: from a scenario file to figures for people and programs, with the runs for drawing."""
+"""Complete comparison: from a scenario file to figures, with the runs for plotting."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from cdpr.scenario.problems import judged
 from cdpr.scenario.repeatable import check_repeatable
 
 RUNS = "runs"
-RESERVED = "compare.json.tmp"  # makes a folder ours until compare.json takes its place
+RESERVED = "compare.json.tmp"  # reserves a folder until compare.json replaces it
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What came of it.
+    """Result of a comparison.
 
     Attributes:
-        figures: all of it as plain data for JSON.
-        groups: the same with the runs, for drawing.
+        figures: all results as plain data for JSON.
+        groups: the same with the runs, for plotting.
     """
 
     figures: dict[str, Any]
@@ -60,21 +60,22 @@ def compare_scenario(
     """Run a scenario on several engines and judge them.
 
     Args:
-        path: the scenario file.
-        changes: texts `key=value`, as typed after --set.
-        strict: refuse what is only warned of otherwise, before anything runs.
-        backends: which engines, all that are installed by default; the judge runs in any case.
-        solvers: which tension solvers instead of the scenario's; engines are held against each other with each.
-        refine: measure the orders, too.
-        out: new or empty folder, in which the runs are kept under `runs`; it is again what it was where the comparison
-            does not come to its end.
-        jobs: processes at a time, one a core by default.
-        timeout: s that a run may take.
-        progress: called with the number of runs made and their total.
-        say: called with each of the scenario's notes and warnings.
+        path: scenario file.
+        changes: overrides, `key=value`, as after --set.
+        strict: treat warnings as errors, before anything runs.
+        backends: engines; all installed ones by default. The judge always runs.
+        solvers: tension solvers instead of the scenario's; engines are compared with each of them.
+        refine: also measure the orders of convergence.
+        out: new or empty folder; runs are kept in its subfolder `runs`. It is restored if the comparison does not
+            finish.
+        jobs: number of processes; one per core by default.
+        timeout: time limit of a run, s.
+        progress: called with the number of finished runs and the total.
+        say: called with each note and warning of the scenario.
 
-    Raises ScenarioError, PluginError or OutputError as `cdpr.simulate` does, and CdprError where only one engine is
-    left.
+    Raises:
+        ScenarioError, PluginError, OutputError: as `cdpr.simulate` does.
+        CdprError: if only one engine is left.
     """
     scenario = load_scenario(path, overrides=list(changes))
     for note in (*scenario.notes, *judged(scenario.warnings, strict=strict)):
@@ -83,7 +84,7 @@ def compare_scenario(
     chosen = field(scenario, backends)
     names = list(dict.fromkeys(solvers or [scenario.solver.type]))
     for name in names:
-        # What is wrong with a solver is reported before anything runs.
+        # report problems of a solver before anything runs
         for note in scenario.with_changes(solver=name).notes[len(scenario.notes) :]:
             say(note)
     with tempfile.TemporaryDirectory(prefix="cdpr-compare-") as temporary:
@@ -107,7 +108,7 @@ def compare_scenario(
 
 @contextlib.contextmanager
 def _claimed(folder: Path) -> Iterator[None]:
-    """Take a folder; what an end in the midst of it leaves there is ours, and goes: part of a comparison is none."""
+    """Claim a folder, and remove its new content if the comparison is interrupted or fails."""
     new = not folder.exists()
     claim(folder, RESERVED)
     try:
@@ -124,7 +125,7 @@ def _claimed(folder: Path) -> Iterator[None]:
 def summarise(
     facts: Mapping[str, Any], groups: Sequence[Group], orders: Mapping[str, Sequence[Measured]]
 ) -> Comparison:
-    """Put the figures together; `facts` tell what was compared."""
+    """Return the complete result; `facts` describe the compared scenario."""
     tables = []
     for group in groups:
         measured = orders.get(group.solver, ())
@@ -138,7 +139,7 @@ def summarise(
 
 
 def _versions(groups: Sequence[Group]) -> dict[str, str]:
-    """Of everything that took part."""
+    """Return the versions of all software used."""
     versions: dict[str, str] = {}
     for group in groups:
         for run in (group.judge, *(row.run for row in group.rows)):

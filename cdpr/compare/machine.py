@@ -1,4 +1,4 @@
-"""The kind of machine: on one kind, with the same versions, the same run gives the same bits."""
+"""Kind of machine: the same kind with the same versions reproduces a run to the bit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cdpr.native.operations import targets
 
 
 def machine() -> dict[str, str]:
-    """Return system, architecture, C library, and the largest instruction set that the processor can run."""
+    """Return the system, architecture, C library and largest instruction set that the processor supports."""
     return {
         "system": platform.system(),
         "architecture": platform.machine(),

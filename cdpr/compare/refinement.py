@@ -1,11 +1,11 @@
-"""The measured order: how the error falls with the physics step while the control period stays the same.
+"""Measured order of convergence with the physics step, at a constant control period.
 
-It is reported, with the reason where it is not as declared, and judges nobody: sound schemes miss their order at kinks,
-with long steps and at round-off. Engines are judged by their errors, see `verdict`.
+The order is reported, with the reason if it is not as declared, but does not affect verdicts: correct schemes miss
+their order at kinks, with long steps and at round-off. Engines are judged by their errors; see `verdict`.
 
-The truth is the judge's scheme of highest order at a quarter of the finest step, in the same closed loop. Where the
-control period is so short that errors drown in round-off, the loop is closed less often, with all runs that belong
-together.
+The reference ("truth") is the same closed loop with the judge's scheme of the highest order at a quarter of the finest
+step. If the control period is so short that errors vanish in round-off, all runs are repeated with a longer control
+period.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from cdpr.compare.engines import Engine, Field, finest_scheme
 from cdpr.compare.runs import Made, Runs, Wanted
 from cdpr.log.run import Run
 
-TRUTH = 16  # and that of the truth: of order four its error is 0.4 % of the finest one of a run of that order
-STRETCHES = (1, 10, 20, 50)  # of the control period, in this order, until errors are above round-off
-FEWEST = 10  # control periods that a run must have
+TRUTH = 16  # divisor of the reference; at order four its error is 0.4 % of that of the finest run
+STRETCHES = (1, 10, 20, 50)  # factors of the control period, tried in this order until errors exceed round-off
+FEWEST = 10  # control periods that a run needs
 
-# As a share of the robot's size, as `differences.size` has it. The finest error of three must be larger: round-off of
-# closed loops is 2e-17 to 4e-16 of it.
+# Share of the robot's size (`differences.size`) that the finest of three errors must exceed: round-off of closed loops
+# is 2e-17 to 4e-16 of it.
 ABOVE_ROUND_OFF = 2e-15
 
-# With a larger error than this share no power of the step is to be seen: the step is too long, or the loop, closed so
-# seldom, has become unstable.
+# Errors above this share follow no power of the step: the step is too long, or the loop with its long control period is
+# unstable.
 TOO_FAR = 2e-3
 
-# Below this share the finest error holds enough round-off to change the order: a hundredth of it, or more.
+# Below this share, round-off is a hundredth or more of the finest error and changes the order.
 NEAR_ROUND_OFF = 100 * ABOVE_ROUND_OFF
 
 
@@ -69,17 +69,17 @@ class Measured:
 
     @property
     def failed(self) -> bool:
-        """Return whether a run did not come to its end, which no step explains."""
+        """True if a run did not finish for reasons other than the step."""
         return self.outcome == "failed"
 
 
 def tolerance(order: int) -> float:
-    """Of a measured order: errors follow a power of the step only as that goes to zero."""
+    """Return the tolerance of a measured order; errors follow a power of the step only in the limit."""
     return max(0.1, 0.075 * order)
 
 
 def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
-    """Measure the order of the judge and of all engines whose plant is the same; of those that ran the scenario."""
+    """Measure the orders of the judge and of all engines with the same plant that ran the scenario."""
     engines = [chosen.judge, *(each for each in chosen.engines if each.standard(chosen.judge) != "none")]
     runs.make([Wanted(engine.name, solver) for engine in engines])
     engines = [engine for engine in engines if runs[Wanted(engine.name, solver)].run is not None]
@@ -106,7 +106,7 @@ def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
 
 
 def bases(runs: Runs, solver: str) -> Iterator[Wanted]:
-    """First steps to try: the scenario's, then the control period in one, then longer and longer periods."""
+    """Yield the first steps to try: the scenario's, then the control period, then longer and longer periods."""
     simulation = runs.scenario.simulation
     divides = dict.fromkeys((simulation.substeps, 1))
     for divide in divides:
@@ -121,7 +121,7 @@ def _rung(base: Wanted, engine: Engine, divide: int) -> Wanted:
 
 
 def _error(one: Made, truth: Made) -> float | str:
-    """Error of a run, or why there is none."""
+    """Return the error of a run, or the reason why there is none."""
     if truth.run is None or not truth.complete:
         return f"the truth {truth.reason}"
     if one.run is None or not one.complete:
@@ -132,7 +132,7 @@ def _error(one: Made, truth: Made) -> float | str:
 
 
 def _lost(one: Made, truth: Made) -> str:
-    """Outcome of a run without an error: a run that is not there failed, one that ended early had too long steps."""
+    """Return the outcome of a run without an error: "failed" if it is missing, "too far" if it ended early."""
     return "failed" if one.run is None or truth.run is None else "too far"
 
 
@@ -167,13 +167,13 @@ def _measure(runs: Runs, base: Wanted, truth: Made, coarser: Made, engine: Engin
     order = local_order(errors[0], errors[-1]) / math.log2(LADDER[-1])
     outcome, reason = _explain(engine.order, order, errors, truth)
     apart = _error(coarser, truth)
-    # Of order 1 at least, the truth is a quarter as far from the solution as the coarser run.
+    # At order 1 or higher, the reference is at most a quarter as far from the solution as the coarser run.
     truth_error = None if isinstance(apart, str) else apart / 3.0
     return Measured(engine.name, engine.order, outcome, reason, order, control, steps, tuple(errors), truth_error)
 
 
 def _explain(declared: int, order: float, errors: Sequence[float], truth: Made) -> tuple[str, str]:
-    """Outcome and reason of a measured order."""
+    """Return the outcome and the reason of a measured order."""
     if abs(order - declared) <= tolerance(declared):
         return "as declared", ""
     assert truth.run is not None
@@ -192,7 +192,7 @@ def _explain(declared: int, order: float, errors: Sequence[float], truth: Made) 
 
 
 def _kink(run: Run) -> str:
-    """Return the cause of abrupt changes of force in a run, "" where none is found."""
+    """Return the cause of abrupt force changes in a run; "" if none is found."""
     slack = np.asarray(run.cable_tension <= 0.0)
     if (slack.any(axis=0) & ~slack.all(axis=0)).any():
         first = int(np.argmax((slack != slack[0]).any(axis=1)))

@@ -1,4 +1,4 @@
-"""The runs of a comparison: each made once, those of each engine in processes of its own."""
+"""Runs of a comparison: each is computed once, and engines never share a process."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from cdpr.log.run import FORESEEN, Run
 from cdpr.log.run_folder import safe_name
 from cdpr.scenario import Scenario
 
-Progress = Callable[[int, int], None]  # runs done, and runs in all
+Progress = Callable[[int, int], None]  # finished runs and total
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """One run: a backend with a solver, perhaps with another scheme, another step or another control period."""
+    """One run: backend and solver, optionally with another scheme, step or control period."""
 
     backend: str
     solver: str
     scheme: str = ""  # "" for the scenario's
-    divide: int = 0  # the control period holds this many physics steps; 0 for the scenario's
-    stretch: int = 1  # the control period is the scenario's times this
+    divide: int = 0  # physics steps per control period; 0 for the scenario's
+    stretch: int = 1  # factor of the control period
 
     @property
     def key(self) -> str:
@@ -36,11 +36,11 @@ class Wanted:
         return safe_name("_".join(part for part in parts if part))
 
     def changes(self, scenario: Scenario) -> dict[str, Any]:
-        """Return what differs from the scenario, by dotted key."""
+        """Return the changes of the scenario by dotted key."""
         given = scenario.simulation
         control = given.control_step * self.stretch
         changes: dict[str, Any] = {"simulation.backend": self.backend, "solver.type": self.solver}
-        if scenario.sections.log is not None:  # every sample is compared, not those alone that the log would keep
+        if scenario.sections.log is not None:  # compare every sample, not only the logged ones
             changes["log.step"] = control
         if self.scheme:
             changes[f"backend_options.{self.backend}.scheme"] = self.scheme
@@ -54,33 +54,33 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Made:
-    """What came of one: the run where there is one, and how its process ended."""
+    """Result of one run: its log, if any, and its final status."""
 
     run: Run | None
     status: str
     message: str
-    begun: bool = True  # whether there was a first sample
+    begun: bool = True  # False if there is no first sample
 
     @property
     def complete(self) -> bool:
-        """Whether there is a run to its end, or to where the scenario says that it ends."""
+        """True if the run reached its end, or an end that the scenario foresees."""
         return self.run is not None and self.status in FORESEEN
 
     @property
     def reason(self) -> str:
-        """How it ended, and the first line of why."""
+        """Final status and the first line of the message."""
         first = self.message.partition("\n")[0]
         return f"{self.status}: {first}" if first else self.status
 
 
 class Runs:
-    """Makes runs of one scenario and keeps them in a folder.
+    """Runs of one scenario, kept in a folder.
 
     Args:
-        scenario: what to run.
-        folder: where the run folders go.
-        jobs: how many processes at a time.
-        timeout: s of a run after which it counts as hung, None for no limit.
+        scenario: scenario to run.
+        folder: parent of the run folders.
+        jobs: number of processes.
+        timeout: time after which a run counts as hung, s; None for no limit.
         progress: called when a run has ended.
     """
 
@@ -92,11 +92,11 @@ class Runs:
         self._asked = 0
 
     def __getitem__(self, wanted: Wanted) -> Made:
-        """Read a run that has been made; only its user keeps it in memory."""
+        """Load a finished run; it is not cached."""
         return read(self._ended[self._plain(wanted)])
 
     def make(self, wanted: Sequence[Wanted]) -> None:
-        """Make the runs that have not been made yet, those of each engine in processes that no other engine sees."""
+        """Compute the missing runs; each engine has its own processes."""
         fresh = {one.key: one for one in map(self._plain, wanted) if one not in self._ended}
         self._asked += len(fresh)
         self._progress(len(self._ended), self._asked)
@@ -114,15 +114,16 @@ class Runs:
             run_cases(cases, jobs=self._jobs, timeout=self._timeout, done=done)
 
     def _plain(self, wanted: Wanted) -> Wanted:
-        """The same run as it is known: with the scenario's own step, where it has that."""
+        """Return the run in its unique form: the scenario's own step is written as `divide=0`."""
         own = wanted.stretch == 1 and wanted.divide == self.scenario.simulation.substeps
         return replace(wanted, divide=0) if own else wanted
 
 
 def read(outcome: Outcome) -> Made:
-    """Load the run of a case that has ended, however it ended.
+    """Load the run of a finished case, whatever its status.
 
-    Raises OutputError where it could not be written: a full disk says nothing of an engine.
+    Raises:
+        OutputError: if it could not be written; a full disk is no fault of the engine.
     """
     if outcome.code == ExitCode.NOT_WRITABLE:
         raise OutputError(outcome.reason)

@@ -1,4 +1,4 @@
-"""In what two resolved scenarios differ."""
+"""Differences between two resolved scenarios."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import yaml
 
 from cdpr.scenario.yaml_nodes import PARSER
 
-# What may differ where engines are compared; the solver is told apart by itself.
+# keys that may differ between engines; solvers are compared separately
 ENGINE_KEYS = ("simulation.backend", "backend_options")
 
 
 def changes(before: str, after: str) -> list[tuple[str, str, str]]:
-    """Return dotted key, old and new value of all that differs between two resolved scenarios, "-" for what is not."""
+    """Return dotted key, old and new value of each difference between resolved scenarios; "-" for missing values."""
     old, new = (dict(_leaves(yaml.load(text, PARSER))) for text in (before, after))
     keys = list(dict.fromkeys([*old, *new]))
     return [(key, old.get(key, "-"), new.get(key, "-")) for key in keys if old.get(key) != new.get(key)]

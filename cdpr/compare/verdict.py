@@ -1,4 +1,4 @@
-"""One engine's run against the judge's, and against the standard that the engine must meet."""
+"""Verdict on the run of one engine, by the judge's run and the standard that applies."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from cdpr.log.run import Run
 
 Outcome = Literal["agrees", "disagrees", "failed", "not judged", "not run"]
 
-FEWEST = 10  # samples that show how an engine converges
+FEWEST = 10  # samples required to judge convergence
 
-MOST_SPANS = 20  # that are listed
+MOST_SPANS = 20  # maximum number of listed spans
 
 
 @dataclass(frozen=True)
 class Check:
-    """One figure that had to lie between two bounds."""
+    """One figure with its required range."""
 
     quantity: str
     value: float
@@ -34,23 +34,23 @@ class Check:
 
 @dataclass(frozen=True)
 class Span:
-    """Consecutive samples in which two runs differ in kind."""
+    """Consecutive samples at which two runs differ."""
 
     start: float  # s
-    end: float  # s, of the last sample
+    end: float  # s, time of the last sample
     samples: int
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of one engine.
+    """Verdict on one engine.
 
     Attributes:
-        checks: for the standard `scheme` what the run differs by from the judge running the engine's scheme; for
-            `order` the distance of the extrapolated run from the judge, root mean square.
-        differences: to the judge, by quantity.
-        statuses: where the solver found another status than in the run that the engine was held against.
-        vertices: the same for tensions, where the solver declares that it may jump between several answers.
+        checks: for the standard `scheme`, differences from the judge with the engine's scheme; for `order`, root mean
+            square distance of the extrapolated run from the judge.
+        differences: differences from the judge by quantity.
+        statuses: spans with another solver status than in the reference run.
+        vertices: spans with other tensions, if the solver does not declare continuity.
     """
 
     outcome: Outcome
@@ -66,9 +66,9 @@ class Verdict:
 
 
 def against_scheme(run: Run, judge: Run, twin: Run, *, continuous: bool) -> Verdict:
-    """Judge a run by `twin`, the judge running the same scheme: they may differ by round-off.
+    """Judge a run by `twin`, the judge's run with the same scheme; they may differ only by round-off.
 
-    Without continuity tensions may stand at other vertices, and only the pose is judged.
+    Without continuity, tensions may lie at other vertices, and only the pose is judged.
     """
     names = list(QUANTITIES) if continuous else list(POSE)
     checks = []
@@ -79,11 +79,11 @@ def against_scheme(run: Run, judge: Run, twin: Run, *, continuous: bool) -> Verd
 
 
 def against_order(runs: Sequence[Run], judges: Sequence[Run], order: int, *, continuous: bool) -> Verdict:
-    """Judge a run of an unknown scheme by its limit: extrapolated to a vanishing step it must be the judge's.
+    """Judge a run of a unique scheme by its extrapolation to a vanishing step, which must equal the judge's.
 
-    `runs` and `judges` have the steps of `convergence.LADDER`. Where the judge's estimated error is as large as the
-    engine's, nothing is judged. Tensions follow from the state, but with kinks where a cable meets a limit, of which an
-    extrapolation makes anything: they are not judged.
+    `runs` and `judges` have the steps of `convergence.LADDER`. There is no verdict if the judge's estimated error is as
+    large as the engine's. Tensions are not judged: they have kinks where a cable reaches a limit, which make the
+    extrapolation unreliable.
     """
     names = [name for name in QUANTITIES if name != "tension"] if continuous else list(POSE)
     checks, slow, blind = [], "", []
@@ -113,7 +113,7 @@ def against_order(runs: Sequence[Run], judges: Sequence[Run], order: int, *, con
 
 
 def unjudged(run: Run, judge: Run, reason: str) -> Verdict:
-    """Tell the differences alone."""
+    """Return the differences without a verdict."""
     return Verdict("not judged", reason, _differences(run, judge), statuses=spans(run, _other_status(run, judge)))
 
 
@@ -139,7 +139,7 @@ def _verdict(
 
 
 def _ending(run: Run, standard: Run) -> str:
-    """How the ends of two runs differ, "" where they do not."""
+    """Return the difference between the ends of two runs; "" if there is none."""
     if run.status != standard.status:
         return f"the run {_ended(run)}, {standard.header.backend} {_ended(standard)}"
     if len(run.rows) != len(standard.rows):
@@ -165,7 +165,7 @@ def _other_status(a: Run, b: Run) -> NDArray[np.bool_]:
 
 
 def spans(run: Run, flags: NDArray[np.bool_]) -> tuple[Span, ...]:
-    """Return where `flags` (K,) holds, the first of MOST_SPANS at most."""
+    """Return the spans in which `flags` (K,) is True, at most MOST_SPANS."""
     edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
     starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     return tuple(
