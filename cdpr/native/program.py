@@ -101,7 +101,7 @@ class Operation:
 
     Attributes:
         name: Of the operation.
-        in_order: Whether it is called in each control step; others only repair.
+        in_order: Whether it is called in each control step; others only repair, or are called by the code around.
         vital: Meaning of a status other than 0.
         skip: Number of operations skipped then.
         repair: Index of the operation that is called then; -1 for none.
@@ -123,7 +123,7 @@ class Program:
     Attributes:
         arrays: The arrays.
         links: Variables of an FMU that are also in arrays.
-        operations: The calls, first those of a control step in order, then those that only repair.
+        operations: The calls: those of a control step in order, those that only repair, those of the code around.
     """
 
     arrays: list[Stored] = field(default_factory=list)
@@ -177,9 +177,9 @@ class Translation:
         self._shared = shared
         self._kept: list[Array] = []  # so that no other array gets their addresses
 
-    def translate(self, calls: Sequence[Call]) -> Program:
-        """Return the program that makes these calls."""
-        every = [*calls, *(Call(call.repair) for call in calls if call.repair is not None)]
+    def translate(self, calls: Sequence[Call], aside: Sequence[Call] = ()) -> Program:
+        """Return the program that makes these calls; those `aside`, its last operations, are left to the code around."""
+        every = [*calls, *(Call(call.repair) for call in calls if call.repair is not None), *aside]
         for name, array in self._named.items():
             self._store(name, array, "memory")
         roles: dict[int, set[str]] = {}

@@ -1,4 +1,4 @@
-"""A scenario's controller and tension distribution as they go into an FMU."""
+"""A scenario's controller and tension distribution as they go into an FMU or a real-time program."""
 
 from __future__ import annotations
 
@@ -25,8 +25,12 @@ from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 
 
-def control_of(scenario: Scenario) -> Control:
+def control_of(scenario: Scenario, motion: bool = False) -> Control:
     """Return the controller and the tension distribution of a scenario, with the desired motion's start.
+
+    Args:
+        scenario: The scenario.
+        motion: Whether the program's last operation writes the desired motion, for the code around it to call.
 
     Raises:
         CdprError: Controller or solver has no compiled operation, or the scenario has something that exported FMUs do
@@ -52,7 +56,7 @@ def control_of(scenario: Scenario) -> Control:
             names.append(scenario.solver.type)
         desired = np.zeros(19)
         scenario.desired.sampler(desired)(0.0)
-        program, own = _program(scenario, controller, solver)
+        program, own = _program(scenario, controller, solver, motion)
         tunable = controller.tunable()
         return Control(
             names=names,
@@ -68,7 +72,7 @@ def control_of(scenario: Scenario) -> Control:
 
 
 def _program(
-    scenario: Scenario, controller: Controller, solver: TensionSolver | None
+    scenario: Scenario, controller: Controller, solver: TensionSolver | None, motion: bool
 ) -> tuple[Program, Mapping[str, Own]]:
     """Return what a control step does, and the operations that are not of the kernel library."""
     robot = scenario.controlled
@@ -94,7 +98,7 @@ def _program(
     ]
     named = {"state": state, "desired": desired, "tension": live.tension, "report": live.report, "lines": lines}
     translation = Translation(named, shared=("lines",))
-    program = translation.translate(calls)
+    program = translation.translate(calls, [Call(scenario.desired.sampler(desired))] if motion else [])
     for name, tunable in controller.tunable().items():
         array, place = translation.where(tunable.array)
         program.links.append(Link(f"controller.{name}", 0, tunable.array.size, array, place, per_step=tunable.per_step))

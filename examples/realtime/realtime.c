@@ -12,8 +12,10 @@ static unsigned char numbers[CDPR_FILE_BYTES];
 
 /* Run one cycle: desired motion, state, controller and distribution, check of the result. Return the status. */
 static int run_cycle(const row *sample, double *tensions) {
-    /* On a robot: read the state from sensors here, and the desired motion from a trajectory. */
-    const int status = cdpr_step(&robot, sample->time, sample->state, sample->desired, tensions);
+    double desired[CDPR_DESIRED];
+    int status = cdpr_desired(&robot, sample->time, desired);
+    /* On a robot: read the state from sensors here. */
+    if (status == CDPR_OK) status = cdpr_step(&robot, sample->time, sample->state, desired, tensions);
     /* On a robot: send the tensions to the drives; if the status is above CDPR_REPLACED, stop safely. */
     return status;
 }

@@ -9,7 +9,7 @@
 
 namespace {
 
-// Sample of the desired motion, the measured state, and where the tensions go.
+// Controller of the robot.
 class Robot {
   public:
     // Load the numbers; return the status of cdpr_begin, or -1 if the file cannot be read.
@@ -20,8 +20,11 @@ class Robot {
 
     // Run one cycle: desired motion, state, controller and distribution, check of the result. Return the status.
     int cycle(const row& sample, double* tensions) {
-        // On a robot: read the state from sensors here, and the desired motion from a trajectory.
-        return cdpr_step(&robot_, sample.time, sample.state, sample.desired, tensions);
+        double desired[CDPR_DESIRED];
+        const int status = cdpr_desired(&robot_, sample.time, desired);
+        if (status != CDPR_OK) return status;
+        // On a robot: read the state from sensors here.
+        return cdpr_step(&robot_, sample.time, sample.state, desired, tensions);
         // On a robot: send the tensions to the drives; if the status is above CDPR_REPLACED, stop safely.
     }
 

@@ -12,7 +12,7 @@ extern "C" {
 typedef struct {
     double time;
     double state[CDPR_STATE];
-    double desired[CDPR_DESIRED];
+    double desired[CDPR_DESIRED]; /* not read by the programs, which compute it */
     double wrench[6];
     double tensions[CDPR_CABLES];
 } row;

@@ -32,6 +32,7 @@ CASES = {
     "planar": ("planar", ["solver.type=p_norm"]),
     "pulleys": ("cogiro_pulleys", ["solver.type=dykstra"]),
     "cable_length": ("planar", ["controller.type=cable_length"]),
+    "stopping": ("helix", ["events=[{type: emergency_stop, time: 0.4, stopping_time: 0.3}]"]),
 }
 
 

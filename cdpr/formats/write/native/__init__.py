@@ -1,4 +1,4 @@
-"""Controller and tension distribution of a scenario for real-time programs: a header and a file of numbers."""
+"""Desired motion, controller and tension distribution of a scenario for real-time programs: a header and a file of numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def native_files(scenario: Scenario) -> dict[str, bytes]:
     Raises:
         CdprError: if the scenario has parts that cannot be exported, such as a solver without a compiled operation.
     """
-    control = control_of(scenario)
+    control = control_of(scenario, motion=True)
     layout = Layout.of(control.program)
     header, signature = header_text(control, layout)
     return {HEADER: header.encode(), NUMBERS: layout.file(signature)}

@@ -15,7 +15,7 @@ enum Vital { IGNORED, ANSWER, FINITE };
 struct Call {
     cdpr_operation operation;
     void* place;    // its struct
-    bool in_order;  // whether it is called in each control step; others only repair
+    bool in_order;  // whether it is called in each control step; others only when needed
     Vital vital;
     size_t skip;  // so many calls that follow are skipped then
     int repair;   // index of the call that is made then, with the status in place of the time; -1 for none

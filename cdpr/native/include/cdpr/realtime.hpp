@@ -1,4 +1,4 @@
-// Controller and tension distribution in a real-time program. SPDX-License-Identifier: Apache-2.0
+// Desired motion, controller and tension distribution in a real-time program. SPDX-License-Identifier: Apache-2.0
 //
 // `cdpr export --to native` writes the structure of a program into a header and its numbers into a file: 8-byte words,
 // little-endian: magic, version, signature of the structure, count, the numbers, and the CRC-32 of all before it.
@@ -10,6 +10,7 @@
 
 #include <cdpr/table.h>
 #include <cdpr/calls.hpp>
+#include <cdpr/policy.hpp>
 #include <cdpr/target.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -79,7 +80,7 @@ inline uint64_t checksum_of(const unsigned char* bytes, size_t size) {
 
 // Check a file of numbers, at any alignment.
 inline Loaded check_numbers(const ExportedProgram& program, const unsigned char* file, size_t size) {
-    uint64_t head[NUMBERS_HEAD], checksum;
+    uint64_t head[NUMBERS_HEAD] = {}, checksum = 0;
     if (size < sizeof head) return Loaded::BAD_SIZE;
     memcpy(head, file, sizeof head);
     if (head[0] != NUMBERS_MAGIC) return Loaded::BAD_MAGIC;
@@ -112,12 +113,6 @@ inline void bind_program(const ExportedProgram& program, const unsigned char* fi
     }
 }
 
-CDPR_INLINE bool all_finite(const double* values, size_t count) {
-    bool finite = true;
-    for (size_t i = 0; i < count; i++) finite &= values[i] - values[i] == 0.0;
-    return finite;
-}
-
 CDPR_INLINE bool is_unit(const double* q) {
     const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     return square > 1.0 - UNIT_TOLERANCE && square < 1.0 + UNIT_TOLERANCE;
@@ -125,8 +120,16 @@ CDPR_INLINE bool is_unit(const double* q) {
 
 // Whether a state (13) and a desired motion (19) are finite, with unit quaternions.
 inline bool sound_input(double time, const double* state, const double* desired) {
-    return all_finite(&time, 1) && all_finite(state, 13) && all_finite(desired, 19) && is_unit(state + 3) &&
+    return finite(time) && all_finite(state, 13) && all_finite(desired, 19) && is_unit(state + 3) &&
            is_unit(desired + 3);
+}
+
+// Write the desired motion at a time, by the last call of the program.
+inline void sample_motion(const ExportedProgram& program, uint64_t* memory, double time, double* desired) {
+    const ExportedMemory parts(program, memory);
+    const Call& motion = parts.call()[program.call_count - 1];
+    motion.operation(motion.place, time);
+    memcpy(desired, parts.number(program.desired), 19 * sizeof(double));
 }
 
 // Run one control step; return the call that failed, nullptr for none. Tensions (m) are written if none failed.
