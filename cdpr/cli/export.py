@@ -99,9 +99,12 @@ def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Pa
 
 
 def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
+    from cdpr.cli.load import tell
     from cdpr.formats.write.native import write_native
 
     loaded = _scenario(file, changes, f"{NATIVE} requires a scenario, which has a controller; this is a robot")
+    if loaded.events:
+        tell(["events: only their effect on the desired motion is exported"])
     out = out or Path(f"{loaded.name}_native")
     return out, {"files": len(write_native(loaded, out, force))}
 

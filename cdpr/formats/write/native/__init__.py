@@ -1,4 +1,4 @@
-"""Desired motion, controller and tension distribution of a scenario for real-time programs: a header and a file of numbers."""
+"""Motion, controller and tension distribution of a scenario for real-time programs: a header and a file of numbers."""
 
 from __future__ import annotations
 
