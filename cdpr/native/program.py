@@ -178,7 +178,7 @@ class Translation:
         self._kept: list[Array] = []  # so that no other array gets their addresses
 
     def translate(self, calls: Sequence[Call], aside: Sequence[Call] = ()) -> Program:
-        """Return the program that makes these calls; those `aside`, its last operations, it leaves to the code around."""
+        """Return the program that makes these calls; its last operations, `aside`, it leaves to the code around."""
         every = [*calls, *(Call(call.repair) for call in calls if call.repair is not None), *aside]
         for name, array in self._named.items():
             self._store(name, array, "memory")
