@@ -91,9 +91,12 @@ def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[s
 
 
 def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Path, dict[str, int]]:
-    from cdpr.formats.write.ros2 import write_ros2
+    from cdpr.cli.load import tell
+    from cdpr.formats.write.ros2 import without_control, write_ros2
 
     loaded = _scenario(file, changes, f"{PACKAGE} is for scenarios, for a node runs one, and this is a robot")
+    if reason := without_control(loaded):
+        tell([f"left out: the controller as a C++ node: {reason}"])
     out = out or Path(f"{loaded.name}_ros2")
     return out, {"files": len(write_ros2(loaded, out))}
 

@@ -41,7 +41,7 @@ def exported(scenario: Scenario, to: str, options: dict[str, str]) -> tuple[dict
         raise CdprError(f"{to}: {', '.join(wrong)}: is for formats that have such an option")
     if to == PACKAGES:
         name = f"{scenario.name}_{PACKAGES}"
-        entries = tuple((f"{name}/{path}", text.encode()) for path, text in packages(scenario).items())
+        entries = tuple((f"{name}/{path}", data) for path, data in packages(scenario).items())
         return _file(f"{name}.zip", "application/zip", zipped(entries)), []
     subject = begin(scenario)
     text = export(subject, to, Options(**options))

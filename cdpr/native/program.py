@@ -217,7 +217,9 @@ class Translation:
                     self._places[address(owner)] = self.program.find(name) or 0
                     self._kept.append(owner)
                     return
-        self._store("-", owner, "constant" if roles == {"in"} else "work" if roles == {"work"} else "memory")
+        # What no operation reads is no state, and its content at the start is rubbish.
+        unread = roles <= {"work", "out"}
+        self._store("-", owner, "constant" if roles == {"in"} else "work" if unread else "memory")
 
     def _call(self, call: Call, in_order: bool, repair: int) -> None:
         words = np.frombuffer(call.bound.words, dtype=np.int64)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 import runpy
+import subprocess
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,11 +13,12 @@ import pytest
 import setuptools
 import yaml
 from conftest import ROOT
+from native_compiler import tool
 from ros2_stand_ins import TYPES, Node, Request, install
 
 import cdpr
 from cdpr.errors import FormatError, OutputError
-from cdpr.formats.write.ros2 import package_name, packages, write_ros2
+from cdpr.formats.write.ros2 import package_name, packages, without_control, write_ros2
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"
 NAME = "cdpr_caroca"
@@ -183,8 +186,40 @@ def test_nothing_is_overwritten_and_the_bytes_are_the_same(folder, tmp_path):
     for path in write_ros2(scenario, tmp_path / "two"):
         there = folder / path.relative_to(tmp_path / "two")
         assert path.read_bytes() == there.read_bytes()
-        assert "@PACKAGE@" not in path.read_text()
-        assert str(ROOT) not in path.read_text()
+        assert b"@PACKAGE@" not in path.read_bytes()
+        assert str(ROOT).encode() not in path.read_bytes()
+
+
+def test_a_controller_without_cpp_is_left_out():
+    assert without_control(cdpr.load_scenario(SCENARIO)) == ""
+    scenario = cdpr.load_scenario(SCENARIO, overrides=["solver.type=exact"])
+    assert "solver 'exact'" in without_control(scenario)
+    assert not any(path.startswith(f"{NAME}_control") for path in packages(scenario))
+
+
+@pytest.mark.slow
+def test_the_cpp_node_reproduces_a_log_to_the_bit(folder, tmp_path):
+    """The node, compiled with stand-ins of rclcpp; without a recent state it publishes nothing."""
+    package, headers = folder / f"{NAME}_control", tmp_path / "headers"
+    for name in re.findall(r"#include <(\w+/.*hpp)>", (package / "src/node.cpp").read_text()):
+        (headers / name).parent.mkdir(parents=True, exist_ok=True)
+        (headers / name).write_text("#include <ros2_stand_ins.hpp>\n")
+    includes = [f"-I{headers}", f"-I{ROOT / 'tests'}"]
+    sources = [str(package / "src" / name) for name in ("controller.cpp", "node.cpp")]
+    flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-missing-field-initializers", "-ffp-contract=off"]
+    subprocess.run([tool("g++"), *flags, *includes, *sources, "-o", "control"], cwd=tmp_path, check=True)
+    run = cdpr.simulate(cdpr.load_scenario(SCENARIO, overrides=["simulation.duration=0.5"]))
+    parts = ("position", "orientation", "velocity", "angular_velocity")
+    np.hstack([run[name] for name in parts]).tofile(tmp_path / "states")
+    files = {"SHARE": str(package), "STATES": "states", "TENSIONS": "tensions"}
+    done = subprocess.run(["./control"], cwd=tmp_path, env=os.environ | files, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "tensions").read_bytes() == np.ascontiguousarray(run["tension"]).tobytes()
+    assert done.stderr.count("status -1") == 2
+    done = subprocess.run(
+        ["./control"], cwd=tmp_path, env=os.environ | files | {"SHARE": "nowhere"}, capture_output=True
+    )
+    assert done.returncode == 2
 
 
 @pytest.mark.parametrize(

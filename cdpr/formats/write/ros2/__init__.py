@@ -1,8 +1,8 @@
 """Export of a scenario as ROS 2 packages: a node that runs it, and a service that distributes a wrench.
 
-There are two packages, because ROS 2 requires a separate one for messages: NAME (ament_python: node, launch file,
-parameters, scenario) and NAME_interfaces (ament_cmake: service). ROS is not needed for the export; files/ contains the
-templates.
+The packages are NAME (ament_python: node, launch file, parameters, scenario), NAME_interfaces (ament_cmake: service;
+ROS 2 requires a separate package for messages) and, if the controller can be exported, NAME_control (ament_cmake: the
+controller as a C++ node). ROS is not needed for the export; files/ contains the templates.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from pathlib import Path
 
 import yaml
 
-from cdpr.errors import FormatError, OutputError
+from cdpr.errors import CdprError, FormatError, OutputError
+from cdpr.formats.write.native import HEADER, NUMBERS, native_files
 from cdpr.log.files import replace
 from cdpr.problems import dotted
 from cdpr.scenario import Scenario
@@ -33,6 +34,13 @@ LAYOUT = {
     "CMakeLists.txt": "{name}_interfaces/CMakeLists.txt",
     "DistributeWrench.srv": "{name}_interfaces/srv/DistributeWrench.srv",
 }
+CONTROL = {
+    "control_package.xml": "{name}_control/package.xml",
+    "control_CMakeLists.txt": "{name}_control/CMakeLists.txt",
+    "control.hpp": "{name}_control/src/control.hpp",
+    "controller.cpp": "{name}_control/src/controller.cpp",
+    "node.cpp": "{name}_control/src/node.cpp",
+}
 
 
 def write_ros2(scenario: Scenario, folder: Path) -> list[Path]:
@@ -52,13 +60,22 @@ def write_ros2(scenario: Scenario, folder: Path) -> list[Path]:
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
-    for path, text in content.items():
-        replace(folder / path, text)
+    for path, data in content.items():
+        replace(folder / path, data)
     return [folder / path for path in content]
 
 
-def packages(scenario: Scenario) -> dict[str, str]:
-    """Return the texts of all files by path.
+def without_control(scenario: Scenario) -> str:
+    """Return why the package of the controller in C++ is left out; "" if it is not."""
+    try:
+        native_files(scenario)
+    except CdprError as error:
+        return str(error)
+    return ""
+
+
+def packages(scenario: Scenario) -> dict[str, bytes]:
+    """Return the contents of all files by path.
 
     Raises:
         FormatError: if the scenario references other files.
@@ -73,14 +90,20 @@ def packages(scenario: Scenario) -> dict[str, str]:
     # Names consist of letters, digits and -_. only and need no escapes in Python, XML or YAML.
     told = f"scenario '{scenario.name}' of the cable-driven parallel robot '{scenario.robot.name}'"
     found = {
-        f"{name}/config/scenario.yaml": text,
-        f"{name}/resource/{name}": "",
-        f"{name}/{name}/__init__.py": "",
+        f"{name}/config/scenario.yaml": text.encode(),
+        f"{name}/resource/{name}": b"",
+        f"{name}/{name}/__init__.py": b"",
     }
-    for source, path in LAYOUT.items():
+    layout = LAYOUT
+    if not without_control(scenario):
+        native = native_files(scenario)
+        found[f"{name}_control/src/{HEADER}"] = native[HEADER]
+        found[f"{name}_control/config/{NUMBERS}"] = native[NUMBERS]
+        layout = LAYOUT | CONTROL
+    for source, path in layout.items():
         template = (FILES / f"{source}.in").read_text(encoding="utf-8")
         filled = template.replace("@PACKAGE@", name).replace("@DESCRIPTION@", told)
-        found[path.format(name=name)] = filled
+        found[path.format(name=name)] = filled.encode()
     return dict(sorted(found.items()))
 
 
