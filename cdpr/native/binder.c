@@ -388,7 +388,7 @@ static PyObject *fill(PyObject *module, PyObject *const *args, Py_ssize_t given)
         const char *each = about + 4 * got;
         PyObject *array = PyTuple_GetItem(args[4], got);
         const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (each[1] ? PyBUF_WRITABLE : 0);
-        if ((PyObject *)Py_TYPE(array) != args[0] || last - shape < each[3] || 8 * (unsigned char)each[2] >= size)
+        if ((PyObject *)Py_TYPE(array) != args[0] || last - shape < each[3] || 8 * (unsigned char)each[2] + 8 > size)
             break;
         if (PyObject_GetBuffer(array, &views[got], flags) < 0) {
             PyErr_Clear();

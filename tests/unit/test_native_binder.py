@@ -154,3 +154,11 @@ print(failed)
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 100
+
+
+@pytest.mark.parametrize("size", [0, 12])
+def test_no_address_is_written_beyond_the_struct(size):
+    about = bytes([0, 0, size // 8, 1])  # an array of doubles, read, the last in the struct, with one dimension
+    given = about, struct.pack("q", 3), (np.zeros(3),)
+    assert library.fill(np.ndarray, bytes(size), *given) is None
+    assert library.fill(np.ndarray, bytes(size // 8 * 8 + 8), *given) is not None
