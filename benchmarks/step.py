@@ -3,20 +3,23 @@
 A step is trajectory, computed torque, exact QP, checks, cable kernel, engine, recorder and full-rate log on disk, at
 1 kHz on caroca. Every 256 steps the loop stops for a chunk of pinv calls, so that both see the same machine; the ratio
 is that of the medians over all chunks. Set-up is not part of it, and a first whole run is not counted: it pays for
-memory and disk pages that the system has not handed out before. Run: python benchmarks/step.py [--json | --gate LIMIT],
-the last to fail where a step costs more than LIMIT pinvs.
+memory and disk pages that the system has not handed out before.
+
+Run: python benchmarks/step.py [--json | --commands | --gate LIMIT]. With --commands: what commands from outside cost;
+with --gate: fail where a step costs more than LIMIT pinvs.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import perf_counter, thread_time
 
 import numpy as np
 
@@ -27,6 +30,7 @@ from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.program import Program
+from cdpr.simulation.simulation import Simulation
 from cdpr.tension.acts import Act
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
@@ -153,6 +157,32 @@ def part_costs(backend: str) -> dict[str, float]:
     return {**shares, "row": row, "log": log / median(pinv_cost(loop.W) for _ in range(30))}
 
 
+def command_costs(calls: int = 50) -> dict[str, float]:
+    """Cost of `Simulation.step()`, us, and of a step with a command from outside as a share of it, at rest.
+
+    Minima over interleaved chunks of one step a call; of n steps a call the share is smaller.
+    """
+    overrides = {"simulation.duration": 60.0, "trajectory": {"type": "hold"}}
+    sims = [Simulation(SCENARIOS / "caroca.yaml", backend="reference", overrides=overrides) for _ in range(3)]
+    for sim in sims:
+        sim.step()
+    tension = sims[0].tension
+    wrench = sims[0].row[sims[0].so_far().header.layout.columns["wrench"]]
+    steps = (
+        sims[0].step,
+        lambda: sims[1].step(wrench=wrench),
+        lambda: sims[2].step(tension=tension),
+    )
+    least = [math.inf] * 3
+    for _ in range(400):
+        for i, step in enumerate(steps):
+            start = thread_time()
+            for _ in range(calls):
+                step()
+            least[i] = min(least[i], (thread_time() - start) / calls)
+    return {"step_us": 1e6 * least[0], "wrench": least[1] / least[0], "tension": least[2] / least[0]}
+
+
 def measure() -> dict[str, dict[str, object]]:
     """All figures, by backend."""
     result: dict[str, dict[str, object]] = {}
@@ -180,6 +210,12 @@ def gate(limit: float) -> None:
 def main() -> None:
     if "--gate" in sys.argv:
         gate(float(sys.argv[sys.argv.index("--gate") + 1]))
+        return
+    if "--commands" in sys.argv:
+        costs = command_costs()
+        print(
+            f"step(): {costs['step_us']:.2f} us; wrench= {costs['wrench']:.2f}, tension= {costs['tension']:.2f} of it"
+        )
         return
     result = measure()
     if "--json" in sys.argv:
