@@ -44,8 +44,7 @@ template <class T> struct ReferenceBegin {
     T* state;          // (13), of the platform; written back as the body state gives it
     T* body;           // (13)
     T* momentum;       // (3), kg m^2/s
-    static constexpr Field fields[] = {in<T>("offset", "7"), in<T>("moments", "3"), both<T>("state", "13"),
-                                       out<T>("body", "13"), out<T>("momentum", "3")};
+    static constexpr char fields[] = "offset(7), moments(3), both state(13), body(13), momentum(3)";
 };
 
 template <class T> inline int reference_begin(ReferenceBegin<T>& start) {
@@ -71,19 +70,9 @@ template <class T> struct ReferenceStep {
     int64_t steps;
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
-                                       in<T>("offset", "7"),
-                                       in<T>("inertial", "4"),
-                                       in<T>("gravity", "3"),
-                                       in<T>("command", "m"),
-                                       in<T>("external", "6"),
-                                       both<T>("body", "13"),
-                                       both<T>("momentum", "3"),
-                                       out<T>("state", "13"),
-                                       value("step"),
-                                       value<int64_t>("steps"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), offset(7), inertial(4), gravity(3), command(m), external(6), both body(13), "
+        "both momentum(3), state(13), step, steps, m, w";
 
     CDPR_INLINE const T* moments() const { return inertial + 1; }
 

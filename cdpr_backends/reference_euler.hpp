@@ -24,8 +24,7 @@ template <class T> struct EulerFreeStep {
     const T* applied;   // (6), N and N m, about the body frame's origin, world axes
     T* body;            // (13)
     double step;        // s
-    static constexpr Field fields[] = {in<T>("inertial", "4"), in<T>("gravity", "3"), in<T>("applied", "6"),
-                                       both<T>("body", "13"), value("step")};
+    static constexpr char fields[] = "inertial(4), gravity(3), applied(6), both body(13), step";
 };
 
 template <class T> inline int euler_free_step(EulerFreeStep<T>& plant) {
@@ -51,8 +50,7 @@ template <class T> struct EulerSphericalStep {
     const T* applied;  // (6), N and N m, about the origin, world axes
     T* body;           // (13)
     double step;       // s
-    static constexpr Field fields[] = {in<T>("packed", "21"), in<T>("gravity", "3"), in<T>("applied", "6"),
-                                       both<T>("body", "13"), value("step")};
+    static constexpr char fields[] = "packed(21), gravity(3), applied(6), both body(13), step";
 };
 
 template <class T> inline int euler_spherical_step(EulerSphericalStep<T>& plant) {
@@ -76,9 +74,7 @@ template <class T> struct EulerGuidedStep {
     T* motion;          // (8): position, m; angle, rad; velocity, m/s; rate of the angle, rad/s
     T* body;            // (13), after the step
     double step;        // s
-    static constexpr Field fields[] = {in<T>("guide", "6"),   in<T>("inertial", "13"), in<T>("gravity", "3"),
-                                       in<T>("applied", "6"), both<T>("motion", "8"),  out<T>("body", "13"),
-                                       value("step")};
+    static constexpr char fields[] = "guide(6), inertial(13), gravity(3), applied(6), both motion(8), body(13), step";
 };
 
 template <class T> inline int euler_guided_step(EulerGuidedStep<T>& plant) {

@@ -27,18 +27,9 @@ template <class T> struct GuidedStep {
     int64_t steps;
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("guide", "6"),
-                                       in<T>("lines", "m", "w >= 6"),
-                                       in<T>("inertial", "13"),
-                                       in<T>("gravity", "3"),
-                                       in<T>("command", "m"),
-                                       in<T>("external", "6"),
-                                       both<T>("motion", "8"),
-                                       out<T>("state", "13"),
-                                       value("step"),
-                                       value<int64_t>("steps"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] =
+        "guide(6), lines(m, w >= 6), inertial(13), gravity(3), command(m), external(6), both motion(8), state(13), "
+        "step, steps, m, w";
 
     CDPR_INLINE GuidedMotion<T> slope(GuidedMotion<T> at) const {
         const Quaternion<T> q = hinge_attitude(guide, at.angle);

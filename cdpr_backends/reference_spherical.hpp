@@ -29,7 +29,7 @@ template <class T> struct SphericalBegin {
     const T* packed;  // (21), spherical.hpp
     const T* state;   // (13)
     T* momentum;      // (3), kg m^2/s
-    static constexpr Field fields[] = {in<T>("packed", "21"), in<T>("state", "13"), out<T>("momentum", "3")};
+    static constexpr char fields[] = "packed(21), state(13), momentum(3)";
 };
 
 template <class T> inline int spherical_begin(SphericalBegin<T>& start) {
@@ -51,17 +51,9 @@ template <class T> struct SphericalStep {
     int64_t steps;
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
-                                       in<T>("packed", "21"),
-                                       in<T>("gravity", "3"),
-                                       in<T>("command", "m"),
-                                       in<T>("external", "6"),
-                                       both<T>("momentum", "3"),
-                                       both<T>("state", "13"),
-                                       value("step"),
-                                       value<int64_t>("steps"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), packed(21), gravity(3), command(m), external(6), both momentum(3), both state(13), step, "
+        "steps, m, w";
 
     CDPR_INLINE Ball<T> ball() const { return {packed}; }
 

@@ -15,8 +15,7 @@ template <class T> struct WinchRungeKutta {
     T* points;    // (4, 14 + 2 m), work space: start of a step, point of a stage, its slope, sum of the slopes
     double step;  // s
     int64_t steps;
-    static constexpr auto fields = extended(Plant<T>::fields, out<T>("state", "13"), work<T>("points", "4", "2*m + 14"),
-                                            value("step"), value<int64_t>("steps"));
+    static constexpr auto fields = extended(Plant<T>::fields, "state(13), work points(4, 2*m + 14), step, steps");
 
     // Places in a point: body (13), work of the cables, winches (2 m), without these where no cable stretches.
     static constexpr int WORK = 13, WINCH = 14;

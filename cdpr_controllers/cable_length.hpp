@@ -28,12 +28,11 @@ struct CableLengthControl {
     double* step;           // (n)
     int64_t senses;         // 1: `sensed` are the measurements; 0: they are computed from the state
     int64_t estimates;      // 1: estimate the pose from the lengths; 0: hold the platform up at the desired pose
-    static constexpr auto fields =
-        extended(Holding::fields, in("state", "13"), in("desired", "19"), in("sensed", "2", "m"), in("gains", "4", "m"),
-                 in("limits", "2", "m"), in("scale", "n"), both("pose", "7"), both("tracking", "1"),
-                 both("integral", "m"), out("command", "m"), work("measured", "2", "m"), work("wanted", "2", "m"),
-                 work("inverse", "n", "n"), work("residual", "1"), work("trial", "13"), work("normal_matrix", "n", "n"),
-                 work("gradient", "n"), work("step", "n"), value<int64_t>("senses"), value<int64_t>("estimates"));
+    static constexpr auto fields = extended(
+        Holding::fields,
+        "state(13), desired(19), sensed(2, m), gains(4, m), limits(2, m), scale(n), both pose(7), both tracking(1), "
+        "both integral(m), command(m), work measured(2, m), work wanted(2, m), work inverse(n, n), work residual(1), "
+        "work trial(13), work normal_matrix(n, n), work gradient(n), work step(n), senses, estimates");
 
     CDPR_INLINE Geometry<double> cables(const double* at, double* answer) const {
         return {holding.lines, at, holding.whole_matrix, answer, answer + holding.m, holding.m, holding.w};

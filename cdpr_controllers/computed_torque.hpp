@@ -15,8 +15,7 @@ template <class T> struct TaskSpaceControl {
     const T* state;     // (13): position, m; quaternion; velocity, m/s; angular velocity, rad/s; world axes
     const T* desired;   // (19): the same, acceleration, m/s^2, and angular acceleration, rad/s^2
     T* wrench;          // (6), N and N m, about the platform's origin
-    static constexpr Field fields[] = {in<T>("gains", "12"), in<T>("inertial", "13"), in<T>("gravity", "3"),
-                                       in<T>("state", "13"), in<T>("desired", "19"),  out<T>("wrench", "6")};
+    static constexpr char fields[] = "gains(12), inertial(13), gravity(3), state(13), desired(19), wrench(6)";
 };
 
 template <class T> inline int computed_torque(TaskSpaceControl<T>& control) {

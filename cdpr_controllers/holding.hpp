@@ -39,33 +39,12 @@ struct Holding {
     int64_t n;
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in("lines", "m", "w >= 6"),
-                                       in<int64_t>("rows", "n"),
-                                       in("weights", "n"),
-                                       in("low", "m"),
-                                       in("high", "m"),
-                                       in("inertial", "13"),
-                                       in("gravity", "3"),
-                                       both("feed", "m"),
-                                       work("still", "13"),
-                                       work("whole_matrix", "6", "m"),
-                                       work("lengths", "2", "m"),
-                                       work("matrix", "n", "m"),
-                                       work("whole_wrench", "6"),
-                                       work("wrench", "n"),
-                                       work("change", "m"),
-                                       work("results", "2"),
-                                       work("basis", "m", "m"),
-                                       work("box", "4", "m"),
-                                       work("factors", "n + 5", "n + m"),
-                                       work("search", "2*m + 8", "m"),
-                                       work("vectors", "3", "m"),
-                                       work("reached", "n"),
-                                       work("table", "3*n + 8", "n + m"),
-                                       value("pretension"),
-                                       size("n"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), rows(n), weights(n), low(m), high(m), inertial(13), gravity(3), both feed(m), "
+        "work still(13), work whole_matrix(6, m), work lengths(2, m), work matrix(n, m), work whole_wrench(6), "
+        "work wrench(n), work change(m), work results(2), work basis(m, m), work box(4, m), "
+        "work factors(n + 5, n + m), work search(2*m + 8, m), work vectors(3, m), work reached(n), "
+        "work table(3*n + 8, n + m), pretension, n, m, w";
 
     CDPR_INLINE Geometry<double> cables() const { return {lines, still, whole_matrix, lengths, lengths + m, m, w}; }
     CDPR_INLINE BoxLeastSquares nearest() const {

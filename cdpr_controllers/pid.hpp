@@ -18,9 +18,9 @@ template <class T> struct PidControl {
     const T* desired;   // (19): the same, and accelerations
     T* integral;        // (6), m/s^2 and rad/s^2, of ki times the error
     T* wrench;          // (6), N and N m, about the platform's origin
-    static constexpr Field fields[] = {in<T>("gains", "12"),   in<T>("per_step", "2", "6"), in<T>("inertial", "13"),
-                                       in<T>("gravity", "3"),  in<T>("report", "4"),        in<T>("state", "13"),
-                                       in<T>("desired", "19"), both<T>("integral", "6"),    out<T>("wrench", "6")};
+    static constexpr char fields[] =
+        "gains(12), per_step(2, 6), inertial(13), gravity(3), report(4), state(13), desired(19), both integral(6), "
+        "wrench(6)";
 };
 
 // Advance the integral z by one control step. It stays within its limits; where the cables did not deliver the previous

@@ -14,7 +14,7 @@ namespace cdpr::CDPR_TARGET {
 struct Centroid {
     TensionProblem<double> problem;
     double* corners;  // (2, 2 m + 4, 2), work space
-    static constexpr auto fields = extended(TensionProblem<double>::fields, work("corners", "2", "2*m + 4", "2"));
+    static constexpr auto fields = extended(TensionProblem<double>::fields, "work corners(2, 2*m + 4, 2)");
 
     // Write the centroid x (r); return whether tensions are admissible.
     inline bool write_centre(int64_t r, double* x) const {

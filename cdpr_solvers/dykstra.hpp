@@ -14,8 +14,7 @@ struct Dykstra {
     TensionProblem<double> problem;
     int64_t iterations;  // pairs of projections after which it gives up
     double tolerance;    // how far from the limits an answer may be before it is moved onto them, share of the largest
-    static constexpr auto fields =
-        extended(TensionProblem<double>::fields, value<int64_t>("iterations"), value("tolerance"));
+    static constexpr auto fields = extended(TensionProblem<double>::fields, "iterations, tolerance");
 
     inline double choose(int64_t r) const;
     inline void project_on_limits(double* correction) const;

@@ -69,7 +69,7 @@ inline double closed_form_within_limits(const TensionProblem<double>& problem, i
 struct ImprovedClosedForm {
     TensionProblem<double> problem;
     int64_t scaled;  // 1: the cable with the longest way back is fixed; 0: the one farthest out, as published
-    static constexpr auto fields = extended(TensionProblem<double>::fields, value<int64_t>("scaled"));
+    static constexpr auto fields = extended(TensionProblem<double>::fields, "scaled");
 
     CDPR_INLINE double choose(int64_t r) const { return closed_form_within_limits(problem, r, scaled != 0); }
 };

@@ -14,7 +14,7 @@ namespace cdpr::CDPR_TARGET {
 struct MinimumLargest {
     TensionProblem<double> problem;
     double* space;  // (5 m + 17, 3 m + 1), work space
-    static constexpr auto fields = extended(TensionProblem<double>::fields, work("space", "5*m + 17", "3*m + 1"));
+    static constexpr auto fields = extended(TensionProblem<double>::fields, "work space(5*m + 17, 3*m + 1)");
 
     inline double choose(int64_t r) const {
         const Matrix<const double> N = {problem.basis, problem.m};

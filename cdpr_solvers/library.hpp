@@ -34,23 +34,10 @@ struct LibraryProblem {
     double wider;               // by which share of the largest limit the bounds are wider than the limits
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in("matrix", "n", "m"),
-                                       in("wrench", "n"),
-                                       in("tension_min", "m"),
-                                       in("tension_max", "m"),
-                                       out("tension", "m"),
-                                       out("packed", "m*m"),
-                                       out("bounds", "2", "m"),
-                                       out("redundancy", "1"),
-                                       out("unit", "1"),
-                                       out("basis", "m", "m"),
-                                       out("box", "4", "m"),
-                                       work("factors", "n + 5", "n + m"),
-                                       work("search", "2*m + 8", "m"),
-                                       work("vectors", "2", "m"),
-                                       value("wider"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), tension(m), packed(m*m), bounds(2, m), "
+        "redundancy(1), unit(1), basis(m, m), box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), "
+        "work vectors(2, m), wider, n, m";
 
     // Without a place for the status.
     CDPR_INLINE TensionProblem<double> problem() const {
@@ -138,21 +125,10 @@ struct LibraryAnswer {
     double* vectors;            // (3, m), work space: x, which limits are active, tensions
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in("matrix", "n", "m"),
-                                       in("wrench", "n"),
-                                       in("tension_min", "m"),
-                                       in("tension_max", "m"),
-                                       in("x", "m"),
-                                       in("redundancy", "1"),
-                                       in("unit", "1"),
-                                       both("tension", "m"),
-                                       both("basis", "m", "m"),
-                                       both("box", "4", "m"),
-                                       work("factors", "n + 5", "n + m"),
-                                       work("search", "2*m + 8", "m"),
-                                       work("vectors", "3", "m"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), x(m), redundancy(1), unit(1), both tension(m), "
+        "both basis(m, m), both box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), work vectors(3, m), n, "
+        "m";
 
     CDPR_INLINE double* nearest_x() const { return vectors; }
     CDPR_INLINE double* point() const { return vectors + 2 * m; }

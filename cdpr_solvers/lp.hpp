@@ -13,8 +13,7 @@ struct MinimumSum {
     TensionProblem<double> problem;
     const double* weights;  // (m), cost of each tension
     double* space;          // (2 m + 11, m), work space
-    static constexpr auto fields =
-        extended(TensionProblem<double>::fields, in("weights", "m"), work("space", "2*m + 11", "m"));
+    static constexpr auto fields = extended(TensionProblem<double>::fields, "weights(m), work space(2*m + 11, m)");
 
     // Write what x (r) costs, g . x: 0 where that is round-off, where no solution costs more than another.
     inline void write_cost(int64_t r, double* g) const {

@@ -15,8 +15,7 @@ struct Maximin {
     TensionProblem<double> problem;
     double* space;  // (4 m + 17, 2 m + 1), work space
     int64_t ball;   // 1: the centre of the largest ball; 0: the largest slack
-    static constexpr auto fields =
-        extended(TensionProblem<double>::fields, work("space", "4*m + 17", "2*m + 1"), value<int64_t>("ball"));
+    static constexpr auto fields = extended(TensionProblem<double>::fields, "work space(4*m + 17, 2*m + 1), ball");
 
     inline double choose(int64_t r) const {
         double* x = problem.spare();

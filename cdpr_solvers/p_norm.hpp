@@ -111,8 +111,7 @@ struct PNorm {
     TensionProblem<double> problem;
     double* space;  // (3 m + 8, m), work space
     int64_t p;      // even, at least 2
-    static constexpr auto fields =
-        extended(TensionProblem<double>::fields, work("space", "3*m + 8", "m"), value<int64_t>("p"));
+    static constexpr auto fields = extended(TensionProblem<double>::fields, "work space(3*m + 8, m), p");
 
     // Write the offsets at x = 0; locked cables stay at 0. Return whether all ranges are finite.
     inline bool begin(const Offsets& offsets) const {

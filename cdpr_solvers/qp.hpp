@@ -39,25 +39,10 @@ template <class T> struct MinimumNorm {
     int64_t weighted;      // whether there are weights
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in<T>("matrix", "n", "m"),
-                                       in<T>("wrench", "n"),
-                                       in<T>("tension_min", "m"),
-                                       in<T>("tension_max", "m"),
-                                       in<T>("reference", "m"),
-                                       in<T>("root", "m"),
-                                       both<T>("tension", "m"),
-                                       out<T>("status", "1"),
-                                       work<T>("basis", "m", "m"),
-                                       work<T>("box", "4", "m"),
-                                       work<T>("factors", "n + 5", "n + m"),
-                                       work<T>("search", "2*m + 8", "m"),
-                                       work<T>("vectors", "2", "m"),
-                                       work<T>("scaled", "n + 2", "m"),
-                                       value("change"),
-                                       value<int64_t>("about"),
-                                       value<int64_t>("weighted"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), reference(m), root(m), both tension(m), status(1), "
+        "work basis(m, m), work box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), work vectors(2, m), "
+        "work scaled(n + 2, m), change, about, weighted, n, m";
 
     CDPR_INLINE T* x() const { return vectors; }
     CDPR_INLINE T* active() const { return vectors + m; }

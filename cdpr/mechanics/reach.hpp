@@ -22,15 +22,8 @@ struct CableLimits {
     int64_t k;
     int64_t m;
     int64_t c;
-    static constexpr Field fields[] = {in<int64_t>("time", "1"),
-                                       in<int64_t>("kinds", "k", "4"),
-                                       in("since", "c >= 1"),
-                                       in("limits", "c", "k", "m"),
-                                       in("tolerances", "k", "m"),
-                                       in("until", "m"),
-                                       size("k"),
-                                       size("m"),
-                                       size("c")};
+    static constexpr char fields[] =
+        "time(1), kinds(k, 4), since(c >= 1), limits(c, k, m), tolerances(k, m), until(m), k, m, c";
 
     // Whether all columns are in rows of this width.
     inline bool fits(int64_t width) const {
@@ -72,7 +65,7 @@ struct BeyondLimits {
     CableLimits cables;
     const double* row;  // (width)
     int64_t width;
-    static constexpr auto fields = extended(CableLimits::fields, in("row", "width"), size("width"));
+    static constexpr auto fields = extended(CableLimits::fields, "row(width), width");
 };
 
 // Return 1 where it is, else 0; -1 where a column is outside of the row.
@@ -98,10 +91,10 @@ struct LimitViolations {
     int64_t counted;      // samples before these
     int64_t n;
     int64_t width;
-    static constexpr auto fields =
-        extended(CableLimits::fields, in("sizes", "k", "m"), in("rows", "n", "width"), both("worst", "k", "m"),
-                 both("worst_value", "k", "m"), both("worst_limit", "k", "m"), both("samples", "2", "k"),
-                 value<int64_t>("counted"), size("n"), size("width"));
+    static constexpr auto fields = extended(
+        CableLimits::fields,
+        "sizes(k, m), rows(n, width), both worst(k, m), both worst_value(k, m), both worst_limit(k, m), "
+        "both samples(2, k), counted, n, width");
 
     inline bool count_kind(const double* now, const double* row, int64_t i) const;
 };

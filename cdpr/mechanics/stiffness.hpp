@@ -27,22 +27,10 @@ struct Stiffness {
     int64_t k;
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in("lines", "m", "w >= 6"),
-                                       in("axial_stiffness", "m"),
-                                       in("inertial", "13"),
-                                       in("gravity", "3"),
-                                       in("poses", "k", "7"),
-                                       in("tension", "k", "m"),
-                                       out("stiffness", "k", "6", "6"),
-                                       out("matrices", "k", "6", "m"),
-                                       work("state", "13"),
-                                       work("rates", "6", "6", "m"),
-                                       work("length", "m"),
-                                       work("spare", "m"),
-                                       value<int64_t>("unilateral"),
-                                       size("k"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), axial_stiffness(m), inertial(13), gravity(3), poses(k, 7), tension(k, m), "
+        "stiffness(k, 6, 6), matrices(k, 6, m), work state(13), work rates(6, 6, m), work length(m), work spare(m), "
+        "unilateral, k, m, w";
 };
 
 // Write W, lengths, and the rates of W at a pose.

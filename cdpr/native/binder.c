@@ -73,7 +73,7 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
         PyErr_SetString(PyExc_ValueError, "Bound: no operation of this library has that address");
         return NULL;
     }
-    if (size != (Py_ssize_t)entry->size) {
+    if (size != 8 * (Py_ssize_t)entry->count) {
         PyErr_SetString(PyExc_ValueError, "Bound: the struct of that operation has another size");
         return NULL;
     }
@@ -86,7 +86,7 @@ static PyObject *bound_new(PyTypeObject *type, PyObject *args, PyObject *named) 
     bound->operation = entry->call;
     bound->entry = entry;
     bound->name = entry->name;
-    bound->size = entry->size;
+    bound->size = 8 * entry->count;
     bound->place = PyMem_Malloc((size_t)size);
     if (!bound->place) {
         PyErr_SetString(PyExc_MemoryError, "no memory for an operation's struct");
@@ -127,18 +127,16 @@ static PyObject *bound_unlocked(PyObject *self, PyObject *args) {
     return PyLong_FromLong(status);
 }
 
-static int is_array(const cdpr_field *field) {
-    return field->type[5] == '*' || (field->type[5] && field->type[6] == '*');
-}
+static int is_array(const char *type) { return strchr(type, '*') != NULL; }
 
 /* Return the array that a field is bound to; NULL with an exception if it has none. */
 static PyObject *array_of(const Bound *bound, const cdpr_entry *entry, Py_ssize_t position) {
     Py_ssize_t before = 0;
-    if (position >= entry->count || !is_array(&entry->fields[position])) {
+    if (position >= entry->count || !is_array(entry->types[position])) {
         PyErr_SetString(PyExc_ValueError, "on: no array at that position");
         return NULL;
     }
-    for (Py_ssize_t i = 0; i < position; i++) before += is_array(&entry->fields[i]);
+    for (Py_ssize_t i = 0; i < position; i++) before += is_array(entry->types[i]);
     return PyTuple_GetItem(bound->arrays, before);
 }
 
@@ -215,7 +213,7 @@ static PyObject *bound_on(PyObject *self, PyObject *const *args, Py_ssize_t give
     memcpy(words, bound->place, (size_t)bound->size);
     while (got < count) {
         const unsigned char position = (unsigned char)positions[got];
-        const int writes = bound->entry->fields[position].role[0] != 'i';
+        const int writes = strncmp(bound->entry->types[position], "const", 5) != 0;
         if (get_like(args[got + 1], &bound->expected[got], writes, &views[got]) < 0) break;
         words[position] = (uintptr_t)views[got++].buf;
     }
@@ -271,25 +269,11 @@ static PyObject *with_item(PyObject *tuple, Py_ssize_t i, PyObject *item) {
     return NULL;
 }
 
-static PyObject *shape_of(const cdpr_field *field) {
-    Py_ssize_t count = 0;
-    while (field->shape[count]) count++;
-    PyObject *shape = PyTuple_New(count);
-    for (Py_ssize_t i = 0; shape && i < count; i++) {
-        shape = with_item(shape, i, Py_BuildValue("s", field->shape[i]));
-    }
-    return shape;
-}
-
-static PyObject *fields_of(const cdpr_entry *entry) {
-    PyObject *fields = PyTuple_New(entry->count);
-    for (Py_ssize_t i = 0; fields && i < entry->count; i++) {
-        const cdpr_field *field = &entry->fields[i];
-        PyObject *shape = shape_of(field);
-        PyObject *row = shape ? Py_BuildValue("sssN", field->name, field->type, field->role, shape) : NULL;
-        fields = with_item(fields, i, row);
-    }
-    return fields;
+static PyObject *types_of(const cdpr_entry *entry) {
+    PyObject *types = PyTuple_New(entry->count);
+    for (Py_ssize_t i = 0; types && i < entry->count; i++)
+        types = with_item(types, i, Py_BuildValue("s", entry->types[i]));
+    return types;
 }
 
 static PyObject *entries_of(const cdpr_table *table) {
@@ -300,8 +284,8 @@ static PyObject *entries_of(const cdpr_table *table) {
         for (Py_ssize_t i = 0; entries && i < table->groups[g]->count; i++) {
             const cdpr_entry *entry = &table->groups[g]->entries[i];
             const unsigned long long address = (uintptr_t)entry->call;
-            PyObject *fields = fields_of(entry);
-            PyObject *row = fields ? Py_BuildValue("sKLN", entry->name, address, (long long)entry->size, fields) : NULL;
+            PyObject *types = types_of(entry);
+            PyObject *row = types ? Py_BuildValue("sKsN", entry->name, address, entry->fields, types) : NULL;
             entries = with_item(entries, next++, row);
         }
     }

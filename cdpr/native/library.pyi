@@ -2,9 +2,7 @@
 
 from typing import Any
 
-Shape = tuple[str, ...]
-Field = tuple[str, str, str, Shape]  # name, type, role, shape
-Entry = tuple[str, int, int, tuple[Field, ...]]  # name, address, size of the struct in bytes, fields
+Entry = tuple[str, int, str, tuple[str, ...]]  # name, address, fields and their types, as of `table.h`
 
 compiler: str
 sources: str  # as `cdpr.native.sources.digest`

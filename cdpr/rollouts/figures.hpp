@@ -21,8 +21,7 @@ template <class T> struct CountSample {
     T* figures;         // (10), as Figure
     int64_t w;
     int64_t m;
-    static constexpr Field fields[] = {in<T>("row", "w"),        in<T>("since", "m"), in<int64_t>("at", "6"),
-                                       both<T>("figures", "10"), size("w"),           size("m")};
+    static constexpr char fields[] = "row(w), since(m), at(6), both figures(10), w, m";
 };
 
 template <class T> CDPR_INLINE void count_error(T square, T* figures) {
@@ -74,19 +73,8 @@ struct CountSamples {
     int64_t m;
     int64_t c;
     int64_t n;
-    static constexpr Field fields[] = {in("rows", "k", "w"),
-                                       in("since", "m"),
-                                       in<int64_t>("at", "6"),
-                                       in<int64_t>("columns", "c"),
-                                       both("figures", "10"),
-                                       both("kept", "n", "c"),
-                                       value<int64_t>("first"),
-                                       value<int64_t>("every"),
-                                       size("k"),
-                                       size("w"),
-                                       size("m"),
-                                       size("c"),
-                                       size("n")};
+    static constexpr char fields[] =
+        "rows(k, w), since(m), at(6), columns(c), both figures(10), both kept(n, c), first, every, k, w, m, c, n";
 };
 
 // Count samples, and keep columns of some.

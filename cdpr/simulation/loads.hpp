@@ -13,8 +13,7 @@ struct ExternalLoads {
     const int64_t* sample;  // (1)
     double* external;       // (6), N and N m, about the platform's origin, world axes
     int64_t k;
-    static constexpr Field fields[] = {in("loads", "k", "10"), in<int64_t>("sample", "1"), out("external", "6"),
-                                       size("k")};
+    static constexpr char fields[] = "loads(k, 10), sample(1), external(6), k";
 };
 
 // Write the wrench of a sample; return 1 if it differs at the next, because a load swings.

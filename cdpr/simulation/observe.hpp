@@ -42,22 +42,9 @@ template <class T> struct Observation {
     double period;      // control period, s; 0 sets the works to 0
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
-                                       in<T>("inertial", "13"),
-                                       in<T>("gravity", "3"),
-                                       in<T>("bounds", "7"),
-                                       in<T>("live", "13"),
-                                       in<T>("external", "6"),
-                                       in<T>("highest", "m"),
-                                       both<T>("state", "13"),
-                                       both<T>("matrix", "6", "m"),
-                                       both<T>("length", "m"),
-                                       both<T>("rate", "m"),
-                                       both<T>("energies", "4"),
-                                       work<T>("before", "m"),
-                                       value("period"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), inertial(13), gravity(3), bounds(7), live(13), external(6), highest(m), both state(13), "
+        "both matrix(6, m), both length(m), both rate(m), both energies(4), work before(m), period, m, w";
 };
 
 // What limits the accelerations of the platform.
@@ -200,8 +187,7 @@ template <class T> struct Exertion {
     const T* tension;  // (m), N
     T* wrench;         // (6), N and N m
     int64_t m;
-    static constexpr Field fields[] = {in<T>("matrix", "6", "m"), in<T>("tension", "m"), out<T>("wrench", "6"),
-                                       size("m")};
+    static constexpr char fields[] = "matrix(6, m), tension(m), wrench(6), m";
 };
 
 template <class T> inline int exert(Exertion<T>& cables) {

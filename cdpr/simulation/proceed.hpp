@@ -50,16 +50,8 @@ struct Proceed {
     int64_t w;
     int64_t n;
     int64_t v;
-    static constexpr Field fields[] = {in<int64_t>("table", "acts", "6"),
-                                       both<int64_t>("place", "5"),
-                                       both("time", "1"),
-                                       in("row", "w"),
-                                       both("rows", "n >= 1", "v"),
-                                       value("period"),
-                                       size("acts"),
-                                       size("w"),
-                                       size("n"),
-                                       size("v")};
+    static constexpr char fields[] =
+        "table(acts, 6), both place(5), both time(1), row(w), both rows(n, v), period, acts, w, n, v";
 };
 
 // Call an act; return its code, 0 where it was mended, and then add to `act` what is left out.

@@ -14,7 +14,7 @@ template <class T> struct Copy {
     const T* source;  // (n)
     T* target;        // (n)
     int64_t n;
-    static constexpr Field fields[] = {in<T>("source", "n"), out<T>("target", "n"), size("n")};
+    static constexpr char fields[] = "source(n), target(n), n";
 };
 
 template <class T> inline int copy(Copy<T>& arrays) {
@@ -25,7 +25,7 @@ template <class T> inline int copy(Copy<T>& arrays) {
 template <class T> struct Stamp {
     T* row;  // (width), of the log; its first number is the time, s
     int64_t width;
-    static constexpr Field fields[] = {both<T>("row", "width >= 1"), size("width")};
+    static constexpr char fields[] = "both row(width >= 1), width";
 };
 
 // Write the time, s, of a sample into its row.
@@ -37,7 +37,7 @@ template <class T> inline int stamp(Stamp<T>& sample, double time) {
 template <class T> struct Values {
     const T* values;  // (n)
     int64_t n;
-    static constexpr Field fields[] = {in<T>("values", "n"), size("n")};
+    static constexpr char fields[] = "values(n), n";
 };
 
 // Return 1 if a value is infinite or NaN; of lanes, the bits of those.
@@ -80,7 +80,7 @@ inline int record_command(GivenCommand& command) {
 
 struct Clock {
     const double* clock;  // (1), of an engine, s
-    static constexpr Field fields[] = {in("clock", "1")};
+    static constexpr char fields[] = "clock(1)";
 };
 
 // Return 1 if an engine's clock differs from the time, s, of the sample, or is NaN.
@@ -93,7 +93,7 @@ template <class T> struct PowerOff {
     T* wrench;  // (6), N and N m
     T* status;  // (n), status and number of cables at a limit
     int64_t n;
-    static constexpr Field fields[] = {out<T>("wrench", "6"), out<T>("status", "n"), size("n")};
+    static constexpr char fields[] = "wrench(6), status(n), n";
 };
 
 template <class T> inline int power_off(PowerOff<T>& sample) {

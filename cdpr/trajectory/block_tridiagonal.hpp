@@ -14,9 +14,8 @@ struct BlockTridiagonal {
     double* solution;        // (k + 1, 2)
     double* inverse;         // (k + 1, 2, 2), work space: inverses of the blocks of the factorised diagonal
     int64_t k;
-    static constexpr Field fields[] = {in("diagonal", "k + 1", "2", "2"),  in("upper", "k", "2", "2"),
-                                       in("right", "k + 1", "2"),          out("solution", "k + 1", "2"),
-                                       work("inverse", "k + 1", "2", "2"), size("k")};
+    static constexpr char fields[] =
+        "diagonal(k + 1, 2, 2), upper(k, 2, 2), right(k + 1, 2), solution(k + 1, 2), work inverse(k + 1, 2, 2), k";
 };
 
 // Subtract U^T I U from D, and U^T x from r: what the block before, of inverse I and solution x = I r, takes away.

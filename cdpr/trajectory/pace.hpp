@@ -21,17 +21,9 @@ struct Pace {
     double* stack;                // (2 n + 8, 9), work space: `PathPiece`
     int64_t n;
     int64_t c;
-    static constexpr Field fields[] = {in("starts", "n + 1"),
-                                       in("caps", "n"),
-                                       in("accelerations", "n"),
-                                       in("jerks", "n"),
-                                       in<int64_t>("chains", "c + 1"),
-                                       out("phases", "8*n + 7*c", "5"),
-                                       out<int64_t>("rows", "c + 1"),
-                                       work<int64_t>("trees", "2", "2*n"),
-                                       work("stack", "2*n + 8", "9"),
-                                       size("n"),
-                                       size("c")};
+    static constexpr char fields[] =
+        "starts(n + 1), caps(n), accelerations(n), jerks(n), chains(c + 1), phases(8*n + 7*c, 5), rows(c + 1), "
+        "work trees(2, 2*n), work stack(2*n + 8, 9), n, c";
 };
 
 // Part of a chain: a stretch to be planned, one passed at a constant speed, or a change of speed.

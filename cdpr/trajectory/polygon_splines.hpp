@@ -26,23 +26,10 @@ struct PolygonSplines {
     int64_t m;
     int64_t r;
     int64_t longest;  // most vertices of a polygon
-    static constexpr Field fields[] = {in("points", "m", "3"),
-                                       in("turn", "m"),
-                                       in("tolerance", "m"),
-                                       in("missing", "m"),
-                                       in<int64_t>("parted", "m"),
-                                       in<int64_t>("runs", "r + 1"),
-                                       both("way", "m"),
-                                       both("wanted", "m"),
-                                       both("allowed", "m"),
-                                       out("pieces", "7*m", "16"),
-                                       out<int64_t>("rows", "r + 1"),
-                                       work("factor", "m"),
-                                       work("knots", "6*longest"),
-                                       work("controls", "6*longest + 3", "7"),
-                                       size("m"),
-                                       size("r"),
-                                       size("longest")};
+    static constexpr char fields[] =
+        "points(m, 3), turn(m), tolerance(m), missing(m), parted(m), runs(r + 1), both way(m), both wanted(m), "
+        "both allowed(m), pieces(7*m, 16), rows(r + 1), work factor(m), work knots(6*longest), "
+        "work controls(6*longest + 3, 7), m, r, longest";
 };
 
 constexpr int SPLINE_PIECE = 16;

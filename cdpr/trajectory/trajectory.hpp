@@ -11,7 +11,7 @@ struct DesiredMotion {
     const double* segments;  // (k, 42), k >= 1, by their start
     double* desired;         // (19)
     int64_t k;
-    static constexpr Field fields[] = {in("segments", "k >= 1", "42"), out("desired", "19"), size("k")};
+    static constexpr char fields[] = "segments(k >= 1, 42), desired(19), k";
 };
 
 inline int desired_motion(DesiredMotion& motion, double time) {
@@ -25,7 +25,7 @@ struct StoppingMotion {
     DesiredMotion motion;
     double begin;     // s
     double duration;  // s, in which it comes to rest
-    static constexpr auto fields = extended(DesiredMotion::fields, value("begin"), value("duration"));
+    static constexpr auto fields = extended(DesiredMotion::fields, "begin, duration");
 };
 
 inline int stopping_motion(StoppingMotion& stop, double time) {
@@ -52,12 +52,7 @@ struct SegmentSamples {
     double* desired;         // (k, 19)
     int64_t n;
     int64_t k;
-    static constexpr Field fields[] = {in("segments", "n", "42"),
-                                       in<int64_t>("which", "k"),
-                                       in("times", "k"),
-                                       out("desired", "k", "19"),
-                                       size("n"),
-                                       size("k")};
+    static constexpr char fields[] = "segments(n, 42), which(k), times(k), desired(k, 19), n, k";
 };
 
 inline int segment_samples(SegmentSamples& samples) {

@@ -32,21 +32,9 @@ template <class T> struct PoseQuestion {
     int64_t m;
     int64_t w;
     int64_t k;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
-                                       in<T>("tension_min", "m"),
-                                       in<T>("tension_max", "m"),
-                                       in<int64_t>("rows", "n"),
-                                       in<T>("weights", "n"),
-                                       in<T>("inertial", "13"),
-                                       in<T>("gravity", "3"),
-                                       in<T>("vectors", "k", "6"),
-                                       value<int64_t>("mode"),
-                                       value<int64_t>("form"),
-                                       value<int64_t>("accelerations"),
-                                       size("n"),
-                                       size("m"),
-                                       size("w"),
-                                       size("k")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), tension_min(m), tension_max(m), rows(n), weights(n), inertial(13), gravity(3), "
+        "vectors(k, 6), mode, form, accelerations, n, m, w, k";
 };
 
 template <class T> CDPR_INLINE bool sound(const PoseQuestion<T>& asked) {
@@ -68,7 +56,7 @@ template <class T> struct Memory {
 
 // Work space for one pose, or for eight in lanes, and what is found.
 template <class T> struct PoseSpace {
-    static constexpr const char* SIZE =
+    static constexpr char SIZE[] =
         "3*n*n + 3*n*m + n*k + m*k + 2*m*m + 10*n + 12*m + 2";  // numbers that `pose_space` gives out
 
     T *matrix, *wrench, *load, *required;  // (n, m), (n), (n), (k, n)

@@ -23,11 +23,11 @@ struct Assess {
     Lanes* eight_question;  // the question in lanes
     int64_t count;          // K
     static constexpr auto fields =
-        extended(PoseQuestion<double>::fields, in("poses", "count", "7"), out("value", "count"), out("scale", "count"),
-                 out("direction", "count", "n"), out<int64_t>("status", "count"), out<int64_t>("limit", "count"),
-                 work("space", PoseSpace<double>::SIZE), work<int64_t>("cables", "n + m"),
-                 work<Lanes>("eight", PoseSpace<Lanes>::SIZE),
-                 work<Lanes>("eight_question", "m*w + 2*m + n + 6*k + 16"), size("count"));
+        extended(PoseQuestion<double>::fields,
+                 "poses(count, 7), value(count), scale(count), direction(count, n), status(count), limit(count), "
+                 "work space(",
+                 PoseSpace<double>::SIZE, "), work cables(n + m), work eight(", PoseSpace<Lanes>::SIZE,
+                 "), work eight_question(m*w + 2*m + n + 6*k + 16), count");
 
     inline bool serves_lanes() const;
     inline PoseQuestion<Lanes> question_in_lanes() const;

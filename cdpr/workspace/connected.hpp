@@ -18,15 +18,9 @@ struct ConnectedCells {
     int64_t columns;        // of a layer
     int64_t count;
     int64_t size;
-    static constexpr Field fields[] = {in<int64_t>("inside", "count"),
-                                       both<int64_t>("above", "size"),
-                                       both<int64_t>("parent", "2*size"),
-                                       work<int64_t>("fresh", "2*size"),
-                                       both<int64_t>("state", "2"),
-                                       value<int64_t>("first"),
-                                       value<int64_t>("columns"),
-                                       cdpr::size("count"),
-                                       cdpr::size("size")};
+    static constexpr char fields[] =
+        "inside(count), both above(size), both parent(2*size), work fresh(2*size), both state(2), first, columns, count, "
+        "size";
 
     CDPR_INLINE int64_t& labels() const { return state[0]; }
     CDPR_INLINE int64_t& pieces() const { return state[1]; }

@@ -16,9 +16,8 @@ struct ModelArithmetic {
     double* multiple;      // (k, 5), factor first
     double* largest;       // (k), of the first
     int64_t k;
-    static constexpr Field fields[] = {
-        in("first", "k", "5"),    in("second", "k", "5"),    in("factor", "k"),   out("sum", "k", "5"),
-        out("product", "k", "5"), out("multiple", "k", "5"), out("largest", "k"), size("k")};
+    static constexpr char fields[] =
+        "first(k, 5), second(k, 5), factor(k), sum(k, 5), product(k, 5), multiple(k, 5), largest(k), k";
 };
 
 inline int model_arithmetic(ModelArithmetic& pairs) {
@@ -39,8 +38,7 @@ struct InverseDistances {
     const double* error;   // (k), m, of each entry of v
     double* model;         // (k, 5), r infinite where the distance may be 0
     int64_t k;
-    static constexpr Field fields[] = {in("vector", "k", "3"), in("half", "k", "3"), in("error", "k"),
-                                       out("model", "k", "5"), size("k")};
+    static constexpr char fields[] = "vector(k, 3), half(k, 3), error(k), model(k, 5), k";
 };
 
 inline int inverse_distances(InverseDistances& boxes) {

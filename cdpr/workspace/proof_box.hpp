@@ -8,7 +8,7 @@ namespace cdpr::CDPR_TARGET {
 
 // Work space for n directions and m cables.
 struct BoxSpace {
-    static constexpr const char* SIZE = "6*m*n + n*n + m*m + 11*m + 6*n + 31";
+    static constexpr char SIZE[] = "6*m*n + n*n + m*m + 11*m + 6*n + 31";
 
     double* columns;       // (m, n, 5), models of the columns of W
     double* parts;         // (6, 5), of one column

@@ -33,10 +33,11 @@ struct ProveBoxes {
     int64_t count;
     int64_t wrench_count;
     static constexpr auto fields =
-        extended(PoseQuestion<double>::fields, in("poses", "count", "7"), in("halves", "count", "3"),
-                 in("wrenches", "wrench_count", "n"), in("errors", "2"), out<int64_t>("proved", "count"),
-                 work("pose_space", PoseSpace<double>::SIZE), work("box_space", BoxSpace::SIZE),
-                 work<int64_t>("cables", "n + m"), work<int64_t>("chosen", "m"), size("count"), size("wrench_count"));
+        extended(PoseQuestion<double>::fields,
+                 "poses(count, 7), halves(count, 3), wrenches(wrench_count, n), errors(2), proved(count), "
+                 "work pose_space(",
+                 PoseSpace<double>::SIZE, "), work box_space(", BoxSpace::SIZE,
+                 "), work cables(n + m), work chosen(m), count, wrench_count");
 };
 
 // Return what is proved of one box.

@@ -29,9 +29,9 @@ struct RaySearch {
     int64_t count;
     int64_t attitudes;
     static constexpr auto fields = extended(
-        Bodies::fields, in("positions", "count", "3"), in("orientations", "attitudes", "4"), out("ends", "count", "64"),
-        out<int64_t>("counts", "count"), work("cables", "m", "6"), work("pose", "7"), value("low"), value("high"),
-        value("edge"), value<int64_t>("axis"), value<int64_t>("over_all"), size("count"), size("attitudes"));
+        Bodies::fields,
+        "positions(count, 3), orientations(attitudes, 4), ends(count, 64), counts(count), work cables(m, 6), "
+        "work pose(7), low, high, edge, axis, over_all, count, attitudes");
 
     inline double above_edge(double at) const;
     inline double boundary(double from, double to, bool free) const;

@@ -14,7 +14,7 @@ CDPR_INLINE Quaternion<double> quaternion_of_bullet(const double* q) { return {q
 struct BulletBaseState {
     const double* base;  // (13): position, quaternion, velocity, angular velocity
     double* body;        // (13); the sign of its attitude is read
-    static constexpr Field fields[] = {in("base", "13"), both("body", "13")};
+    static constexpr char fields[] = "base(13), both body(13)";
 };
 
 inline int bullet_base_state(BulletBaseState& plant) {
@@ -30,7 +30,7 @@ struct BulletBallState {
     const double* axes;   // (4), attitude of the principal axes in the platform, w, x, y, z: a link has these
     const double* joint;  // (7): quaternion, and angular velocity along the link's axes
     double* body;         // (13); the sign of its attitude is read
-    static constexpr Field fields[] = {in("home", "3"), in("axes", "4"), in("joint", "7"), both("body", "13")};
+    static constexpr char fields[] = "home(3), axes(4), joint(7), both body(13)";
 };
 
 inline int bullet_ball_state(BulletBallState& plant) {

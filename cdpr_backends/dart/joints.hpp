@@ -34,7 +34,7 @@ struct DartFreeForces {
     const double* body;     // (13)
     const double* applied;  // (6), N and N m, about the body's origin, world axes
     double* forces;         // (6), moment and force, world axes; the first NaN where DART must not step
-    static constexpr Field fields[] = {in("body", "13"), in("applied", "6"), out("forces", "6")};
+    static constexpr char fields[] = "body(13), applied(6), forces(6)";
 };
 
 inline int dart_free_forces(DartFreeForces& joint) {
@@ -50,7 +50,7 @@ struct DartBallForces {
     const double* body;     // (13)
     const double* applied;  // (6), as of DartFreeForces
     double* forces;         // (3), moment along DART's body axes; the first NaN where DART must not step
-    static constexpr Field fields[] = {in("kept", "7"), in("body", "13"), in("applied", "6"), out("forces", "3")};
+    static constexpr char fields[] = "kept(7), body(13), applied(6), forces(3)";
 };
 
 inline int dart_ball_forces(DartBallForces& joint) {
@@ -67,8 +67,7 @@ struct DartGuideForces {
     const double* applied;  // (6), as of DartFreeForces
     double* forces;         // (n), N and N m; the first NaN where DART must not step
     int64_t n;
-    static constexpr Field fields[] = {in<int64_t>("rows", "n >= 1"), in("body", "13"), in("applied", "6"),
-                                       out("forces", "n >= 1"), size("n")};
+    static constexpr char fields[] = "rows(n >= 1), body(13), applied(6), forces(n >= 1), n";
 };
 
 inline int dart_guide_forces(DartGuideForces& joints) {
@@ -96,8 +95,7 @@ struct DartFollowFree {
     double* coordinates;  // (6), rotation vector, which is put right, and position
     double* body;         // (13)
     double step;          // s
-    static constexpr Field fields[] = {in("kept", "4"), in("rates", "6"), both("coordinates", "6"), both("body", "13"),
-                                       value("step")};
+    static constexpr char fields[] = "kept(4), rates(6), both coordinates(6), both body(13), step";
 };
 
 inline int dart_follow_free(DartFollowFree& joint) {
@@ -113,8 +111,7 @@ struct DartFollowBall {
     double* coordinates;  // (3), rotation vector
     double* body;         // (13)
     double step;          // s
-    static constexpr Field fields[] = {in("kept", "7"), in("rates", "3"), both("coordinates", "3"), both("body", "13"),
-                                       value("step")};
+    static constexpr char fields[] = "kept(7), rates(3), both coordinates(3), both body(13), step";
 };
 
 inline int dart_follow_ball(DartFollowBall& joint) {

@@ -23,7 +23,7 @@ struct MujocoWords {
 
 struct MujocoStep {
     const int64_t* words;  // (6): addresses of mjb_apply, the batch, mj_step, mj_getState, our model and data
-    static constexpr Field fields[] = {in<int64_t>("words", "6")};
+    static constexpr char fields[] = "words(6)";
 };
 
 inline void mujoco_step_alone(void*, void*, int, void* place) {
@@ -44,7 +44,7 @@ struct MujocoClock {
     const int64_t* words;  // (6), as of MujocoStep
     double* clock;         // (1), s
     int64_t time;          // mjSTATE_TIME
-    static constexpr Field fields[] = {in<int64_t>("words", "6"), out("clock", "1"), value<int64_t>("time")};
+    static constexpr char fields[] = "words(6), clock(1), time";
 };
 
 inline int mujoco_clock(MujocoClock& problem) {

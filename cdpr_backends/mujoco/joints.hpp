@@ -13,7 +13,7 @@ struct MujocoFreeState {
     const double* coordinates;  // (7): position and attitude
     const double* rates;        // (6): velocity and angular velocity
     double* body;               // (13)
-    static constexpr Field fields[] = {in("coordinates", "7"), in("rates", "6"), out("body", "13")};
+    static constexpr char fields[] = "coordinates(7), rates(6), body(13)";
 };
 
 inline int mujoco_free_state(MujocoFreeState& joint) {
@@ -30,7 +30,7 @@ struct MujocoBallState {
     const double* coordinates;  // (4): attitude
     const double* rates;        // (3): angular velocity
     double* body;               // (13)
-    static constexpr Field fields[] = {in("home", "3"), in("coordinates", "4"), in("rates", "3"), out("body", "13")};
+    static constexpr char fields[] = "home(3), coordinates(4), rates(3), body(13)";
 };
 
 inline int mujoco_ball_state(MujocoBallState& joint) {

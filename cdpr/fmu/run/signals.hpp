@@ -19,15 +19,7 @@ struct GatherSignals {
     int64_t k;
     int64_t v;
     int64_t s;
-    static constexpr Field fields[] = {in<int64_t>("place", "k"),
-                                       in<int64_t>("index", "k"),
-                                       in("scale", "k"),
-                                       in("offset", "k"),
-                                       in("values", "v"),
-                                       both("signals", "s"),
-                                       size("k"),
-                                       size("v"),
-                                       size("s")};
+    static constexpr char fields[] = "place(k), index(k), scale(k), offset(k), values(v), both signals(s), k, v, s";
 };
 
 inline int gather_signals(GatherSignals& fmu) {
@@ -47,15 +39,7 @@ struct ScatterSignals {
     int64_t k;
     int64_t v;
     int64_t s;
-    static constexpr Field fields[] = {in<int64_t>("place", "k"),
-                                       in<int64_t>("index", "k"),
-                                       in("scale", "k"),
-                                       in("offset", "k"),
-                                       in("signals", "s"),
-                                       both("values", "v"),
-                                       size("k"),
-                                       size("v"),
-                                       size("s")};
+    static constexpr char fields[] = "place(k), index(k), scale(k), offset(k), signals(s), both values(v), k, v, s";
 };
 
 inline int scatter_signals(ScatterSignals& fmu) {
@@ -68,7 +52,7 @@ inline int scatter_signals(ScatterSignals& fmu) {
 struct NormaliseAttitude {
     double* state;  // (13)
     double near;    // difference of its squared length from 1 that is allowed
-    static constexpr Field fields[] = {both("state", "13"), value("near")};
+    static constexpr char fields[] = "both state(13), near";
 };
 
 inline int normalise_attitude(NormaliseAttitude& problem) {

@@ -45,7 +45,7 @@ template <class T> struct BodyState {
     const T* offset;  // (7)
     const T* state;   // (13), of the platform
     T* body;          // (13)
-    static constexpr Field fields[] = {in<T>("offset", "7"), in<T>("state", "13"), out<T>("body", "13")};
+    static constexpr char fields[] = "offset(7), state(13), body(13)";
 };
 
 template <class T> inline int body_state(BodyState<T>& frame) {
@@ -58,7 +58,7 @@ template <class T> struct PlatformState {
     const T* offset;  // (7)
     const T* body;    // (13)
     T* state;         // (13), of the platform
-    static constexpr Field fields[] = {in<T>("offset", "7"), in<T>("body", "13"), out<T>("state", "13")};
+    static constexpr char fields[] = "offset(7), body(13), state(13)";
 };
 
 template <class T> inline int platform_state(PlatformState<T>& frame) {
@@ -76,14 +76,7 @@ template <class T> struct AppliedWrench {
     T* applied;         // (6), N and N m, about the body frame's origin, world axes
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
-                                       in<T>("offset", "7"),
-                                       in<T>("tension", "m"),
-                                       in<T>("external", "6"),
-                                       in<T>("body", "13"),
-                                       out<T>("applied", "6"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] = "lines(m, w >= 6), offset(7), tension(m), external(6), body(13), applied(6), m, w";
 };
 
 template <class T> inline int applied_wrench(AppliedWrench<T>& body) {

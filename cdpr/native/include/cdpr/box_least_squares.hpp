@@ -31,23 +31,10 @@ struct BoxLeastSquares {
     double* table;              // (3 n + 8, n + m), work space: factors of the free cables
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in("matrix", "n", "m"),
-                                       in("wrench", "n"),
-                                       in("tension_min", "m"),
-                                       in("tension_max", "m"),
-                                       in("weights", "n"),
-                                       both("tension", "m"),
-                                       out("status", "1"),
-                                       out("steps", "1"),
-                                       work("basis", "m", "m"),
-                                       work("box", "4", "m"),
-                                       work("factors", "n + 5", "n + m"),
-                                       work("search", "2*m + 8", "m"),
-                                       work("vectors", "3", "m"),
-                                       work("reached", "n"),
-                                       work("table", "3*n + 8", "n + m"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), weights(n), both tension(m), status(1), steps(1), "
+        "work basis(m, m), work box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), work vectors(3, m), "
+        "work reached(n), work table(3*n + 8, n + m), n, m";
 
     CDPR_INLINE double* x() const { return vectors; }
     CDPR_INLINE double* active() const { return vectors + m; }

@@ -40,16 +40,9 @@ template <class T> struct ChainTensions {
     T* tension;                    // (m), N, without what the winches' inertia takes when the platform accelerates
     T* mass;                       // (m), kg, that inertia as a mass along the cable
     int64_t m;
-    static constexpr Field fields[] = {in<T>("chains", "m", "19"),
-                                       in<T>("command", "m"),
-                                       in<T>("length", "m"),
-                                       in<T>("rate", "m"),
-                                       in<T>("length_acceleration", "m"),
-                                       in<T>("unwound", "m"),
-                                       in<T>("speed", "m"),
-                                       out<T>("tension", "m"),
-                                       out<T>("mass", "m"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "chains(m, 19), command(m), length(m), rate(m), length_acceleration(m), unwound(m), speed(m), tension(m), "
+        "mass(m), m";
 };
 
 template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
@@ -78,13 +71,8 @@ template <class T> struct ChainSlopes {
     T* unwinding;      // (m), m/s, by which the unwound length changes
     T* acceleration;   // (m), rad/s^2
     int64_t m;
-    static constexpr Field fields[] = {in<T>("chains", "m", "19"),
-                                       in<T>("command", "m"),
-                                       in<T>("tension", "m"),
-                                       in<T>("speed", "m"),
-                                       out<T>("unwinding", "m"),
-                                       out<T>("acceleration", "m"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "chains(m, 19), command(m), tension(m), speed(m), unwinding(m), acceleration(m), m";
 };
 
 template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
@@ -108,13 +96,7 @@ template <class T> struct ChainStart {
     T* unwound;        // (m), m
     T* speed;          // (m), rad/s
     int64_t m;
-    static constexpr Field fields[] = {in<T>("chains", "m", "19"),
-                                       in<T>("command", "m"),
-                                       in<T>("length", "m"),
-                                       in<T>("rate", "m"),
-                                       out<T>("unwound", "m"),
-                                       out<T>("speed", "m"),
-                                       size("m")};
+    static constexpr char fields[] = "chains(m, 19), command(m), length(m), rate(m), unwound(m), speed(m), m";
 };
 
 template <class T> inline int chain_start(ChainStart<T>& cables) {

@@ -67,15 +67,8 @@ template <class T> struct Acceptance {
                 // an entry is not finite
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in<T>("matrix", "n", "m"),
-                                       in<T>("wrench", "n"),
-                                       in<T>("weights", "n"),
-                                       in<T>("limits", "2", "m"),
-                                       in<T>("answer", "m"),
-                                       both<T>("tension", "m"),
-                                       both<T>("report", "4"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), weights(n), limits(2, m), answer(m), both tension(m), both report(4), n, m";
 
     CDPR_INLINE Limits<T> bounds() const { return {limits, limits + m, m}; }
 };

@@ -33,16 +33,8 @@ struct Bodies {
     int64_t p;
     int64_t k;
     int64_t s;
-    static constexpr Field fields[] = {in("lines", "m", "w >= 6"),
-                                       in("radius", "m"),
-                                       in<int64_t>("pairs", "m", "m"),
-                                       in("platform", "p", "11"),
-                                       in("obstacles", "k", "s >= 11"),
-                                       size("m"),
-                                       size("w"),
-                                       size("p"),
-                                       size("k"),
-                                       size("s")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), radius(m), pairs(m, m), platform(p, 11), obstacles(k, s >= 11), m, w, p, k, s";
 
     CDPR_INLINE Vector<double> anchor(int64_t i) const { return vector(lines + i * w + Line<double>::PLATFORM); }
     CDPR_INLINE Solid obstacle(int64_t j) const { return {obstacles + j * s, s}; }
@@ -150,8 +142,8 @@ struct TooNear {
     double* ends;        // (m, 6), work space
     double clearance;    // m, from this on it is too near
     double after;        // s, from this time on
-    static constexpr auto fields = extended(Bodies::fields, in("pose", "7"), in("gone", "m"), out("present", "m"),
-                                            work("ends", "m", "6"), value("clearance"), value("after"));
+    static constexpr auto fields =
+        extended(Bodies::fields, "pose(7), gone(m), present(m), work ends(m, 6), clearance, after");
 };
 
 // Return 1 where they are, else 0.

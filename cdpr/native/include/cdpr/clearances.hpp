@@ -19,8 +19,9 @@ struct Clearances {
     Lanes* eight_ends;    // (m, 6), work space
     int64_t count;
     static constexpr auto fields = extended(
-        Bodies::fields, in("poses", "count", "7"), out("clearance", "count"), out<int64_t>("which", "count"),
-        work("ends", "m", "6"), work<Lanes>("eight_poses", "7"), work<Lanes>("eight_ends", "m", "6"), size("count"));
+        Bodies::fields,
+        "poses(count, 7), clearance(count), which(count), work ends(m, 6), work eight_poses(7), "
+        "work eight_ends(m, 6), count");
 
     CDPR_INLINE void write(int64_t k, Nearest<double> found) const {
         clearance[k] = found.clearance;

@@ -26,9 +26,8 @@ struct Command {
     double* report;         // (4): status; 0; margin, N; number of cables at a limit
     int64_t stop;           // whether a command beyond the limits is reported by the returned status
     int64_t m;
-    static constexpr Field fields[] = {
-        in("command", "m"),  in("limits", "2", "m"), in("matrix", "6", "m"), both("tension", "m"),
-        both("wrench", "6"), both("report", "4"),    value<int64_t>("stop"), size("m")};
+    static constexpr char fields[] =
+        "command(m), limits(2, m), matrix(6, m), both tension(m), both wrench(6), both report(4), stop, m";
 
     CDPR_INLINE Limits<double> bounds() const { return {limits, limits + m, m}; }
 };
@@ -59,13 +58,8 @@ template <class T> struct ImposedCommand {
     T* wrench;        // (6), N and N m
     T* report;        // (4), as of Command; its status remains
     int64_t m;
-    static constexpr Field fields[] = {in<T>("held", "m"),
-                                       in<T>("limits", "2", "m"),
-                                       in<T>("matrix", "6", "m"),
-                                       both<T>("tension", "m"),
-                                       out<T>("wrench", "6"),
-                                       both<T>("report", "4"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "held(m), limits(2, m), matrix(6, m), both tension(m), wrench(6), both report(4), m";
 };
 
 // Let held tensions be, and write what all tensions do.

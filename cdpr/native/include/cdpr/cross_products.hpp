@@ -11,8 +11,7 @@ template <class T> struct CrossProducts {
     const T* right;  // (n, 3)
     T* product;      // (n, 3)
     int64_t n;
-    static constexpr Field fields[] = {in<T>("left", "n", "3"), in<T>("right", "n", "3"), out<T>("product", "n", "3"),
-                                       size("n")};
+    static constexpr char fields[] = "left(n, 3), right(n, 3), product(n, 3), n";
 };
 
 template <class T> inline int cross_products(CrossProducts<T>& problem) {

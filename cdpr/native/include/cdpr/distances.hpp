@@ -11,7 +11,7 @@ struct SegmentDistances {
     const double* second;  // (k, 6)
     double* distance;      // (k), m
     int64_t k;
-    static constexpr Field fields[] = {in("first", "k", "6"), in("second", "k", "6"), out("distance", "k"), size("k")};
+    static constexpr char fields[] = "first(k, 6), second(k, 6), distance(k), k";
 };
 
 inline int segment_distances(SegmentDistances& pairs) {
@@ -28,8 +28,7 @@ struct SolidDistances {
     double* distance;        // (k), m, negative where a segment passes through the solid
     int64_t s;
     int64_t k;
-    static constexpr Field fields[] = {in("solid", "s >= 11"), in("segments", "k", "6"), out("distance", "k"),
-                                       size("s"), size("k")};
+    static constexpr char fields[] = "solid(s >= 11), segments(k, 6), distance(k), s, k";
 };
 
 inline int solid_distances(SolidDistances& asked) {

@@ -41,33 +41,11 @@ template <class T> struct Rows {
     int64_t count;
     int64_t given_limits;
     int64_t given_wrenches;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
-                                       in<int64_t>("freedom", "n"),
-                                       in<T>("inertial", "13"),
-                                       in<T>("gravity", "3"),
-                                       in<T>("weights", "n"),
-                                       in("limits", "given_limits >= 1", "2", "m"),
-                                       in("poses", "count", "7"),
-                                       in("wrenches", "given_wrenches", "6"),
-                                       both("tensions", "count", "m"),
-                                       both("reports", "count", "4"),
-                                       both<int64_t>("done", "count"),
-                                       out<T>("matrix", "n", "m"),
-                                       out<T>("wrench", "n"),
-                                       out<T>("bounds", "2", "m"),
-                                       out<T>("answer", "m"),
-                                       work<T>("state", "13"),
-                                       work<T>("full_matrix", "6", "m"),
-                                       work<T>("full_wrench", "6"),
-                                       work<T>("geometry", "2", "m"),
-                                       value<int64_t>("solver"),
-                                       value<int64_t>("solver_place"),
-                                       size("n"),
-                                       size("m"),
-                                       size("w"),
-                                       size("count"),
-                                       size("given_limits"),
-                                       size("given_wrenches")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), freedom(n), inertial(13), gravity(3), weights(n), limits(given_limits >= 1, 2, m), "
+        "poses(count, 7), wrenches(given_wrenches, 6), both tensions(count, m), both reports(count, 4), "
+        "both done(count), matrix(n, m), wrench(n), bounds(2, m), answer(m), work state(13), work full_matrix(6, m), "
+        "work full_wrench(6), work geometry(2, m), solver, solver_place, n, m, w, count, given_limits, given_wrenches";
 
     CDPR_INLINE bool well_formed() const {
         return (given_limits == 1 || given_limits == count) && (given_wrenches == 0 || given_wrenches == count);
@@ -123,10 +101,10 @@ struct DistributedRows {
     double* reached;
     double* table;
     int64_t action;  // an Action: of an answer that fails the checks
-    static constexpr auto fields =
-        extended(Rows<double>::fields, work("steps", "1"), work("basis", "m", "m"), work("box", "4", "m"),
-                 work("factors", "n + 5", "n + m"), work("search", "2*m + 8", "m"), work("vectors", "3", "m"),
-                 work("reached", "n"), work("table", "3*n + 8", "n + m"), value<int64_t>("action"));
+    static constexpr auto fields = extended(
+        Rows<double>::fields,
+        "work steps(1), work basis(m, m), work box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), "
+        "work vectors(3, m), work reached(n), work table(3*n + 8, n + m), action");
 
     CDPR_INLINE Fallback fallback(int64_t* known, double* tension, double* report, bool answered) const {
         return {all.matrix,
@@ -195,8 +173,7 @@ struct RowsSideBySide {
     Rows<Lanes> all;
     Lanes* accepted;  // (m), work space, N
     Lanes* report;    // (4), work space
-    static constexpr auto fields =
-        extended(Rows<Lanes>::fields, work<Lanes>("accepted", "m"), work<Lanes>("report", "4"));
+    static constexpr auto fields = extended(Rows<Lanes>::fields, "work accepted(m), work report(4)");
 };
 
 // Distribute eight rows from one on; return how many passed the checks: these are done.

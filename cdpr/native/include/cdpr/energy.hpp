@@ -44,8 +44,7 @@ template <class T> struct PlatformEnergy {
     const T* gravity;   // (3), m/s^2, world
     const T* state;     // (13): position, m; quaternion; velocity, m/s; angular velocity, rad/s; world axes
     T* energies;        // (2), J: kinetic and potential
-    static constexpr Field fields[] = {in<T>("inertial", "13"), in<T>("gravity", "3"), in<T>("state", "13"),
-                                       out<T>("energies", "2")};
+    static constexpr char fields[] = "inertial(13), gravity(3), state(13), energies(2)";
 };
 
 template <class T> inline int platform_energy(PlatformEnergy<T>& platform) {
@@ -62,8 +61,7 @@ template <class T> struct ExternalWork {
     const T* after;   // (13), state
     T* work;          // (1), J
     double period;    // s
-    static constexpr Field fields[] = {in<T>("wrench", "6"), in<T>("turn", "3"),  in<T>("before", "13"),
-                                       in<T>("after", "13"), out<T>("work", "1"), value("period")};
+    static constexpr char fields[] = "wrench(6), turn(3), before(13), after(13), work(1), period";
 };
 
 template <class T> inline int external_work(ExternalWork<T>& p) {

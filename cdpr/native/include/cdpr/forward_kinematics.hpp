@@ -37,24 +37,10 @@ struct ForwardKinematics {
     int64_t m;
     int64_t w;
     int64_t n;
-    static constexpr Field fields[] = {in("lines", "m", "w >= 6"),
-                                       in<int64_t>("rows", "n"),
-                                       in("scale", "n"),
-                                       in("target", "m"),
-                                       both("pose", "7"),
-                                       out("inverse", "n", "n"),
-                                       out("residual", "1"),
-                                       work("state", "13"),
-                                       work("trial", "13"),
-                                       work("matrix", "6", "m"),
-                                       work("length", "m"),
-                                       work("rate", "m"),
-                                       work("normal_matrix", "n", "n"),
-                                       work("gradient", "n"),
-                                       work("step", "n"),
-                                       size("m"),
-                                       size("w"),
-                                       size("n")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), rows(n), scale(n), target(m), both pose(7), inverse(n, n), residual(1), work state(13), "
+        "work trial(13), work matrix(6, m), work length(m), work rate(m), work normal_matrix(n, n), work gradient(n), "
+        "work step(n), m, w, n";
 
     CDPR_INLINE Matrix<double> A() const { return {normal_matrix, n}; }
 

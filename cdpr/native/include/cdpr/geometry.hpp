@@ -29,13 +29,7 @@ template <class T> struct Geometry {
     T* rate;         // (m), m/s, -W^T twist: a cable shortens where it pulls along the motion
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
-                                       in<T>("state", "13"),
-                                       out<T>("matrix", "6", "m"),
-                                       out<T>("length", "m"),
-                                       out<T>("rate", "m"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] = "lines(m, w >= 6), state(13), matrix(6, m), length(m), rate(m), m, w";
 };
 
 template <class T> inline int geometry(Geometry<T>& cables) {
@@ -60,8 +54,7 @@ template <class T> struct MatrixRate {
     T* rate;         // (6, m), 1/s and m/s
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"), in<T>("state", "13"), out<T>("rate", "6", "m"),
-                                       size("m"), size("w")};
+    static constexpr char fields[] = "lines(m, w >= 6), state(13), rate(6, m), m, w";
 };
 
 template <class T> inline int matrix_rate(MatrixRate<T>& cables) {
@@ -90,8 +83,7 @@ template <class T> struct CableWrench {
     T* wrench;         // (6), N and N m, about the platform's origin, world axes
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"), in<T>("pose", "7"), in<T>("tension", "m"),
-                                       out<T>("wrench", "6"),         size("m"),          size("w")};
+    static constexpr char fields[] = "lines(m, w >= 6), pose(7), tension(m), wrench(6), m, w";
 };
 
 template <class T> inline int cable_wrench(CableWrench<T>& cables) {
@@ -112,14 +104,8 @@ template <class T> struct Exits {
     T* wrapped_length;  // (m), length of cable that lies on the exit, m
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("lines", "m", "w >= 6"),
-                                       in<T>("tip", "m", "3"),
-                                       in<T>("velocity", "m", "3"),
-                                       out<T>("point", "m", "3"),
-                                       out<T>("moving", "m", "3"),
-                                       out<T>("wrapped_length", "m"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] =
+        "lines(m, w >= 6), tip(m, 3), velocity(m, 3), point(m, 3), moving(m, 3), wrapped_length(m), m, w";
 };
 
 template <class T> inline int exits(Exits<T>& cables) {

@@ -85,9 +85,7 @@ template <class T> struct GuideState {
     const T* rate;        // (n), m/s and rad/s
     T* body;              // (13)
     int64_t n;
-    static constexpr Field fields[] = {
-        in<T>("guide", "6"), in<int64_t>("rows", "n"), in<T>("home", "3"), in<T>("coordinate", "n"),
-        in<T>("rate", "n"),  out<T>("body", "13"),     size("n")};
+    static constexpr char fields[] = "guide(6), rows(n), home(3), coordinate(n), rate(n), body(13), n";
 };
 
 template <class T> inline int guide_state(GuideState<T>& joints) {
@@ -112,8 +110,7 @@ template <class T> struct GuideForces {
     const T* applied;     // (6), N and N m, about the platform's origin, world axes
     T* forces;            // (n), N and N m
     int64_t n;
-    static constexpr Field fields[] = {in<int64_t>("rows", "n"), in<T>("applied", "6"), out<T>("forces", "n"),
-                                       size("n")};
+    static constexpr char fields[] = "rows(n), applied(6), forces(n), n";
 };
 
 template <class T> inline int guide_forces(GuideForces<T>& joints) {

@@ -20,15 +20,8 @@ template <class T> struct Imposed {
     T* report;         // (4), as of Acceptance; its status remains that of the distribution
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in<T>("held", "m"),
-                                       in<T>("matrix", "n", "m"),
-                                       in<T>("wrench", "n"),
-                                       in<T>("weights", "n"),
-                                       in<T>("limits", "2", "m"),
-                                       both<T>("tension", "m"),
-                                       both<T>("report", "4"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "held(m), matrix(n, m), wrench(n), weights(n), limits(2, m), both tension(m), both report(4), n, m";
 };
 
 // Let held tensions be, and report what all tensions do.
@@ -46,8 +39,7 @@ template <class T> struct Room {
     const T* held;     // (m), N, NaN for cables that are free
     T* room;           // (m), N, to the nearer limit, negative beyond; NaN for cables that are held
     int64_t m;
-    static constexpr Field fields[] = {in<T>("limits", "2", "m"), in<T>("tension", "m"), in<T>("held", "m"),
-                                       out<T>("room", "m"), size("m")};
+    static constexpr char fields[] = "limits(2, m), tension(m), held(m), room(m), m";
 };
 
 template <class T> inline int room_within_limits(Room<T>& p) {

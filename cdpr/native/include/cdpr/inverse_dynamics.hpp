@@ -49,12 +49,8 @@ template <class T> struct InverseDynamics {
     const T* acceleration;          // (3), of the platform's origin, m/s^2
     const T* angular_acceleration;  // (3), rad/s^2
     T* wrench;                      // (6), N and N m, about the platform's origin
-    static constexpr Field fields[] = {in<T>("inertial", "13"),
-                                       in<T>("gravity", "3"),
-                                       in<T>("state", "13"),
-                                       in<T>("acceleration", "3"),
-                                       in<T>("angular_acceleration", "3"),
-                                       out<T>("wrench", "6")};
+    static constexpr char fields[] =
+        "inertial(13), gravity(3), state(13), acceleration(3), angular_acceleration(3), wrench(6)";
 };
 
 template <class T> inline int inverse_dynamics(InverseDynamics<T>& wanted) {

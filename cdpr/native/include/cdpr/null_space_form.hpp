@@ -17,17 +17,9 @@ struct NullSpaceForm {
     double* factors;            // (n + 5, n + m), work space
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in("matrix", "n", "m"),
-                                       in("wrench", "n"),
-                                       in("tension_min", "m"),
-                                       in("tension_max", "m"),
-                                       out("center", "m"),
-                                       out("basis", "m", "m"),
-                                       out("redundancy", "1"),
-                                       work("box", "4", "m"),
-                                       work("factors", "n + 5", "n + m"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), center(m), basis(m, m), redundancy(1), "
+        "work box(4, m), work factors(n + 5, n + m), n, m";
 };
 
 // Write the form; return OK, INFEASIBLE where no tensions at all exert the wrench, NOT_FOUND where they are larger than

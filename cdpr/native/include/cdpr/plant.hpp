@@ -50,32 +50,11 @@ template <class T> struct Plant {
     const int64_t* kinds;  // (m, 3), of winches, spans and exits as in `chains` and `lines`; the same in all lanes
     int64_t m;
     int64_t w;
-    static constexpr Field fields[] = {in<T>("chains", "m", "19"),
-                                       in<T>("lines", "m", "w >= 6"),
-                                       in<T>("offset", "7"),
-                                       in<T>("inertial", "13"),
-                                       in<T>("free", "6"),
-                                       in<T>("gravity", "3"),
-                                       in<T>("command", "m"),
-                                       in<T>("external", "6"),
-                                       both<T>("body", "13"),
-                                       both<T>("winch", "2*m"),
-                                       both<T>("tension", "m"),
-                                       both<T>("highest", "m"),
-                                       both<T>("length", "m"),
-                                       both<T>("cable_work", "1"),
-                                       both<T>("beside", "6"),
-                                       both<T>("place", "7"),
-                                       out<T>("applied", "6"),
-                                       out<T>("rate", "m"),
-                                       out<T>("matrix", "6", "m"),
-                                       work<T>("runs", "m", "8"),
-                                       work<T>("light", "m"),
-                                       work<T>("mass", "m"),
-                                       work<T>("pulls", "m"),
-                                       in<int64_t>("kinds", "m", "3"),
-                                       size("m"),
-                                       size("w")};
+    static constexpr char fields[] =
+        "chains(m, 19), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
+        "both body(13), both winch(2*m), both tension(m), both highest(m), both length(m), both cable_work(1), "
+        "both beside(6), both place(7), applied(6), rate(m), matrix(6, m), work runs(m, 8), work light(m), "
+        "work mass(m), work pulls(m), kinds(m, 3), m, w";
 
     CDPR_INLINE ChainRow<T> chain(int64_t i) const { return chain_row(chains, i); }
     CDPR_INLINE Quaternion<T> attitude() const { return quaternion(body + 3); }

@@ -32,26 +32,11 @@ struct Fallback {
     int64_t answered;  // whether the solver gave an answer, which failed the checks
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in("matrix", "n", "m"),
-                                       in("wrench", "n"),
-                                       in("weights", "n"),
-                                       in("limits", "2", "m"),
-                                       both<int64_t>("known", "2"),
-                                       both("answer", "m"),
-                                       both("tension", "m"),
-                                       both("report", "4"),
-                                       work("steps", "1"),
-                                       work("basis", "m", "m"),
-                                       work("box", "4", "m"),
-                                       work("factors", "n + 5", "n + m"),
-                                       work("search", "2*m + 8", "m"),
-                                       work("vectors", "3", "m"),
-                                       work("reached", "n"),
-                                       work("table", "3*n + 8", "n + m"),
-                                       value<int64_t>("action"),
-                                       value<int64_t>("answered"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), weights(n), limits(2, m), both known(2), both answer(m), both tension(m), "
+        "both report(4), work steps(1), work basis(m, m), work box(4, m), work factors(n + 5, n + m), "
+        "work search(2*m + 8, m), work vectors(3, m), work reached(n), work table(3*n + 8, n + m), action, answered, "
+        "n, m";
 
     CDPR_INLINE BoxLeastSquares nearest() const {
         return {matrix, wrench,  limits, limits + m, weights, tension, report, steps, basis,

@@ -15,10 +15,9 @@ template <int dimension> struct AdmissibleCorners {
     double* count;        // (1), of the corners
     double* space;        // (2 m + 4, dimension), work space
     int64_t m;
-    static constexpr const char* columns = dimension == 1 ? "1" : "2";
-    static constexpr Field fields[] = {in("basis", "m", columns),          in("box", "3", "m"),
-                                       out("corners", "2*m + 4", columns), out("count", "1"),
-                                       work("space", "2*m + 4", columns),  size("m")};
+    static constexpr char columns[] = {'0' + dimension, 0};
+    static constexpr auto fields = join("basis(m, ", columns, "), box(3, m), corners(2*m + 4, ", columns,
+                                        "), count(1), work space(2*m + 4, ", columns, "), m");
 
     CDPR_INLINE Polytope<double> set() const {
         return {{basis, dimension}, box, box + m, box + 2 * m, nullptr, nullptr, nullptr, dimension, m};

@@ -16,15 +16,8 @@ struct NearestPoint {
     double* search;       // (2 r + 8, m + r), work space
     int64_t m;
     int64_t r;
-    static constexpr Field fields[] = {in("basis", "m", "r"),
-                                       in("box", "3", "m"),
-                                       out("x", "r"),
-                                       out("point", "m"),
-                                       out("active", "m"),
-                                       out("steps", "1"),
-                                       work("search", "2*r + 8", "m + r"),
-                                       size("m"),
-                                       size("r")};
+    static constexpr char fields[] =
+        "basis(m, r), box(3, m), x(r), point(m), active(m), steps(1), work search(2*r + 8, m + r), m, r";
 
     CDPR_INLINE Polytope<double> polytope() const {
         return {{basis, r}, box, box + m, box + 2 * m, x, point, active, r, m};
@@ -42,16 +35,8 @@ struct ExtremePoint {
     double* search;
     int64_t m;
     int64_t r;
-    static constexpr Field fields[] = {in("objective", "r"),
-                                       in("basis", "m", "r"),
-                                       in("box", "3", "m"),
-                                       out("x", "r"),
-                                       out("point", "m"),
-                                       out("active", "m"),
-                                       out("steps", "1"),
-                                       work("search", "2*r + 8", "m + r"),
-                                       size("m"),
-                                       size("r")};
+    static constexpr char fields[] =
+        "objective(r), basis(m, r), box(3, m), x(r), point(m), active(m), steps(1), work search(2*r + 8, m + r), m, r";
 
     CDPR_INLINE Polytope<double> polytope() const {
         return {{basis, r}, box, box + m, box + 2 * m, x, point, active, r, m};

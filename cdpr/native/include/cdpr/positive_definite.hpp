@@ -21,8 +21,7 @@ template <class T> struct PositiveDefinite {
     T* factor;        // (n, n), work space: L
     double damping;   // 1, not negative; as in the method of Levenberg and Marquardt
     int64_t n;
-    static constexpr Field fields[] = {in<T>("matrix", "n", "n"),   in<T>("right", "n"), out<T>("solution", "n"),
-                                       work<T>("factor", "n", "n"), value("damping"),    size("n")};
+    static constexpr char fields[] = "matrix(n, n), right(n), solution(n), work factor(n, n), damping, n";
 };
 
 template <class T> inline int positive_definite(PositiveDefinite<T>& system) {

@@ -11,8 +11,7 @@ template <class T> struct Rotations {
     const T* vector;      // (k, 3), any unit
     T* rotated;           // (k, 3), R(q) v
     int64_t k;
-    static constexpr Field fields[] = {in<T>("quaternion", "k", "4"), in<T>("vector", "k", "3"),
-                                       out<T>("rotated", "k", "3"), size("k")};
+    static constexpr char fields[] = "quaternion(k, 4), vector(k, 3), rotated(k, 3), k";
 };
 
 template <class T> inline int rotations(Rotations<T>& rows) {
@@ -26,8 +25,7 @@ template <class T> struct QuaternionProducts {
     const T* right;  // (k, 4), the rotation that comes first
     T* product;      // (k, 4)
     int64_t k;
-    static constexpr Field fields[] = {in<T>("left", "k", "4"), in<T>("right", "k", "4"), out<T>("product", "k", "4"),
-                                       size("k")};
+    static constexpr char fields[] = "left(k, 4), right(k, 4), product(k, 4), k";
 };
 
 template <class T> inline int quaternion_products(QuaternionProducts<T>& rows) {
@@ -40,7 +38,7 @@ template <class T> struct RotationVectors {
     const T* quaternion;  // (k, 4), of either sign
     T* vector;            // (k, 3), rad, at most pi long
     int64_t k;
-    static constexpr Field fields[] = {in<T>("quaternion", "k", "4"), out<T>("vector", "k", "3"), size("k")};
+    static constexpr char fields[] = "quaternion(k, 4), vector(k, 3), k";
 };
 
 template <class T> inline int rotation_vectors(RotationVectors<T>& rows) {
@@ -52,7 +50,7 @@ template <class T> struct Quaternions {
     const T* vector;  // (k, 3), rotation vectors, rad
     T* quaternion;    // (k, 4)
     int64_t k;
-    static constexpr Field fields[] = {in<T>("vector", "k", "3"), out<T>("quaternion", "k", "4"), size("k")};
+    static constexpr char fields[] = "vector(k, 3), quaternion(k, 4), k";
 };
 
 template <class T> inline int quaternions(Quaternions<T>& rows) {

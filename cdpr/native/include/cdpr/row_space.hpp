@@ -26,18 +26,9 @@ struct NearestByRows {
     double* factors;            // (n + 5, n + m), work space
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in("matrix", "n", "m"),
-                                       in("wrench", "n"),
-                                       in("tension_min", "m"),
-                                       in("tension_max", "m"),
-                                       in("target", "m"),
-                                       out("tension", "m"),
-                                       out("status", "1"),
-                                       work("basis", "m", "m"),
-                                       work("box", "4", "m"),
-                                       work("factors", "n + 5", "n + m"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), target(m), tension(m), status(1), work basis(m, m), "
+        "work box(4, m), work factors(n + 5, n + m), n, m";
 };
 
 namespace row_space {

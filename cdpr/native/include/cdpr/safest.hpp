@@ -45,14 +45,8 @@ struct SafestPoint {
     int64_t ball;         // 1: distances in x; 0: of tensions, N
     int64_t m;
     int64_t r;
-    static constexpr Field fields[] = {in("basis", "m", "r"),
-                                       in("box", "3", "m"),
-                                       out("x", "r"),
-                                       out("distance", "1"),
-                                       work("space", "4*m + 17", "2*m + 1"),
-                                       value<int64_t>("ball"),
-                                       size("m"),
-                                       size("r")};
+    static constexpr char fields[] =
+        "basis(m, r), box(3, m), x(r), distance(1), work space(4*m + 17, 2*m + 1), ball, m, r";
 };
 
 // Return OK, or NOT_FOUND where the distance is NaN.

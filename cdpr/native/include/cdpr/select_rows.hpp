@@ -14,13 +14,7 @@ template <class T> struct Selection {
     T* wrench;             // (n)
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in<int64_t>("rows", "n"),
-                                       in<T>("full_matrix", "6", "m"),
-                                       in<T>("full_wrench", "6"),
-                                       out<T>("matrix", "n", "m"),
-                                       out<T>("wrench", "n"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] = "rows(n), full_matrix(6, m), full_wrench(6), matrix(n, m), wrench(n), n, m";
 };
 
 template <class T> inline int select_rows(Selection<T>& p) {

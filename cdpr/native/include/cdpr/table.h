@@ -8,27 +8,18 @@
 extern "C" {
 #endif
 
-enum { CDPR_DIMENSIONS = 4 };
-
-/* One member of an operation's struct; every member takes 8 bytes, in the order of the table.
-   type:  "double", "int64" (values), "double*", "int64*", "lanes*" (addresses; lanes: groups of 8 doubles)
-   role:  "in", "out", "both" (read and written), "work" (scratch space), "size", "value"
-   shape: up to CDPR_DIMENSIONS dimensions, then NULL; each a sum of products of sizes and integers: "2*m + 1", or a
-   size with its least value: "w >= 6" */
-typedef struct {
-    const char *name, *type, *role;
-    const char* shape[CDPR_DIMENSIONS + 1];
-} cdpr_field;
-
 /* Run an operation on its struct at a simulation time [s]; return its status code. */
 typedef int (*cdpr_operation)(void* place, double time);
 
+/* Operation; each member of its struct takes 8 bytes.
+   fields: their names and dimensions, "matrix(n, m), both tension(m), n, m, step" (field.hpp)
+   types:  of each "double", "int64", "double*", "int64*" or "lanes*" (groups of 8 doubles), or an address with "const" */
 typedef struct {
     const char* name;
     cdpr_operation call;
-    int64_t size; /* of the struct, bytes */
-    const cdpr_field* fields;
-    int64_t count;
+    int64_t count; /* of the members */
+    const char* fields;
+    const char* const* types;
 } cdpr_entry;
 
 typedef struct {

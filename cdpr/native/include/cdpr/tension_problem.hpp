@@ -23,17 +23,9 @@ template <class T> struct TensionProblem {
     T* factors;            // (n + 5, n + m), work space
     int64_t n;
     int64_t m;
-    static constexpr Field fields[] = {in<T>("matrix", "n", "m"),
-                                       in<T>("wrench", "n"),
-                                       in<T>("tension_min", "m"),
-                                       in<T>("tension_max", "m"),
-                                       out<T>("tension", "m"),
-                                       out<T>("status", "1"),
-                                       work<T>("basis", "m", "m"),
-                                       work<T>("box", "4", "m"),
-                                       work<T>("factors", "n + 5", "n + m"),
-                                       size("n"),
-                                       size("m")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), tension(m), status(1), work basis(m, m), "
+        "work box(4, m), work factors(n + 5, n + m), n, m";
 
     CDPR_INLINE Matrix<const T> W() const { return {matrix, m}; }
     CDPR_INLINE Matrix<T> N() const { return {basis, m}; }

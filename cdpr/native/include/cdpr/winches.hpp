@@ -117,7 +117,7 @@ template <class T> inline int settle_winches(Plant<T>& plant) {
 template <class T> struct WinchStep {
     Plant<T> plant;
     double step;  // s
-    static constexpr auto fields = extended(Plant<T>::fields, value("step"));
+    static constexpr auto fields = extended(Plant<T>::fields, "step");
 };
 
 template <class T> inline int step_winches(WinchStep<T>& problem) {
