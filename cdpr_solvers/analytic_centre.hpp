@@ -30,9 +30,9 @@ struct AnalyticCentre {
     double* turned;         // (m + 1, m), work space: N and x, which turns along
     double* limits;         // (3, m), work space: the limits, with more cables locked, and the centre
     double* space;          // (4 m + 17, 2 m + 1), work space
-    static constexpr auto fields = extended(
-        TensionProblem<double>::fields,
-        "weights(m), work turned(m + 1, m), work limits(3, m), work space(4*m + 17, 2*m + 1)");
+    static constexpr auto fields =
+        extended(TensionProblem<double>::fields,
+                 "weights(m), work turned(m + 1, m), work limits(3, m), work space(4*m + 17, 2*m + 1)");
 
     CDPR_INLINE double* low() const { return limits; }
     CDPR_INLINE double* high() const { return limits + problem.m; }

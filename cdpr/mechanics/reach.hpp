@@ -91,10 +91,10 @@ struct LimitViolations {
     int64_t counted;      // samples before these
     int64_t n;
     int64_t width;
-    static constexpr auto fields = extended(
-        CableLimits::fields,
-        "sizes(k, m), rows(n, width), both worst(k, m), both worst_value(k, m), both worst_limit(k, m), "
-        "both samples(2, k), counted, n, width");
+    static constexpr auto fields =
+        extended(CableLimits::fields,
+                 "sizes(k, m), rows(n, width), both worst(k, m), both worst_value(k, m), both worst_limit(k, m), "
+                 "both samples(2, k), counted, n, width");
 
     inline bool count_kind(const double* now, const double* row, int64_t i) const;
 };

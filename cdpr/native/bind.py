@@ -228,8 +228,13 @@ def _check_overlaps(name: str, spans: list[Span]) -> None:
 
 
 def _number(where: str, field: Field, value: Any) -> float:
-    if field.type == "int64":
-        return _integer(where, value)
+    number = _integer(where, value) if field.type == "int64" else _real(where, value)
+    if field.least is not None and not number >= field.least:
+        raise ValueError(f"{where}: expected at least {field.least:g}, got {value}.")
+    return number
+
+
+def _real(where: str, value: Any) -> float:
     if not isinstance(value, float | int | np.floating | np.integer):
         raise TypeError(f"{where}: expected a number, got {type(value).__name__}.")
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable
 from functools import cache
 from typing import Any
@@ -11,27 +12,32 @@ from cdpr.errors import CdprError
 from cdpr.native.sizes import Dimension
 
 VARIABLE = "CDPR_NATIVE_TARGET"
+FIELD = re.compile(r"[^,()]+(?:\([^()]*\))?")
 LANES = 8  # numbers side by side; the last axis of arrays of lanes
 
 
 class Field:
-    """Member of an operation's struct, as `table.h` describes it.
+    """Member of an operation's struct, as `field.hpp` describes it.
 
     Attributes:
         name: Of the argument.
         type: "double", "int64", "double*", "int64*" or "lanes*".
         role: "in", "out", "both", "work", "size" or "value".
         shape: The dimensions of an array; the last one of lanes is 8.
+        least: The least value of a number; None if it has none.
         is_array: Whether the struct holds an address.
     """
 
-    def __init__(self, name: str, type: str, role: str, shape: tuple[str, ...]) -> None:
-        self.name = name
-        self.type = type
-        self.role = role
+    def __init__(self, text: str, type: str) -> None:
+        head, _, shape = text.rstrip(")").partition("(")
+        head, _, least = head.partition(" >= ")
+        *words, self.name = head.split()
+        self.type = type.removeprefix("const ")
         self.is_array = type.endswith("*")
-        lanes = (str(LANES),) if type == "lanes*" else ()
-        self.shape = tuple(Dimension(text) for text in (*shape, *lanes))
+        self.role = words[0] if words else "value" if not self.is_array else "out" if type == self.type else "in"
+        self.least = float(least) if least else None
+        lanes = (str(LANES),) if self.type == "lanes*" else ()
+        self.shape = tuple(Dimension(text) for text in (*shape.split(", "), *lanes)) if self.is_array else ()
 
     def __str__(self) -> str:
         """Return the shape, such as "(n, 3)"."""
@@ -52,17 +58,19 @@ class Operation:
         plans: How it was bound, by names and shapes; for `cdpr.native.bind`.
     """
 
-    def __init__(self, name: str, address: int, fields: tuple[Field, ...]) -> None:
+    def __init__(self, name: str, address: int, fields: str, types: tuple[str, ...]) -> None:
         self.name = name
         self.address = address
-        self.fields = fields
-        self.names = frozenset(field.name for field in fields)
-        self.required = frozenset(field.name for field in fields if field.role not in ("size", "work"))
-        declared = (field.name for field in fields if field.role == "size")
-        used = (symbol for field in fields for dimension in field.shape for symbol in dimension.symbols)
-        self.sizes = frozenset((*declared, *used))
+        texts = FIELD.findall(fields)
+        self.fields = tuple(Field(text, type) for text, type in zip(texts, types, strict=True))
+        self.sizes = frozenset(size for field in self.fields for each in field.shape for size in each.symbols)
+        for field in self.fields:
+            if field.name in self.sizes:
+                field.role = "size"
+        self.names = frozenset(field.name for field in self.fields)
+        self.required = frozenset(field.name for field in self.fields if field.role not in ("size", "work"))
+        self.layout = "=" + "".join("d" if field.type == "double" else "q" for field in self.fields)
         self.plans: dict[object, Any] = {}
-        self.layout = "=" + "".join("d" if field.type == "double" else "q" for field in fields)
 
 
 def shape_text(shape: Iterable[object]) -> str:
@@ -107,9 +115,6 @@ def _tables() -> dict[str, dict[str, Operation]]:
     from cdpr.native import library
 
     return {
-        target: {
-            name: Operation(name, address, tuple(Field(*field) for field in fields))
-            for name, address, _, fields in entries
-        }
+        target: {name: Operation(name, address, fields, types) for name, address, fields, types in entries}
         for target, entries in library.tables()
     }

@@ -74,7 +74,7 @@ struct CountSamples {
     int64_t c;
     int64_t n;
     static constexpr char fields[] =
-        "rows(k, w), since(m), at(6), columns(c), both figures(10), both kept(n, c), first, every, k, w, m, c, n";
+        "rows(k, w), since(m), at(6), columns(c), both figures(10), both kept(n, c), first, every >= 1, k, w, m, c, n";
 };
 
 // Count samples, and keep columns of some.

@@ -51,7 +51,7 @@ struct Proceed {
     int64_t n;
     int64_t v;
     static constexpr char fields[] =
-        "table(acts, 6), both place(5), both time(1), row(w), both rows(n, v), period, acts, w, n, v";
+        "table(acts, 6), both place(5), both time(1), row(w), both rows(n >= 1, v), period, acts, w, n, v";
 };
 
 // Call an act; return its code, 0 where it was mended, and then add to `act` what is left out.

@@ -19,8 +19,9 @@ struct ConnectedCells {
     int64_t count;
     int64_t size;
     static constexpr char fields[] =
-        "inside(count), both above(size), both parent(2*size), work fresh(2*size), both state(2), first, columns, count, "
-        "size";
+        "inside(count), both above(size >= 1), both parent(2*size), work fresh(2*size), both state(2), first, columns "
+        ">= 1, "
+        "count, size";
 
     CDPR_INLINE int64_t& labels() const { return state[0]; }
     CDPR_INLINE int64_t& pieces() const { return state[1]; }

@@ -28,10 +28,10 @@ struct RaySearch {
     int64_t over_all;            // whether all attitudes must be free; else one is enough
     int64_t count;
     int64_t attitudes;
-    static constexpr auto fields = extended(
-        Bodies::fields,
-        "positions(count, 3), orientations(attitudes, 4), ends(count, 64), counts(count), work cables(m, 6), "
-        "work pose(7), low, high, edge, axis, over_all, count, attitudes");
+    static constexpr auto fields =
+        extended(Bodies::fields,
+                 "positions(count, 3), orientations(attitudes, 4), ends(count, 64), counts(count), work cables(m, 6), "
+                 "work pose(7), low, high, edge, axis, over_all, count, attitudes");
 
     inline double above_edge(double at) const;
     inline double boundary(double from, double to, bool free) const;

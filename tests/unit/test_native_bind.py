@@ -16,21 +16,14 @@ from cdpr.errors import CdprError
 from cdpr.native import bind as module
 from cdpr.native import library
 from cdpr.native.bind import bind
-from cdpr.native.operations import VARIABLE, Field, Operation, operations, targets
+from cdpr.native.operations import VARIABLE, Operation, operations, targets
 
 FIELDS = (
-    ("left", "double*", "in", ("n", "3")),
-    ("order", "int64*", "in", ("m",)),
-    ("eight", "lanes*", "in", ("m",)),
-    ("state", "double*", "both", ("n",)),
-    ("answer", "double*", "out", ("n", "m")),
-    ("scratch", "double*", "work", ("2*m + n", "n*n + 1")),
-    ("n", "int64", "size", ()),
-    ("m", "int64", "size", ()),
-    ("k", "int64", "size", ()),
-    ("gain", "double", "value", ()),
-    ("rounds", "int64", "value", ()),
+    "left(n, 3), order(m), eight(m), both state(n), answer(n, m), work scratch(2*m + n + 0*k, n*n + 1), "
+    "n, m, k, gain, rounds"
 )
+ARRAYS = ("const double*", "const int64*", "const lanes*", "double*", "double*", "double*")
+TYPES = (*ARRAYS, "int64", "int64", "int64", "double", "int64")
 ADDRESS = 8  # of no function
 seen = []
 
@@ -49,8 +42,8 @@ class Recorder:
 @pytest.fixture(autouse=True)
 def recorder(monkeypatch):
     seen.clear()
-    made = Operation("recorder", ADDRESS, tuple(Field(*field) for field in FIELDS))
-    known = Operation("recorder", ADDRESS, tuple(Field(*field) for field in FIELDS if field[0] != "k"))
+    made = Operation("recorder", ADDRESS, FIELDS, TYPES)
+    known = Operation("recorder", ADDRESS, FIELDS.replace(" + 0*k", "").replace(" k,", ""), TYPES[:8] + TYPES[9:])
     monkeypatch.setattr(module, "operations", lambda: {**operations(), "recorder": made, "known": known})
     real = library.Bound
 
@@ -290,6 +283,15 @@ def test_the_example_and_the_message_of_the_page_are_as_there():
     with pytest.raises(ValueError, match="expected shape") as raised:
         bind("cross_products", left=np.eye(3), right=np.ones((2, 3)), product=np.ones((3, 3)))
     assert f"`{raised.value}`" in " ".join(page.split())
+
+
+def test_a_number_below_its_least_value_is_an_error():
+    arrays = {name: np.zeros((1, 1)) for name in ("rows", "kept")} | {"at": np.zeros(6), "figures": np.zeros(10)}
+    given = arrays | {"since": np.zeros(1), "columns": np.zeros(1, np.int64), "first": 0}
+    for _ in range(2):
+        with pytest.raises(ValueError, match=r"^count_samples: every: expected at least 1, got 0\.$"):
+            bind("count_samples", **given, every=0)
+        bind("count_samples", **given, every=1)
 
 
 def test_fields_are_read_from_the_library():

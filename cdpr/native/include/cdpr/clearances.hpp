@@ -18,10 +18,10 @@ struct Clearances {
     Lanes* eight_poses;   // (7), work space
     Lanes* eight_ends;    // (m, 6), work space
     int64_t count;
-    static constexpr auto fields = extended(
-        Bodies::fields,
-        "poses(count, 7), clearance(count), which(count), work ends(m, 6), work eight_poses(7), "
-        "work eight_ends(m, 6), count");
+    static constexpr auto fields =
+        extended(Bodies::fields,
+                 "poses(count, 7), clearance(count), which(count), work ends(m, 6), work eight_poses(7), "
+                 "work eight_ends(m, 6), count");
 
     CDPR_INLINE void write(int64_t k, Nearest<double> found) const {
         clearance[k] = found.clearance;

@@ -37,8 +37,8 @@ template <class Problem, int... I> constexpr Types<sizeof...(I)> types_of(Indice
 }
 
 template <class Problem> constexpr int member_count = sizeof(Problem) / 8;
-template <class Problem>
-inline constexpr auto member_types = types_of<Problem>(typename Count<member_count<Problem>>::type());
+template <class Problem> inline constexpr auto member_types =
+    types_of<Problem>(typename Count<member_count<Problem>>::type());
 
 // Return whether there is a field for each type, with dimensions where it is an array.
 constexpr bool fields_match(const char* fields, const char* const* types, int count) {

@@ -8,11 +8,11 @@
 //         static constexpr char fields[] = "left(n, 3), right(n, 3), product(n, 3), n";
 //     };
 //
-// The fields name the members in their order, arrays with their dimensions: sizes, integers or sums of products of them,
-// or a size with its least value, such as "w >= 6". An array whose member is `const T*` is read, another one is written:
-// nothing is read that the same call did not write. "both state(13)" is read and written; "work spare(m)" is scratch
-// space with arbitrary content. An integer that is part of a dimension is a size, which the binding computes; another
-// number is an argument, which may have a least value, too: "every >= 1".
+// The fields name the members in their order, arrays with their dimensions: sizes, integers or sums of products of
+// them, or a size with its least value, such as "w >= 6". An array whose member is `const T*` is read, another one is
+// written: nothing is read that the same call did not write. "both state(13)" is read and written; "work spare(m)" is
+// scratch space with arbitrary content. An integer that is part of a dimension is a size, which the binding computes;
+// another number is an argument, which may have a least value, too: "every >= 1".
 #pragma once
 
 #include <stdint.h>
@@ -52,8 +52,7 @@ template <int... sizes> constexpr Text<(sizes + ... + 1) - int(sizeof...(sizes))
 }
 
 // Fields of a struct whose first member is a struct with fields of its own, which the others follow.
-template <int size, int... sizes>
-constexpr auto extended(const char (&first)[size], const char (&... more)[sizes]) {
+template <int size, int... sizes> constexpr auto extended(const char (&first)[size], const char (&... more)[sizes]) {
     return join(first, ", ", more...);
 }
 

@@ -13,7 +13,8 @@ typedef int (*cdpr_operation)(void* place, double time);
 
 /* Operation; each member of its struct takes 8 bytes.
    fields: their names and dimensions, "matrix(n, m), both tension(m), n, m, step" (field.hpp)
-   types:  of each "double", "int64", "double*", "int64*" or "lanes*" (groups of 8 doubles), or an address with "const" */
+   types:  of each "double", "int64", "double*", "int64*" or "lanes*" (groups of 8 doubles), or an address with "const"
+ */
 typedef struct {
     const char* name;
     cdpr_operation call;
