@@ -60,24 +60,9 @@ struct Advance {
     int64_t r;
     int64_t w;
     int64_t M;
-    static constexpr Field fields[] = {in<int64_t>("table", "acts", "5"),
-                                       both<int64_t>("place", "3"),
-                                       in<int64_t>("programs", "8", "4"),
-                                       in<int64_t>("arrays", "8", "r", "3"),
-                                       in<int64_t>("motions", "8", "2"),
-                                       in<int64_t>("desired", "8", "3"),
-                                       in<int64_t>("counting", "2"),
-                                       in<int64_t>("columns", "w"),
-                                       in<int64_t>("kept", "8"),
-                                       in<int64_t>("alike", "1"),
-                                       both("block", "M >= 1", "8"),
-                                       value("period"),
-                                       value<int64_t>("every"),
-                                       value<int64_t>("n"),
-                                       size("acts"),
-                                       size("r"),
-                                       size("w"),
-                                       size("M")};
+    static constexpr char fields[] =
+        "table(acts, 5), both place(3), programs(8, 4), arrays(8, r, 3), motions(8, 2), desired(8, 3), counting(2), "
+        "columns(w), kept(8), alike(1), both block(M >= 1, 8), period, every, n, acts, r, w, M";
 
     CDPR_INLINE const CaseProgram& program(int lane) const {
         return reinterpret_cast<const CaseProgram*>(programs)[lane];
@@ -121,8 +106,7 @@ struct Lane {
     double* block;          // (M, 8)
     int64_t r;
     int64_t M;
-    static constexpr Field fields[] = {in<int64_t>("arrays", "r", "3"), in<int64_t>("moved", "3"),
-                                       both("block", "M", "8"), size("r"), size("M")};
+    static constexpr char fields[] = "arrays(r, 3), moved(3), both block(M, 8), r, M";
 };
 
 // Copy the first arrays of a case into a lane of the block, or from there; return 1 if there is no such lane or array.

@@ -56,14 +56,8 @@ struct GivenCommand {
     const int64_t* steps;     // (1), with this command
     int64_t n;
     int64_t rows;
-    static constexpr Field fields[] = {in("given", "n"),
-                                       out("values", "n"),
-                                       both("record", "rows", "n + 2"),
-                                       both<int64_t>("used", "1"),
-                                       in<int64_t>("standing", "5"),
-                                       in<int64_t>("steps", "1"),
-                                       size("n"),
-                                       size("rows")};
+    static constexpr char fields[] =
+        "given(n), values(n), both record(rows, n + 2), both used(1), standing(5), steps(1), n, rows";
 };
 
 // Take and record a command. Do nothing and return 1 if a value is infinite or NaN, 2 if the record is full.
