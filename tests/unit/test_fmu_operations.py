@@ -34,15 +34,8 @@ struct Problem {
     double* tension;
     int64_t n, m;
     double share;
-    static constexpr cdpr::Field fields[] = {
-        cdpr::in("matrix", "n", "m"),
-        cdpr::in("wrench", "n"),
-        cdpr::in("tension_min", "m"),
-        cdpr::in("tension_max", "m"),
-        cdpr::out("tension", "m"),
-        cdpr::size("n"),
-        cdpr::size("m"),
-        cdpr::value("share")};
+    static constexpr char fields[] =
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), tension(m), n, m, share";
 };
 
 inline int solve(Problem& p) {

@@ -286,8 +286,8 @@ def test_the_example_and_the_message_of_the_page_are_as_there():
 
 
 def test_a_number_below_its_least_value_is_an_error():
-    arrays = {name: np.zeros((1, 1)) for name in ("rows", "kept")} | {"at": np.zeros(6, np.int64), "figures": np.zeros(10)}
-    given = arrays | {"since": np.zeros(1), "columns": np.zeros(1, np.int64), "first": 0}
+    arrays = {"rows": np.zeros((1, 1)), "since": np.zeros(1), "figures": np.zeros(10), "kept": np.zeros((1, 1))}
+    given = arrays | {"at": np.zeros(6, np.int64), "columns": np.zeros(1, np.int64), "first": 0}
     for _ in range(2):
         with pytest.raises(ValueError, match=r"^count_samples: every: expected at least 1, got 0\.$"):
             bind("count_samples", **given, every=0)
