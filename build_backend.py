@@ -93,8 +93,8 @@ def use_zig() -> None:
     os.environ["CC"] = f"{zig} cc {target}"
     os.environ["CXX"] = f"{zig} c++ {target}"
     # CMake links a program first. Without these options zig would build its debugging libraries and the C++ library.
-    os.environ["CFLAGS"] = "-O3"
-    os.environ["CXXFLAGS"] = "-O3 -nostdlib++"
+    os.environ["CFLAGS"] = "-O2"
+    os.environ["CXXFLAGS"] = "-O2 -nostdlib++"
 
 
 def zig_target() -> str:

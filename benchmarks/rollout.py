@@ -66,7 +66,7 @@ def measure() -> dict[str, Any]:
     cores = len(os.sched_getaffinity(0))
     figures: dict[str, Any] = {}
     for name, vary in VARIED.items():
-        case_cost(vary, cores)  # compiles and loads
+        case_cost(vary, cores)  # loads
         pinvs, ones, alls, briefs, loads = [], [], [], [], []
         for _ in range(TURNS):
             loads.append(os.getloadavg()[0])

@@ -40,7 +40,7 @@ def slope(*more: str) -> float:
         for duration, found in times.items():
             with tempfile.TemporaryDirectory() as folder:
                 taken = seconds(command(duration, *more), folder)
-            if k:  # the first compiles
+            if k:  # the first loads
                 found.append(taken)
                 pinvs.append(pinv_cost(MATRIX))
     return (min(times[LONG]) - min(times[SHORT])) / ((LONG - SHORT) / STEP) / min(pinvs)

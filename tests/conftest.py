@@ -22,7 +22,7 @@ from cdpr.plugins.registry import registry
 # Fixtures beside those of this file; a second conftest.py would take this one's name from those who import it.
 pytest_plugins = ["browser_pages", "window_page"]
 
-# The same examples each time, and more of them in CI; no deadline, for the first call of a kernel compiles it.
+# The same examples each time, and more of them in CI; no deadline, for a busy machine takes long.
 EXAMPLES = int(os.environ.get("CDPR_EXAMPLES", "25"))
 settings.register_profile("cdpr", deadline=None, derandomize=True, max_examples=EXAMPLES)
 settings.load_profile("cdpr")

@@ -93,4 +93,4 @@ def test_zig_compiles_for_any_processor_and_keeps_its_cache_in_the_build_folder(
     assert settings["cmake.define.CDPR_ZIG"] == "ON"
     assert Path(backend.os.environ["ZIG_GLOBAL_CACHE_DIR"]) == ROOT / "build" / "zig-cache"
     assert backend.os.environ["CC"] == "/site/ziglang/zig cc -target x86_64-linux-gnu.2.17"
-    assert backend.os.environ["CXXFLAGS"] == "-O3 -nostdlib++"
+    assert backend.os.environ["CXXFLAGS"] == "-O2 -nostdlib++"
