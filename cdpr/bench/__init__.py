@@ -1,13 +1,12 @@
-"""Compares the installed tension solvers on random problems of several robots: coverage, accuracy, jumps, time.
+"""Benchmark of the installed tension solvers on random problems of several robots: coverage, accuracy, jumps, time.
 
     from cdpr import bench
     from cdpr.scenario import load_robot
 
     figures = bench.run([load_robot("robot.yaml")], solvers=["qp"], poses=500, seed=1)
 
-What each figure means is said in `cdpr.bench.measures`; the problems are those of `cdpr.bench.problems`, and what is
-feasible or optimal is decided by other means than the solvers', in `cdpr.bench.oracle`. All figures but the timings are
-the same each time.
+`cdpr.bench.measures` defines the figures and `cdpr.bench.problems` the problems. Feasibility and optimality are decided
+independently of the solvers under test, in `cdpr.bench.oracle`. All figures but the timings are reproducible.
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Asks one solver all problems, and takes the time of each call."""
+"""Calls of one solver on all problems, with the time of each call."""
 
 from __future__ import annotations
 
@@ -20,26 +20,30 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.tension import Status
 
-FIRST_CALLS = 10  # not timed: they import and fill caches
-PINV_EVERY = 10  # calls between two of numpy's pinv, so that both see the same machine
+FIRST_CALLS = 10  # not timed: they import modules and fill caches
+PINV_EVERY = 10  # calls between two calls of numpy's pinv, so that both see the same machine load
 
 
 class SolverFailed(Exception):  # noqa: N818 - an outcome
-    """The solver raised, or returned what is no status."""
+    """The solver raised, or returned no valid status."""
 
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """What a solver said to K problems."""
+    """Results of a solver on K problems."""
 
-    status: NDArray[np.int64]  # (K,), of `cdpr.tension.Status`
-    tension: Array  # (K, m), N; NaN where nothing was written
-    nanoseconds: NDArray[np.int64]  # (K,), of wall time
-    pinv_ns: NDArray[np.int64]  # of numpy.linalg.pinv of a 6x8 matrix, called in between
+    status: NDArray[np.int64]  # (K,), values of `cdpr.tension.Status`
+    tension: Array  # (K, m), N; NaN if nothing was written
+    nanoseconds: NDArray[np.int64]  # (K,), wall time of each call
+    pinv_ns: NDArray[np.int64]  # times of numpy.linalg.pinv of a 6x8 matrix, called in between
 
 
 def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolver:
-    """Make a solver; SolverFailed where it raises."""
+    """Create a solver.
+
+    Raises:
+        SolverFailed: if it raises.
+    """
     try:
         solver: TensionSolver = factory(robot, options)
         return solver
@@ -50,10 +54,18 @@ def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolv
 
 
 def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) -> Answers:
-    """Ask all problems in order; SolverFailed where it raises or returns no status.
+    """Solve all problems in order and return the results.
 
-    After the first calls, which are repeated, the solver is reset. `poisoned` fills a compiled solver's work space with
-    rubbish before each call: an answer that depends on it is one that reads what it has not written.
+    The first problems are solved once in advance, untimed, and the solver is then reset.
+
+    Args:
+        solver: the solver.
+        problems: the problems.
+        poisoned: fill a compiled solver's work space with garbage before each call, to expose reads of unwritten
+            memory.
+
+    Raises:
+        SolverFailed: if the solver raises or returns no valid status.
     """
     robot, count = problems.robot, len(problems)
     t_min, t_max = problems.t_min, problems.t_max
@@ -86,7 +98,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
                 raise SolverFailed(f"raised {one_line(error)} at problem {k}") from error
             status[k] = _checked(said)
             if k % PINV_EVERY == 0:
-                np.linalg.pinv(matrix)  # after a call of a large library the first one is slow
+                np.linalg.pinv(matrix)  # the first call after one of a large library is slow
                 before = perf_counter_ns()
                 np.linalg.pinv(matrix)
                 pinv.append(perf_counter_ns() - before)
@@ -94,7 +106,11 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
 
 
 def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: Array) -> tuple[int, Array]:
-    """Status and tensions (m,) of one problem; SolverFailed where it raises or returns no status."""
+    """Return the status and the tensions, (m,), N, of one problem.
+
+    Raises:
+        SolverFailed: if the solver raises or returns no valid status.
+    """
     tension = np.full(len(t_min), np.nan)
     try:
         said = solver.solve(W, wrench, t_min, t_max, tension)

@@ -1,4 +1,4 @@
-"""Asks every solver the problems of every robot."""
+"""Benchmark run: every solver on the problems of every robot."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ from cdpr.plugins.registry import Registered, Registry, registry
 from cdpr.tension import Status
 
 POSES, SEED = 500, 1
-POSES_PER_PATH = 50  # as many paths as poses / 50
+POSES_PER_PATH = 50  # poses per path
 
-# A solver whose plugin declares the property `slow` (milliseconds a call) gets the first poses and paths only: one in
-# so many, but at least FEWEST poses and one path. It is declared, so that no figure depends on the machine's speed.
+# Solvers that declare the property `slow` (milliseconds per call) get only one in SLOW poses and paths, but at least
+# FEWEST poses and one path. The property is declared so that no figure depends on the machine's speed.
 SLOW, FEWEST = 50, 10
 
-ORACLE = 3  # what the oracle takes for a robot, in solvers, for the progress
+ORACLE = 3  # cost of the oracle for one robot, in solvers, for the progress
 
-LIBRARIES = ("numpy", "scipy", "daqp")  # what computes, besides the solvers' own
+LIBRARIES = ("numpy", "scipy", "daqp")  # libraries whose versions are always reported
 
 Progress = Callable[[int, int], None]
 Point = Callable[[Path, float], tuple[Array, Array]]
@@ -53,23 +53,25 @@ def run(
     options: Mapping[str, Mapping[str, object]] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> dict[str, Any]:
-    """Return all figures as plain data: lists, dictionaries, texts, numbers and None.
+    """Run the benchmark and return all figures as plain data: lists, dictionaries, texts, numbers and None.
+
+    A solver that is not installed, cannot be loaded, raises or does not support a robot has a row with the reason. An
+    interrupt (Ctrl-C) ends the benchmark: the completed part is returned, marked as `interrupted`.
 
     Args:
-        robots: at least one.
-        solvers: names of solvers; all that are known by default.
+        robots: at least one robot.
+        solvers: names of solvers; all known ones by default.
         poses: problems per robot.
-        seed: of poses, loads, paths and adversaries.
-        adversaries: problems made to mislead, besides, for each of several sizes of robots; see
-            `cdpr.distribution.adversaries`. Their results stand apart.
-        plugins: where to look for solvers; the installed ones by default.
-        options: of solvers, by name, where not the default ones.
-        progress: called with the steps done and their total, first with 0.
+        seed: seed of poses, loads, paths and adversaries.
+        adversaries: number of additional adversarial problems for each of several robot sizes, reported separately; see
+            `cdpr.distribution.adversaries`.
+        plugins: registry of solvers; the installed ones by default.
+        options: options by solver; defaults otherwise.
+        progress: called with the finished steps and their total, first with 0.
 
-    A solver that is not installed, cannot be loaded, raises or does not support a robot has a row that says so. An
-    interrupt (Ctrl-C) ends the measurement: what is complete is returned, marked as `interrupted`.
-
-    Raises CdprError where there is nothing to do, PluginError for an unknown solver or if scipy or daqp are missing.
+    Raises:
+        CdprError: if there is nothing to do.
+        PluginError: if a solver is unknown, or scipy or daqp are missing.
     """
     found = plugins or registry()
     entries = {name: found.get("solver", name) for name in (found.names("solver") if solvers is None else solvers)}
@@ -80,7 +82,7 @@ def run(
     chosen = {name: entry.read_options((options or {}).get(name, {})) for name, entry in entries.items()}
     foes = hard_robots() if adversaries else []
     steps, done = len(robots) * (len(entries) + ORACLE) + len(foes) * (len(entries) + 1), 0
-    progress(done, steps)  # before solvers are imported, which takes its time
+    progress(done, steps)  # before the slow import of the solvers
     about = [_about(name, entry) for name, entry in entries.items()]
     usable = [name for name, row in zip(entries, about, strict=True) if not row["problem"]]
     result: dict[str, Any] = {
@@ -97,7 +99,7 @@ def run(
             problems = make_problems(robot, poses, seed)
             oracle = consult(problems, [str(row["properties"].get("objective")) for row in about if not row["problem"]])
             paths = make_paths(robot, max(1, poses // POSES_PER_PATH), seed)
-            point = lru_cache(maxsize=None)(_point)  # the same for all solvers
+            point = lru_cache(maxsize=None)(_point)  # shared by all solvers
             described = _describe(problems, oracle)
             result["robots"].append(described)
             done += ORACLE
@@ -129,7 +131,7 @@ def run(
 
 
 def _about(name: str, entry: Registered) -> dict[str, Any]:
-    """What a solver says of itself, and why it cannot be asked if so."""
+    """Return the declared properties of a solver, and the reason if it cannot be used."""
     problem = ""
     try:
         entry.load()
@@ -139,7 +141,7 @@ def _about(name: str, entry: Registered) -> dict[str, Any]:
     return {
         "name": name,
         "summary": info.summary,
-        # A stranger may declare anything.
+        # third-party plugins may declare values of any type
         "properties": {k: v if isinstance(v, (str, int, float, bool)) else str(v) for k, v in info.properties.items()},
         "distribution": entry.distribution,
         "version": entry.version,
@@ -173,11 +175,11 @@ def _point(path: Path, s: float) -> tuple[Array, Array]:
 def _row(
     entry: Registered, options: PluginOptions, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
 ) -> dict[str, Any]:
-    """One solver on one robot: `outcome` is measured, unsupported (the robot) or failed, `detail` says how."""
+    """Return the result of one solver on one robot; `outcome` is "measured", "unsupported" (the robot) or "failed"."""
     if entry.info.properties.get("slow"):
         count = max(min(FEWEST, len(problems)), len(problems) // SLOW)
         problems, oracle, paths = problems.first(count), oracle.first(count), paths[: max(1, len(paths) // SLOW)]
-    # What a solver warns of is no figure.
+    # warnings of solvers are not measured
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -209,7 +211,7 @@ def _measured(
 
 
 def _versions(entries: dict[str, Registered]) -> dict[str, str]:
-    """Versions of everything that computes: cdpr, Python, our libraries, and what the solvers bring."""
+    """Return the versions of all software that computes: cdpr, Python, its libraries and those of the solvers."""
     versions = {"cdpr": __version__, "python": platform.python_version()}
     brought = {name for entry in entries.values() for name in (entry.distribution, *entry.info.requires)}
     for name in sorted({*LIBRARIES, *brought} - {"cdpr"}):

@@ -1,24 +1,24 @@
-"""What is counted and measured of one solver on the problems of one robot, as plain figures.
+"""Figures of one solver on the problems of one robot.
 
-An answer is valid if the status is OK, all tensions are finite, W t - wrench is at most a millionth of the wrench (or
-of 1 N; moments divided by the characteristic length) and no tension is more than 1e-6 N beyond a limit: judged here,
-from outside, whatever the solver declares. Problems made to mislead, some of millinewtons, are judged by their largest
-tension instead of 1 N, and where that is less, the limits by a millionth of it.
+An answer is valid if the status is OK, all tensions are finite, |W t - wrench| is at most 1e-6 of the wrench (or of 1
+N; moments divided by the characteristic length), and no tension exceeds a limit by more than 1e-6 N. Validity is
+checked here, whatever the solver declares. Adversarial problems, some of millinewtons, use their largest tension in
+place of 1 N; if it is below 1 N, the limits may be exceeded by 1e-6 of it.
 
-- coverage: valid answers among the feasible problems.
-- edge_coverage: the same among those that are feasible for certain, but nearer to the edge than the band of 1e-9 (of
-  problems made to mislead; nothing else is judged there).
-- misclassified: feasible problems called INFEASIBLE, and infeasible ones called OK unless the solver declares that it
-  ignores the limits.
-- invalid_ok: problems called OK whose answer is not valid.
-- worst_residual (relative, as above) and worst_violation_N: of all answers called OK.
-- gap: how far valid answers are from the optimum of the declared objective, found by another library. Where the
-  optimum is unique (min_norm, mid_range) the largest difference of a tension as a share of the largest limit; one_norm:
-  the relative excess of the sum of tensions; max_slack: the margin lacking, as a share of the largest limit.
-- jumps: among the smooth, feasible paths that the solver answers at half of the points at least, those on which the
-  tensions jump; and the largest jump. Jumps between the points may be missed.
-- on_feasible, on_infeasible: how often each status is returned.
-- time: wall time of one call on a feasible problem, median and 99th percentile; as a ratio, to the median of
+- coverage: share of valid answers among the feasible problems.
+- edge_coverage: the same among problems that are certainly feasible but closer to infeasibility than the band of 1e-9
+  (adversarial problems only; they enter no other figure).
+- misclassified: feasible problems reported as INFEASIBLE, and infeasible ones reported as OK unless the solver declares
+  that it ignores the limits.
+- invalid_ok: problems reported as OK with an invalid answer.
+- worst_residual (relative, as above) and worst_violation_N: largest values of all answers with status OK.
+- gap: distance of valid answers from the optimum of the declared objective, found by another library. For unique optima
+  (min_norm, mid_range): the largest difference of a tension as a share of the largest limit. For one_norm: the relative
+  excess of the sum of tensions. For max_slack: the missing margin as a share of the largest limit.
+- jumps: number of paths with a jump of the tensions, and the largest jump, among the smooth, feasible paths with
+  answers at half of the points or more. Jumps between the points may be missed.
+- on_feasible, on_infeasible: share of each status.
+- time: wall time of a call on feasible problems, median and 99th percentile; the same as ratios to the median of
   numpy.linalg.pinv of a 6x8 matrix called in between; and the median on infeasible problems.
 """
 
@@ -39,12 +39,12 @@ from cdpr.model.robot import Array
 from cdpr.tension import Status
 from cdpr.tension.checks import LIMIT_TOLERANCE, RESIDUAL_TOLERANCE
 
-STEPS = 300  # of a path
-PLACES = 2  # looked at closely on each path, the steepest ones
-HALVINGS = 26  # of a step: what is left of a smooth one is round-off
+STEPS = 300  # steps of a path
+PLACES = 2  # steepest steps of each path that are refined
+HALVINGS = 26  # bisections of a step; the rest of a smooth step is round-off
 
-# Share of the largest limit by which equal problems' answers may differ without being a jump: more than iterative
-# solvers do that have converged, and far less than a vertex of the feasible set is from the next.
+# Change between equal problems, as a share of the largest limit, that is no jump: above the scatter of converged
+# iterative solvers, and far below the distance of two vertices of the feasible set.
 NOISE = 1e-5
 
 USABLE = 0.5  # share of a path's points that need an answer
@@ -52,15 +52,15 @@ USABLE = 0.5  # share of a path's points that need an answer
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """K answers judged from outside."""
+    """Independent check of K answers."""
 
     residual: Array  # (K,), relative
-    violation: Array  # (K,), N, beyond a limit; not above 0 where there is none
+    violation: Array  # (K,), N, by which a limit is exceeded; 0 or less if none is
     valid: NDArray[np.bool_]
 
 
 def judge(problems: Problems, answers: Answers) -> Judgement:
-    """Judge all answers; NaN where one is not finite."""
+    """Return the check of all answers; figures are NaN for non-finite answers."""
     t, unit = answers.tension, problems.units
     lack = problems.weights * (np.einsum("knm,km->kn", problems.W, t) - problems.wrench)
     load = np.linalg.norm(problems.weights * problems.wrench, axis=1)
@@ -72,7 +72,7 @@ def judge(problems: Problems, answers: Answers) -> Judgement:
 
 
 def accuracy(problems: Problems, oracle: Oracle, answers: Answers, properties: Mapping[str, Any]) -> dict[str, Any]:
-    """All figures but jumps and times."""
+    """Return all figures but jumps and times."""
     judged, status = judge(problems, answers), answers.status
     ok = status == Status.OK
     wrong = _count(oracle.feasible & (status == Status.INFEASIBLE))
@@ -98,7 +98,7 @@ def accuracy(problems: Problems, oracle: Oracle, answers: Answers, properties: M
 def gap(
     problems: Problems, oracle: Oracle, answers: Answers, valid: NDArray[np.bool_], objective: object
 ) -> float | None:
-    """The largest distance of valid answers from the optimum; None where there is no optimum to compare with."""
+    """Return the largest distance of valid answers from the optimum; None if the optimum is unknown."""
     if not isinstance(objective, str) or objective not in oracle.optima:
         return None
     t, best = answers.tension[valid], oracle.optima[objective][valid]
@@ -113,7 +113,7 @@ def gap(
 
 
 def jumps(paths: Sequence[Path], answer: Callable[[Path, float], Array | None]) -> dict[str, Any]:
-    """Count the paths on which tensions jump; `answer(path, s)` are tensions (m,), None where there are none."""
+    """Count the paths with a jump; `answer(path, s)` returns tensions (m,) or None."""
     usable, broken, largest = 0, 0, 0.0
     for path in paths:
         found = steepest(lambda s, path=path: answer(path, s), STEPS, HALVINGS, PLACES)  # type: ignore[misc]
@@ -127,7 +127,7 @@ def jumps(paths: Sequence[Path], answer: Callable[[Path, float], Array | None]) 
 
 
 def times(oracle: Oracle, answers: Answers) -> dict[str, Any]:
-    """Times of a call, us, and in pinvs."""
+    """Return the times of a call, us, and as ratios to pinv."""
     pinv = float(np.median(answers.pinv_ns))
     easy, hard = answers.nanoseconds[oracle.feasible], answers.nanoseconds[oracle.infeasible]
     median, p99 = (float(np.percentile(easy, q)) if len(easy) else None for q in (50, 99))
@@ -142,7 +142,7 @@ def times(oracle: Oracle, answers: Answers) -> dict[str, Any]:
 
 
 def shares(status: NDArray[np.int64]) -> dict[str, float]:
-    """Share of each status that occurs, by name."""
+    """Return the share of each status that occurs, by name."""
     counts = {one.name: _count(status == one) for one in Status}
     return {name: count / len(status) for name, count in counts.items() if count}
 
@@ -152,6 +152,6 @@ def _count(which: NDArray[np.bool_]) -> int:
 
 
 def _worst(values: Array) -> float | None:
-    """The largest finite value; None where there is none."""
+    """Return the largest finite value; None if there is none."""
     finite = values[np.isfinite(values)]
     return float(finite.max()) if len(finite) else None

@@ -1,4 +1,4 @@
-"""What is feasible and what is optimal, decided by HiGHS and DAQP: by other means than the solvers under test."""
+"""Reference results by HiGHS and DAQP: feasibility, margins and optima, independent of the solvers under test."""
 
 from __future__ import annotations
 
@@ -19,27 +19,31 @@ try:
 except ImportError as error:
     raise PluginError(f"the benchmark needs scipy and daqp ({error}): pip install 'cdpr[solvers]'") from error
 
-# Share of the largest limit: a problem whose margin is closer to zero is neither feasible nor infeasible, for there
+# Share of the largest limit: problems with a smaller absolute margin count as neither feasible nor infeasible, because
 # round-off decides.
 UNDECIDED = 1e-7
 
-# The smallest that HiGHS takes; problems are scaled to tensions near 1.
+# Smallest tolerance that HiGHS accepts; problems are scaled to tensions near 1.
 LP_OPTIONS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-QP_TOLERANCE = 1e-11  # likewise
+QP_TOLERANCE = 1e-11  # same for DAQP
 
-SOLVED, IMPOSSIBLE = 0, 2  # linprog's status
-UNIQUE = ("min_norm", "mid_range")  # objectives with one optimum: answers are compared by their tensions
-COSTS = ("one_norm", "max_slack")  # objectives of linear programs, whose optimum may be an edge: by their cost
+SOLVED, IMPOSSIBLE = 0, 2  # status codes of linprog
+UNIQUE = ("min_norm", "mid_range")  # objectives with a unique optimum: answers are compared by tensions
+COSTS = ("one_norm", "max_slack")  # objectives of linear programs, possibly with several optima: compared by cost
 OBJECTIVES = (*UNIQUE, *COSTS)
 
 
 @dataclass(frozen=True, eq=False)
 class Oracle:
-    """What is true of K problems.
+    """Reference results of K problems.
 
-    margin (K,): the largest s with W t = wrench, t_min + s <= t <= t_max - s, N; -inf where no t has W t = wrench.
-    optima: by objective, tensions (K, m), N, NaN where the problem is not feasible.
-    edge (K,): feasible for certain, but so near to the edge that it is not counted as that.
+    Attributes:
+        margin: (K,), N, the largest s with W t = wrench, t_min + s <= t <= t_max - s; -inf if W t = wrench has no
+            solution.
+        feasible: (K,), certainly feasible problems.
+        infeasible: (K,), certainly infeasible problems.
+        optima: optimal tensions (K, m), N, by objective; NaN if the problem is not feasible.
+        edge: (K,), certainly feasible problems that are too close to infeasibility to count as `feasible`.
     """
 
     margin: Array
@@ -49,15 +53,16 @@ class Oracle:
     edge: NDArray[np.bool_]
 
     def first(self, count: int) -> Oracle:
-        """What is true of the first `count` problems."""
+        """Return the results of the first `count` problems."""
         optima = {name: values[:count] for name, values in self.optima.items()}
         return Oracle(self.margin[:count], self.feasible[:count], self.infeasible[:count], optima, self.edge[:count])
 
 
 def certified(problems: Adversaries) -> Oracle:
-    """What is known of problems by their construction, within the band that they state; no margin of infeasible ones.
+    """Return the known results of constructed problems, within their error band.
 
-    The margin is that of the solution that they were made from: the largest is at least that.
+    The margin is that of the solution from which a problem was constructed, a lower bound of the largest. It has no
+    meaning for infeasible problems.
     """
     safe = problems.feasible & (problems.slack > BAND)
     margin = problems.slack * np.abs(problems.high).max(axis=1)
@@ -65,7 +70,7 @@ def certified(problems: Adversaries) -> Oracle:
 
 
 def consult(problems: Problems, objectives: Sequence[str] = ()) -> Oracle:
-    """Decide all problems, and find the optima of those `objectives` that are among `OBJECTIVES`."""
+    """Return the reference results of all problems, with the optima of those `objectives` that are in `OBJECTIVES`."""
     robot = problems.robot
     scale = float(robot.tension_max.max())
     t_min, t_max = robot.tension_min / scale, robot.tension_max / scale
@@ -78,12 +83,12 @@ def consult(problems: Problems, objectives: Sequence[str] = ()) -> Oracle:
         if margin[k] > UNDECIDED:
             for name, found in optima.items():
                 found[k] = scale * (roomiest if name == "max_slack" else _optimum(name, A, b, t_min, t_max))
-    no_edge = np.zeros(len(problems), dtype=bool)  # HiGHS is not certain there
+    no_edge = np.zeros(len(problems), dtype=bool)  # none: HiGHS is not certain there
     return Oracle(scale * margin, margin > UNDECIDED, margin < -UNDECIDED, optima, no_edge)
 
 
 def _largest_margin(A: Array, b: Array, t_min: Array, t_max: Array) -> tuple[float, Array]:
-    """The largest s with A t = b, t_min + s <= t <= t_max - s, and such t; -inf where A t = b has no solution."""
+    """Return the largest s with A t = b, t_min + s <= t <= t_max - s, and such a t; -inf if A t = b has no solution."""
     n, m = A.shape
     eye, one = np.eye(m), np.ones((m, 1))
     within = np.block([[-eye, one], [eye, one]])
@@ -98,13 +103,13 @@ def _largest_margin(A: Array, b: Array, t_min: Array, t_max: Array) -> tuple[flo
 
 
 def _optimum(objective: str, A: Array, b: Array, t_min: Array, t_max: Array) -> Array:
-    """The optimal t, NaN where the library finds none."""
+    """Return the optimal t; NaN if the library finds none."""
     n, m = A.shape
     if objective == "one_norm":
         answer = linprog(np.ones(m), None, None, A, b, np.array([t_min, t_max]).T, options=LP_OPTIONS)
         return np.asarray(answer.x) if answer.status == SOLVED else np.full(m, np.nan)
     target = 0.5 * (t_min + t_max) if objective == "mid_range" else np.zeros(m)
-    sense = np.array([0] * m + [5] * n, dtype=np.int32)  # limits, then equalities
+    sense = np.array([0] * m + [5] * n, dtype=np.int32)  # sense of the constraints: limits, then equalities
     upper, lower = np.append(t_max, b), np.append(t_min, b)
     t, _, flag, _ = daqp.solve(np.eye(m), -target, A.copy(), upper, lower, sense, primal_tol=QP_TOLERANCE)
     return np.asarray(t) if flag == 1 else np.full(m, np.nan)

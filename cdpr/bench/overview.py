@@ -1,4 +1,4 @@
-"""One row per solver over all robots of a benchmark: the worst and the best of each figure."""
+"""Summary of a benchmark: one row per solver with the range of each figure over all robots."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ Ends = tuple[float, float] | None
 
 
 def overview(figures: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return one dictionary per solver from what `cdpr.bench.run` returns; sums over the robots, and (least, most).
+    """Return one dictionary per solver from the result of `cdpr.bench.run`: sums over the robots and (min, max) pairs.
 
-    Problems made to mislead count among the wrong and the invalid answers alone.
+    Adversarial problems count only in the misclassified and invalid answers.
     """
     rows = []
     for solver in figures["solvers"]:
@@ -52,6 +52,6 @@ def overview(figures: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def ends(values: Iterable[float | None]) -> Ends:
-    """The least and the most of those that are there."""
+    """Return (min, max) of the known values; None if there are none."""
     known = [value for value in values if value is not None]
     return (min(known), max(known)) if known else None

@@ -1,4 +1,4 @@
-"""The problems that all solvers are asked: random poses and loads of one robot."""
+"""Benchmark problems of one robot: random poses and loads."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from cdpr.model.robot import DOF_NAMES, Array, frozen_array
 
 GRAVITY = frozen_array([0.0, 0.0, -9.81])  # m/s^2, world axes
 
-# Of the way from home to the outermost anchors: beyond where most robots can hold their load, so that some problems
-# are infeasible.
+# Share of the way from home to the outermost anchors. Most robots cannot hold their load that far out, so that some
+# problems are infeasible.
 REACH = 0.7
 
 TILT = np.radians(10.0)  # rad, about each free axis
-LOAD = 0.2  # random force as a share of the weight; moment likewise, times the characteristic length
+LOAD = 0.2  # largest random force as a share of the weight; moment likewise, times the characteristic length
 
-# One problem in so many has its wrench multiplied, as by a payload: up to where the weight is this share of what all
-# cables together may pull. Robots whose upper limits are far from their own weight would be too easy otherwise.
+# One problem in HEAVY_EVERY has its wrench multiplied, as by a payload, up to a weight of HEAVIEST times the sum of all
+# upper tension limits. Robots with limits far above their weight would be too easy otherwise.
 HEAVY_EVERY, HEAVIEST = 5, 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Problems:
-    """K problems W t = wrench, t_min <= t <= t_max of a robot with n degrees of freedom and m cables.
+    """K problems W t = wrench, t_min <= t <= t_max, of a robot with n degrees of freedom and m cables.
 
-    `limits` and `unit` are None where they are the robot's, and 1 N.
+    If `limits` is None, the robot's apply; if `unit` is None, it is 1 N.
     """
 
     robot: Robot
     W: Array  # (K, n, m)
     wrench: Array  # (K, n)
     limits: tuple[Array, Array] | None = None  # lowest and highest tensions, each (K, m), N
-    unit: Array | None = None  # (K,), N: by which a smaller wrench and smaller limits are judged
+    unit: Array | None = None  # (K,), N: reference for smaller wrenches and limits
 
     def __len__(self) -> int:
         return len(self.W)
 
     @property
     def weights(self) -> Array:
-        """What makes rows comparable (n,): 1 for forces, 1 / characteristic length for moments."""
+        """Row weights (n,): 1 for forces, 1 / characteristic length for moments."""
         return np.repeat([1.0, 1.0 / self.robot.characteristic_length], 3)[self.robot.rows]
 
     @property
@@ -66,21 +66,22 @@ class Problems:
 
     @property
     def units(self) -> Array:
-        """What smaller wrenches and limits are judged by, (K,), N."""
+        """References for smaller wrenches and limits, (K,), N."""
         return np.ones(len(self)) if self.unit is None else self.unit
 
     def first(self, count: int) -> Problems:
-        """The first `count` of them."""
+        """Return the first `count` problems."""
         limits = None if self.limits is None else (self.limits[0][:count], self.limits[1][:count])
         unit = None if self.unit is None else self.unit[:count]
         return Problems(self.robot, self.W[:count], self.wrench[:count], limits, unit)
 
 
 def box(robot: Robot) -> Array:
-    """Lowest and highest position (2, 3), m, about home.
+    """Return the lowest and highest position (2, 3), m, of a box around home.
 
-    Along each free axis it reaches `REACH` of the way from home to the outermost frame anchor on either side; where no
-    anchor lies on one side, as below a suspended robot, as far as on the other. Held axes keep home's value.
+    Along each free axis, the box extends `REACH` of the way from home to the outermost frame anchor on either side. If
+    no anchor lies on one side, as below a suspended robot, the other side's extent applies. Held axes keep home's
+    value.
     """
     home = home_pose(robot)[0][:3]
     offset = robot.anchors[:, :3] - home
@@ -91,7 +92,7 @@ def box(robot: Robot) -> Array:
 
 
 def random_pose(robot: Robot, rng: np.random.Generator) -> Array:
-    """A pose (7,), position (m) and quaternion, in the box, tilted from home by up to `TILT` about each free axis."""
+    """Return a pose (7,), position (m) and quaternion, in the box, tilted by up to `TILT` about each free axis."""
     low, high = box(robot)
     position = low + (high - low) * rng.uniform(size=3)
     free = np.array([name in robot.dof for name in DOF_NAMES[3:]])
@@ -100,11 +101,10 @@ def random_pose(robot: Robot, rng: np.random.Generator) -> Array:
 
 
 def make_problems(robot: Robot, count: int, seed: int) -> Problems:
-    """Random poses at rest, each with the weight, a random force and a random moment, some with a payload.
+    """Return random static problems: the weight, a random force and moment, and sometimes a payload.
 
-    Problem k depends on the robot, the seed and k alone.
-
-    Magnitudes are uniform up to their largest, directions uniform on the sphere.
+    Problem k depends only on the robot, the seed and k. Magnitudes are uniform up to their largest value, and
+    directions are uniform on the sphere.
     """
     W, wrench = np.empty((count, robot.n, robot.m)), np.empty((count, robot.n))
     weight = robot.platform.mass * float(np.linalg.norm(GRAVITY))
@@ -120,17 +120,17 @@ def make_problems(robot: Robot, count: int, seed: int) -> Problems:
         if k % HEAVY_EVERY == 0:
             load *= rng.uniform(1.0, heaviest)
         W[k], wrench[k] = wrench_matrix(robot, state)[robot.rows], load[robot.rows]
-    W.flags.writeable = wrench.flags.writeable = False  # no solver can change what the next one is asked
+    W.flags.writeable = wrench.flags.writeable = False  # no solver can change the problems of the next one
     return Problems(robot, W, wrench)
 
 
 def hard_problems(found: Adversaries) -> Problems:
-    """Problems that were made to mislead, each judged by its own largest tension."""
+    """Return adversarial problems, each with its own largest tension as unit."""
     return Problems(found.robot, found.W, found.wrench, (found.low, found.high), np.abs(found.high).max(axis=1))
 
 
 def make_paths(robot: Robot, count: int, seed: int) -> list[Path]:
-    """Random straight paths within the box, feasible everywhere, half of them near the lower limits."""
+    """Return random straight paths in the box, feasible everywhere, half of them near the lower limits."""
     paths = []
     low, span = robot.tension_min, robot.tension_max - robot.tension_min
     for k in range(count):

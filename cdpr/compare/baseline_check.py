@@ -129,7 +129,7 @@ def _load(folder: Path, kept: Baseline) -> Scenario:
 
 
 def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
-    """How the scenario's file differs from what was kept, "" where it does not or is not there."""
+    """Return the differences between the scenario file and the baseline; "" if none, or if the file is missing."""
     if not source.is_file():
         return ""
     try:

@@ -60,7 +60,7 @@ class Convergence:
 
     @property
     def agrees(self) -> bool:
-        """Return whether the limit is the judge's solution."""
+        """True if the limit equals the judge's solution."""
         return self.limit <= self.allowed
 
     @property

@@ -19,10 +19,10 @@ ROUND_OFF = 1e-10
 
 @dataclass(frozen=True)
 class Quantity:
-    """Something that two runs are compared by.
+    """Quantity by which two runs are compared.
 
-    `scale` is what it is measured by: of the size of the robot and of the forces in a run, so that a bound means the
-    same for a robot of grams as for one of tonnes. Angles have the radian, rates the second.
+    `scale` depends on the size of the robot and the forces in a run, so that a bound means the same for robots of grams
+    and of tonnes. Angles are scaled by 1 rad, angular rates by 1 rad/s.
     """
 
     title: str

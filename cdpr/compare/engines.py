@@ -21,7 +21,7 @@ CONTINUOUS: tuple[object, ...] = ("C0", "C1", "Cinf")
 
 @dataclass(frozen=True)
 class Engine:
-    """A backend with the options of a scenario, and what it declares with them."""
+    """Backend with the options of a scenario, and its declared properties."""
 
     name: str
     order: int  # 0 if not declared

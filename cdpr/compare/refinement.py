@@ -41,16 +41,16 @@ NEAR_ROUND_OFF = 100 * ABOVE_ROUND_OFF
 
 @dataclass(frozen=True)
 class Measured:
-    """What came of one engine.
+    """Measured order of one engine.
 
     Attributes:
-        outcome: "as declared"; why the order is not: "at round-off", "kinks", "long steps", "too far", "unlike" where
-            none of these explains it; or "failed".
-        reason: the same in a sentence, "" where the order is as declared.
-        order: measured, None unless there are three errors above round-off.
+        outcome: "as declared"; or the reason of a different order: "at round-off", "kinks", "long steps", "too far",
+            "unlike" (unexplained); or "failed".
+        reason: the reason as a sentence; "" if the order is as declared.
+        order: measured order; None without three errors above round-off.
         steps: physics steps, s.
-        errors: root mean square of the distance in pose from the truth, m, angles times the characteristic length.
-        truth_error: upper estimate of that of the truth, m.
+        errors: root mean square distance in pose from the reference, m; angles times the characteristic length.
+        truth_error: upper estimate of the reference's error, m.
     """
 
     backend: str
@@ -137,7 +137,7 @@ def _lost(one: Made, truth: Made) -> str:
 
 
 def _hindrance(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measured | None:
-    """Why three errors between round-off and TOO_FAR are not to be expected, judging from the first."""
+    """Return why three errors between round-off and TOO_FAR are not expected from the first; None if they are."""
     one = runs[_rung(base, engine, 1)]
     error = _error(one, truth)
     if isinstance(error, str):

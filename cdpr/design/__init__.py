@@ -1,9 +1,9 @@
-"""Designs: keys of a robot file varied within bounds until the robot is as good as it gets.
+"""Design optimisation: keys of a robot file varied within bounds to optimise figures of the robot.
 
-A study file names the robot, what is varied, figures that are asked of each candidate, what is to be large or small and
-what must be kept (`schema`, `reader`, `plan`). A candidate's figures come from `cdpr.workspace` (`evaluate`), and how
-good it is from these alone (`rank`). What asks for candidates is a seeded `search`; each evaluation is one line of a
-ledger, so that an interrupted design is replayed from it and goes on to the same result, to the bit (`ask`, `run`).
+A study file names the robot, the variables, figures of each candidate, goals and constraints (`schema`, `reader`,
+`plan`). The figures come from `cdpr.workspace` (`evaluate`), and the ranking depends on them alone (`rank`). A seeded
+`search` proposes candidates. Each evaluation is one line of a ledger, from which an interrupted design is replayed and
+continued to the identical result (`ask`, `run`).
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Evaluations of a design: each is computed once, and kept as a line of the folder's ledger as soon as it is known."""
+"""Evaluations of a design: each is computed once and immediately recorded in the folder's ledger."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from cdpr.jobs.cases import Outcome
 from cdpr.jobs.folder import LEDGER_NAME, JobFolder
 from cdpr.model.robot import Array
 
-FIRST = 1  # number of the first candidate; 0 is the robot as it is
+FIRST = 1  # number of the first candidate; 0 is the unchanged robot
 
 
 class SpentError(Exception):
-    """As many candidates were evaluated as there may be."""
+    """Exhausted budget of evaluations."""
 
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """An evaluation.
+    """One evaluation.
 
     Attributes:
-        number: in the order in which the search asked; 0 of the robot as it is.
-        values: (n,), of the variables; None of the robot as it is.
-        figures: by their names; None where there is no such robot.
-        refused: why, then.
-        score: how good it is.
+        number: index in the order of the search; 0 for the unchanged robot.
+        values: (n,), values of the variables; None for the unchanged robot.
+        figures: figures by name; None if the robot is invalid.
+        refused: reason why the robot is invalid.
+        score: score of the candidate.
     """
 
     number: int
@@ -44,7 +44,7 @@ class Row:
 
 
 class Evaluations:
-    """Evaluates candidates in threads, or takes them from the ledger.
+    """Evaluator of candidates, in threads or from the ledger.
 
     Attributes:
         rows: evaluations in the order of their numbers.
@@ -58,13 +58,14 @@ class Evaluations:
         self.rows = [self._one(0, None)]
 
     def close(self) -> None:
-        """Wait for what is under way; begin nothing more."""
+        """Wait for running evaluations and start no more."""
         self._pool.shutdown(cancel_futures=True)
 
     def __call__(self, shares: Array) -> list[Score]:
-        """Return how good candidates (k, n) are, given as shares of the way from lower to upper bounds.
+        """Return the scores of candidates (k, n), given as shares of the range from lower to upper bounds.
 
-        Raises SpentError where no more may be evaluated; what may be of these is.
+        Raises:
+            SpentError: if the budget is exhausted; candidates within the budget are evaluated first.
         """
         first = len(self.rows)
         room = self._most - first + FIRST
@@ -100,7 +101,7 @@ class Evaluations:
         return Outcome(str(number), "finished", "", "", {"values": given, "figures": figures})
 
     def _row(self, number: int, values: Array | None, known: Outcome) -> Row:
-        """Return an evaluation as the ledger has it, whoever computed it: what is not in it never counts."""
+        """Return an evaluation from its ledger entry only, so that replayed and new evaluations are identical."""
         if known.summary["values"] != (None if values is None else values.tolist()):
             path = self._folder.path / LEDGER_NAME
             raise LogError(f"{path}: evaluation {number} is of another candidate than the search asks for now")

@@ -1,4 +1,4 @@
-"""The figures of a candidate."""
+"""Computation of the figures of a candidate."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ from cdpr.workspace.required import Required
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where figures are looked at: a region, or poses alone.
+    """Poses at which figures are evaluated.
 
     Attributes:
-        region: None where poses are given.
-        poses: (K, 7), positions (m) and quaternions w, x, y, z; of a region the middles of all cells in all attitudes.
+        region: the region; None if poses are given.
+        poses: (K, 7), positions (m) and quaternions w, x, y, z; for a region, the centres of all cells in all
+            attitudes.
     """
 
     region: Region | None
@@ -31,7 +32,7 @@ class Place:
 
     @classmethod
     def of_region(cls, region: Region) -> Place:
-        """Return that of all cells of a region."""
+        """Return the poses of all cells of a region."""
         positions = region.positions(np.arange(region.cells))
         turned = np.repeat(region.orientations, len(positions), axis=0)
         return cls(region, np.hstack([np.tile(positions, (len(region.orientations), 1)), turned]))
@@ -39,12 +40,12 @@ class Place:
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure, ready to be asked.
+    """Figure that is ready for evaluation.
 
     Attributes:
-        section: what it is.
-        question: what its kind of workspace is asked.
-        path: of a number of the robot file.
+        section: definition in the study file.
+        question: parameters of its kind of workspace.
+        path: key of a number in the robot file.
     """
 
     section: FigureSection
@@ -53,7 +54,7 @@ class Figure:
 
     @property
     def unit(self) -> str:
-        """Of its values; empty where the robot file alone knows."""
+        """Unit of its values; empty if only the robot file defines it."""
         section = self.section
         if section.volume or section.key:
             return ""
@@ -62,11 +63,11 @@ class Figure:
 
 @dataclass(frozen=True)
 class Value:
-    """What a figure is of a candidate.
+    """Value of a figure for one candidate.
 
     Attributes:
-        value: None where no pose has one.
-        missing: share of the poses that have none: the cables cannot hold the platform there, or W lacks rank.
+        value: the value; None if no pose has one.
+        missing: share of the poses without a value: the cables cannot hold the platform, or W is rank-deficient.
     """
 
     value: float | None
@@ -74,7 +75,11 @@ class Value:
 
 
 def question_of(section: FigureSection, gravity: Array, obstacles: tuple[Obstacle, ...]) -> Question:
-    """Return what a figure asks of its kind of workspace; CdprError where the kind takes no such thing."""
+    """Return the parameters of a figure for its kind of workspace.
+
+    Raises:
+        CdprError: if the kind does not support a parameter.
+    """
     kind = kind_of(section.kind)
     given = _required(section)
     for part in ("diameter", "axial_stiffness", "direction"):
@@ -93,9 +98,12 @@ def question_of(section: FigureSection, gravity: Array, obstacles: tuple[Obstacl
 
 
 def evaluate(figure: Figure, robot: Robot, place: Place) -> Value:
-    """Return a figure of a robot, computed by this thread alone.
+    """Return a figure of a robot, computed in this thread.
 
-    Volumes are of cells that are inside in all attitudes. Raises CdprError where the robot lacks what is asked for.
+    Volumes count cells that are inside in all attitudes.
+
+    Raises:
+        CdprError: if the robot lacks required data.
     """
     section = figure.section
     if section.extent:

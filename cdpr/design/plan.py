@@ -1,4 +1,4 @@
-"""A design: a robot, what of it is varied, what for, and what a candidate of it is."""
+"""Design plan: robot, variables, goals, and construction of candidates."""
 
 from __future__ import annotations
 
@@ -28,27 +28,27 @@ SHAPE_FILE: Path = ("platform", "shape", "mesh")
 
 @dataclass(frozen=True)
 class Target:
-    """A key that a variable sets."""
+    """Key that a variable sets."""
 
-    change: Change  # its path, and where it stands; the value does not count
+    change: Change  # path and position in the file; its value is unused
     factor: float
     offset: float
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """A checked design.
+    """Checked design.
 
     Attributes:
-        name: of it.
-        source: path of its file, for messages.
-        section: what the file says.
-        robot_file, robot_text: the robot file that it names, and what that holds.
-        robot: as the file has it.
+        name: name of the design.
+        source: path of the study file, for messages.
+        section: content of the study file.
+        robot_file, robot_text: robot file and its content.
+        robot: unchanged robot.
         targets: keys of each variable.
-        figures: by their names.
-        place: where they are looked at.
-        start: (n,) values of the variables, of the robot as it is, within the bounds.
+        figures: figures by name.
+        place: poses at which they are evaluated.
+        start: (n,), values of the variables in the unchanged robot, within the bounds.
     """
 
     name: str
@@ -77,18 +77,18 @@ class Design:
 
     @property
     def search(self) -> str:
-        """What looks for candidates."""
+        """Search algorithm."""
         usual = "nsga2" if len(self.section.wanted) > 1 else "differential_evolution"
         return self.section.optimizer.type or usual
 
     @property
     def digest(self) -> str:
-        """Identity of the design: what is computed."""
+        """Hash of the design, which identifies it."""
         given = self.section.model_dump(mode="json", by_alias=True) | {"name": ""}
         return hashlib.sha256(json.dumps([given, self.robot_text], sort_keys=True).encode()).hexdigest()
 
     def changes(self, values: Array | None) -> list[Change]:
-        """Return what values (n,) of the variables set in the robot file; nothing of None, the robot as it is."""
+        """Return the changes of the robot file for values (n,) of the variables; none for None, the unchanged robot."""
         if values is None:
             return []
         pairs = zip(self.targets, values.tolist(), strict=True)
@@ -99,11 +99,19 @@ class Design:
         ]
 
     def candidate(self, values: Array | None) -> Robot:
-        """Return the robot of values (n,). Raises ScenarioError where there is no such robot."""
+        """Return the robot for values (n,).
+
+        Raises:
+            ScenarioError: if the robot is invalid.
+        """
         return load_robot(self.robot_file, text=self.robot_text, overrides=self.changes(values))
 
     def measure(self, values: Array | None) -> dict[str, Value]:
-        """Return all figures of a candidate. Raises CdprError where they cannot be told of it."""
+        """Return all figures of a candidate.
+
+        Raises:
+            CdprError: if they cannot be computed.
+        """
         robot = self.candidate(values)
         return {name: self._figure(each, robot, values) for name, each in self.figures.items()}
 
@@ -113,7 +121,7 @@ class Design:
         return Value(float(document_of(self, values).get(figure.path)))
 
     def robot_yaml(self, values: Array | None, folder: str, comment: str) -> str:
-        """Return the robot file of a candidate, to stand in another folder."""
+        """Return the robot file of a candidate, for use in another folder."""
         document = document_of(self, values)
         mesh = document.get(SHAPE_FILE)
         if isinstance(mesh, str):
@@ -133,5 +141,5 @@ def document_of(design: Design, values: Array | None) -> Document:
 
 
 def told(keys: Sequence[Target]) -> str:
-    """Return which keys a variable sets, in words."""
+    """Return the keys that a variable sets, in words."""
     return ", ".join(("-" if each.factor < 0.0 else "") + dotted(each.change.path) for each in keys)

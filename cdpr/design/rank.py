@@ -1,8 +1,9 @@
-"""Which candidate is better, from its figures alone.
+"""Ranking of candidates by their figures.
 
-Deb's rules (An efficient constraint handling method for genetic algorithms, CMAME 186, 2000): a candidate that keeps
-all constraints is better than one that does not; of two that do not, the one that violates them less; of two that do,
-the one nearer to the goal, or, of several goals, the one that dominates (Deb et al., NSGA-II, IEEE TEVC 6(2), 2002).
+Deb's rules (An efficient constraint handling method for genetic algorithms, CMAME 186, 2000): a candidate that
+satisfies all constraints is better than one that does not. Of two infeasible candidates, the smaller violation is
+better. Of two feasible ones, the better goal or, with several goals, the dominating candidate is better (Deb et al.,
+NSGA-II, IEEE TEVC 6(2), 2002).
 """
 
 from __future__ import annotations
@@ -17,36 +18,36 @@ from cdpr.design.evaluate import Value
 from cdpr.design.schema import DesignFile, Limit
 from cdpr.model.robot import Array
 
-# Violation of a candidate of which there is no robot, such as one whose lower tension limit is above the upper one:
-# beyond what any number of constraints adds up to in practice.
+# Violation of invalid robots, such as with a lower tension limit above the upper one; larger than any sum of constraint
+# violations in practice.
 REFUSED = 1e6
 
-# Where optimisers want one number: what violates a constraint is worse than any goal, which stays far below this.
+# Offset of infeasible candidates for single-objective optimisers: larger than any goal.
 WORSE = 1e30
 
 
 class Score(NamedTuple):
-    """How good a candidate is; less is better in all of it."""
+    """Score of a candidate; smaller is better."""
 
-    violation: float  # 0 of one that keeps all constraints
-    goals: tuple[float, ...]  # 0 each where it does not
+    violation: float  # 0 if all constraints are satisfied
+    goals: tuple[float, ...]  # all 0 if they are not
 
     @property
     def feasible(self) -> bool:
-        """Whether it keeps all constraints and has all values that goals ask for."""
+        """True if all constraints are satisfied and all goals have values."""
         return self.violation == 0.0
 
     @property
     def scalar(self) -> float:
-        """One number for one goal, in the order of Deb's rules."""
+        """Single number for one goal, in the order of Deb's rules."""
         return self.goals[0] if self.feasible else WORSE * (1.0 + self.violation)
 
 
 def score(section: DesignFile, figures: Mapping[str, Value] | None) -> Score:
-    """Return how good a candidate of these figures is; None of one of which there is no robot.
+    """Return the score of a candidate with these figures; None stands for an invalid robot.
 
-    The violation is the sum of what constraints miss, each over its limit's magnitude (or over 1 where that is 0), and
-    of the shares of poses without a value for figures in constraints and goals.
+    The violation is the sum over the constraints, each divided by its limit's magnitude (or by 1 if that is 0), plus
+    the shares of poses without a value for figures in constraints and goals.
     """
     nothing = (0.0,) * len(section.wanted)
     if figures is None:
@@ -64,7 +65,7 @@ def score(section: DesignFile, figures: Mapping[str, Value] | None) -> Score:
 
 
 def missed(limit: Limit, found: Value) -> float:
-    """Return by how much a constraint is missed, 0 where it is kept."""
+    """Return the violation of a constraint; 0 if it is satisfied."""
     if found.value is None:
         return 1.0 + found.missing
     low = _beyond(limit.at_least, found.value, -1.0)
@@ -78,7 +79,7 @@ def _beyond(edge: float | None, value: float, sign: float) -> float:
 
 
 def dominance(scores: Sequence[Score]) -> NDArray[np.bool_]:
-    """Return which of n candidates dominates which, (n, n): [i, j] where i is better than j by the rules above."""
+    """Return the dominance matrix (n, n): element [i, j] is True if candidate i is better than j by the rules above."""
     violation = np.array([each.violation for each in scores])
     goals = np.array([each.goals for each in scores])
     no_worse = (goals[:, None] <= goals[None]).all(axis=2)
@@ -89,9 +90,9 @@ def dominance(scores: Sequence[Score]) -> NDArray[np.bool_]:
 
 
 def front(scores: Sequence[Score]) -> list[int]:
-    """Return the feasible candidates that none dominates, in their order, equal ones once.
+    """Return the indices of the feasible non-dominated candidates, in their order; of equal ones only the first.
 
-    Done one by one against those that are left: a table of all pairs would not fit for many candidates.
+    Candidates are compared one by one: a table of all pairs would not fit into memory for many candidates.
     """
     rows = np.array([each.goals for each in scores]).reshape(len(scores), -1)
     kept: list[int] = []
@@ -102,7 +103,7 @@ def front(scores: Sequence[Score]) -> list[int]:
 
 
 def select(scores: Sequence[Score], count: int) -> list[int]:
-    """Return the best `count` candidates: front by front, and within the last by crowding distance, as NSGA-II does."""
+    """Return the best `count` candidates, front by front, and within the last by crowding distance (NSGA-II)."""
     over = dominance(scores)
     left = np.arange(len(scores))
     chosen: list[int] = []
@@ -118,7 +119,7 @@ def select(scores: Sequence[Score], count: int) -> list[int]:
 
 
 def crowding(goals: Array) -> Array:
-    """Return the crowding distances of candidates of one front, (n,), from their goals (n, k)."""
+    """Return the crowding distances (n,) of candidates of one front from their goals (n, k)."""
     distance = np.zeros(len(goals))
     for column in goals.T:
         order = np.argsort(column, kind="stable")
@@ -130,9 +131,10 @@ def crowding(goals: Array) -> Array:
 
 
 def best(scores: Sequence[Score]) -> int:
-    """Return the best candidate, the first of equal ones; of several goals a compromise.
+    """Return the index of the best candidate, the first of equal ones; with several goals a compromise.
 
-    That is the one of the front nearest to where all goals are at their best, each over its extent on the front.
+    The compromise is the point of the front closest to the ideal point, with each goal scaled by its range on the
+    front.
     """
     several = front(scores) if len(scores[0].goals) > 1 else []
     if not several:

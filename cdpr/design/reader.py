@@ -1,4 +1,4 @@
-"""Reads a design's study file: what is wrong is told where it stands, of the file and of what the robot lacks."""
+"""Reader of a design's study file; all errors are reported at their position in the file."""
 
 from __future__ import annotations
 
@@ -29,15 +29,21 @@ from cdpr.scenario.source import open_document, stem
 from cdpr.scenario.validation import report_nulls, validate
 from cdpr.workspace import Region, region
 
-COLUMNS = ("number", "feasible", "violation", "refused", "goal")  # of the table, which no variable or figure is called
-# What commands call an option is a key of the figure here.
+COLUMNS = ("number", "feasible", "violation", "refused", "goal")  # columns of the table, reserved names
+# Command options in messages, and the corresponding keys of a figure.
 OPTIONS = {"say --axial-stiffness": "the figure axial_stiffness", "say --cable-diameter": "the figure diameter"}
 
 
 def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None) -> Design:
-    """Load a design's study file and check all of it; `evaluations` are as many as it says unless given.
+    """Load a design's study file and check all of it.
 
-    Raises ScenarioError with all that is wrong.
+    Args:
+        path: the study file.
+        evaluations: number of evaluations instead of the file's.
+
+    Raises:
+        ScenarioError: with all errors of the file.
+        CdprError: if `evaluations` is out of range.
     """
     if evaluations is not None and not 1 <= evaluations <= MAX_EVALUATIONS:
         raise CdprError(f"evaluations: a whole number from 1 to {MAX_EVALUATIONS} is expected, got {evaluations!r}")
@@ -55,7 +61,7 @@ def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None)
 
 @dataclass(frozen=True)
 class _Reader:
-    """Reads one file; what is wrong goes to `problems`."""
+    """Reader of one file; errors are collected in `problems`."""
 
     document: Document
     section: DesignFile
@@ -78,7 +84,7 @@ class _Reader:
         start = np.zeros(len(targets))
         design = Design(name, source, section, file, text, robot, targets, known, place, start)
         start[:] = _start(design)
-        design.candidate(read_only(start))  # each problem stands where the key is varied
+        design.candidate(read_only(start))  # reports each error at the varied key
         self._ask(design)
         problems.raise_any()
         return design
@@ -101,7 +107,7 @@ class _Reader:
         return file, ""
 
     def _names(self) -> None:
-        """Names are unique, and those that are referred to are there."""
+        """Check that names are unique and references exist."""
         section = self.section
         labels: list[tuple[Path, str]] = [(("vary", i), each.label) for i, each in enumerate(section.vary)]
         labels += [(("figures", name), name) for name in section.figures]
@@ -176,7 +182,7 @@ class _Reader:
         return Place(None, read_only(np.array(rows)))
 
     def _obstacles(self) -> tuple[Obstacle, ...]:
-        """Obstacles, but for those whose file cannot be read."""
+        """Return the obstacles without those whose file is unreadable."""
         found = []
         for i, each in enumerate(self.section.obstacles):
             try:
@@ -202,7 +208,7 @@ class _Reader:
         return None
 
     def _ask(self, design: Design) -> None:
-        """Ask each figure at one pose: what the robot lacks is told where the figure stands."""
+        """Evaluate each figure at one pose, and report missing robot data at the figure."""
         place = design.place
         whole = place.region
         one = None if whole is None else Region(whole.lower, whole.upper, (1, 1, 1), whole.orientations[:1])
@@ -224,7 +230,7 @@ class _Reader:
 
 
 def _start(design: Design) -> Array:
-    """Values of the variables that the robot has, within the bounds; the middle where the file has no number."""
+    """Return the robot's values of the variables, clipped to the bounds; the centre if the file has no number."""
     document = document_of(design, None)
     low, high = design.bounds
     found = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""What came of a design: its evaluations, the best of them, and the files that say so."""
+"""Result of a design: evaluations, best candidate, and output files."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ KIND, NAME, TABLE, BEST, FRONT = "design", "design.json", "evaluations.csv", "be
 
 @dataclass(frozen=True, eq=False)
 class Designed:
-    """What came of a design.
+    """Result of a design.
 
     Attributes:
-        design: what was asked.
-        folder: where it is kept.
-        rows: evaluations in their order, the first of the robot as it is.
-        versions: of all that computed it.
+        design: the design.
+        folder: its folder.
+        rows: evaluations in order; the first is the unchanged robot.
+        versions: versions of the software that computed it.
     """
 
     design: Design
@@ -45,48 +45,52 @@ class Designed:
 
     @property
     def before(self) -> Row:
-        """The robot as it is."""
+        """Evaluation of the unchanged robot."""
         return self.rows[0]
 
     @cached_property
     def best(self) -> Row:
-        """The best candidate; of several goals a compromise, see `cdpr.design.rank.best`."""
+        """Best candidate; with several goals a compromise, see `cdpr.design.rank.best`."""
         return self.rows[FIRST + best([row.score for row in self.rows[FIRST:]])]
 
     @cached_property
     def front(self) -> list[Row]:
-        """Of several goals the feasible candidates that no other dominates; of one goal none."""
+        """Feasible non-dominated candidates with several goals; empty with one goal."""
         if len(self.design.section.wanted) < 2:
             return []
         return [self.rows[FIRST + i] for i in front([row.score for row in self.rows[FIRST:]])]
 
     @property
     def feasible(self) -> int:
-        """Number of candidates that keep all constraints."""
+        """Number of candidates that satisfy all constraints."""
         return sum(row.score.feasible for row in self.rows[FIRST:])
 
     @property
     def improved(self) -> bool:
-        """Whether a candidate is better than the robot as it is: of several goals in one, and as good in the others."""
+        """True if a candidate is better than the unchanged robot; with several goals, if one dominates it."""
         scores = [self.before.score, *(row.score for row in self.front or [self.best])]
         return bool(dominance(scores)[:, 0].any())
 
     @property
     def refused(self) -> list[Row]:
-        """Candidates of which there is no robot."""
+        """Candidates with invalid robots."""
         return [row for row in self.rows[FIRST:] if row.figures is None]
 
     @property
     def exit_code(self) -> ExitCode:
-        """OK where a candidate keeps all constraints."""
+        """OK if a candidate satisfies all constraints."""
         return ExitCode.OK if self.feasible else ExitCode.INFEASIBLE
 
     def robot(self, row: Row) -> Robot:
-        """Return the robot of an evaluation. Raises ScenarioError where there is none."""
+        """Return the robot of an evaluation.
+
+        Raises:
+            ScenarioError: if it is invalid.
+        """
         return self.design.candidate(row.values)
 
     def goals(self, row: Row) -> list[float | None]:
-        """Return the values of the goals as they are meant, large where they are maximised; None where one has none."""
+        """Return the values of the goals, without the sign change of maximised goals; None for a missing value."""
         found = []
         for goal in self.design.section.wanted:
             parts = [None if row.figures is None else row.figures[term.figure].value for term in goal.terms]
@@ -97,7 +101,7 @@ class Designed:
         return found
 
     def plain(self) -> dict[str, Any]:
-        """Return it as plain data, the same for the same design whatever the folder and the number of jobs."""
+        """Return the result as plain data, independent of the folder and the number of jobs."""
         design, section = self.design, self.design.section
         variables = zip(section.vary, design.targets, design.start.tolist(), strict=True)
         return {
@@ -125,7 +129,11 @@ class Designed:
         }
 
     def write(self) -> None:
-        """Write design.json, the table and the robots. Raises OutputError."""
+        """Write design.json, the table and the robot files.
+
+        Raises:
+            OutputError: if a file cannot be written.
+        """
         folder = self.folder
         replace(folder / TABLE, self._csv())
         self._robot(self.best, folder / BEST)
@@ -161,7 +169,7 @@ class Designed:
         }
 
     def _csv(self) -> bytes:
-        """The table: an empty cell is a figure that there is not."""
+        """Return the table; cells of missing figures are empty."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         labels, names = self.design.labels, list(self.design.figures)

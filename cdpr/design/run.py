@@ -1,4 +1,4 @@
-"""Runs a design: what its folder holds is replayed, the rest evaluated."""
+"""Execution of a design: replay of the recorded evaluations, then new ones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cdpr.native.operations import kernels_version
 
 @dataclass(frozen=True)
 class Computed:
-    """Schema of the parts of design.json that a resumed design needs."""
+    """Parts of design.json that a resumed design needs."""
 
     versions: Mapping[str, str]
 
@@ -40,17 +40,19 @@ def run_design(
     resume: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Designed:
-    """Evaluate candidates until there are as many as the design says, and write what came of it.
+    """Evaluate all candidates of a design and write the result.
 
     Args:
-        design: what to do.
-        out: folder; new, empty, or with a part of this design where `resume` is set.
-        jobs: candidates at a time, in threads; the result does not depend on it.
-        resume: replay what `out` holds, and go on; the result is that of a design that was not interrupted.
-        progress: called with the number of candidates that are evaluated, and their total.
+        design: the design.
+        out: folder; new, empty, or with a part of this design if `resume` is set.
+        jobs: number of threads; the result does not depend on it.
+        resume: replay the evaluations in `out` and continue; the result equals that of an uninterrupted design.
+        progress: called with the number of evaluated candidates and their total.
 
-    Raises OutputError where `out` holds something else or cannot be written, PluginError where a package is missing,
-    CdprError where the robot as it is cannot be asked.
+    Raises:
+        OutputError: if `out` has other content or cannot be written.
+        PluginError: if a package is missing.
+        CdprError: if the unchanged robot cannot be evaluated.
     """
     if jobs < 1:
         raise CdprError(f"jobs: a whole number from 1 on is expected, got {jobs!r}")
@@ -80,14 +82,18 @@ def run_design(
 
 
 def versions_of(design: Design) -> dict[str, str]:
-    """Return the versions of all that computes it. Raises PluginError where something is missing."""
+    """Return the versions of all software that computes the design.
+
+    Raises:
+        PluginError: if a package is missing.
+    """
     names = ["numpy", *require(design.search)]
     known = {"cdpr": __version__, "kernels": kernels_version(), "python": platform.python_version()}
     return known | {name: version(name) for name in names}
 
 
 def _expect(folder: JobFolder, versions: Mapping[str, str]) -> None:
-    """Refuse to go on with other versions: they would ask for other candidates, or find other figures."""
+    """Raise OutputError if the folder was computed by other versions, whose candidates or figures may differ."""
     path = folder.path / NAME
     try:
         before = opened(path.read_bytes(), COMPUTED).versions

@@ -1,4 +1,4 @@
-"""The sections of a study file that describes a design."""
+"""Sections of a design's study file."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Search = Literal["differential_evolution", "nsga2", "cma", "random"]
 
 EVALUATIONS = 1000
 MAX_EVALUATIONS = 10_000_000
-MAX_POPULATION = 1000  # all pairs of twice as many are compared
-MAX_CELLS = 2_000_000  # beyond, one evaluation takes minutes
+MAX_POPULATION = 1000  # selection compares all pairs of twice as many
+MAX_CELLS = 2_000_000  # above this, one evaluation takes minutes
 LABEL = r"^[A-Za-z][\w -]{0,39}$"
 
 SOURCES = ("volume", "least", "mean", "extent", "key")
@@ -103,12 +103,12 @@ class FigureSection(Section):
 
     @property
     def source(self) -> str:
-        """Where it comes from."""
+        """Source of its value."""
         return next(source for source in SOURCES if getattr(self, source) is not None)
 
     @property
     def kind(self) -> str:
-        """The kind of workspace that is asked; empty where none is."""
+        """Kind of workspace that it evaluates; "" if none."""
         return self.volume or self.least or self.mean or ""
 
 
@@ -136,18 +136,18 @@ class Goal(Section):
 
     @property
     def way(self) -> str:
-        """The key that is given."""
+        """Name of the key that is set."""
         return "maximise" if self.maximise is not None else "minimise"
 
     @property
     def terms(self) -> list[Term]:
-        """What is summed."""
+        """Terms of the sum."""
         given = self.maximise if self.maximise is not None else self.minimise
         return given if isinstance(given, list) else [Term(figure=given or "")]
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """Description in words."""
         return f"{self.way} {' + '.join(map(_of_term, self.terms))}".replace(" + -", " - ")
 
 
@@ -173,7 +173,7 @@ class Limit(Section):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """Description in words."""
         low = "" if self.at_least is None else f"{self.at_least:g} <= "
         return f"{low}{self.figure}" + ("" if self.at_most is None else f" <= {self.at_most:g}")
 

@@ -1,7 +1,7 @@
-"""What asks for candidates: each a seeded search in the unit cube, which ends when no more may be evaluated.
+"""Seeded searches in the unit cube that propose candidates until the budget is exhausted.
 
-What a search asks for depends on its seed and on the scores that it was given, and on nothing else: not on time, nor on
-how many candidates are evaluated at once, so that it can be replayed.
+The candidates depend only on the seed and on the returned scores, not on time or on the number of threads, so that a
+search can be replayed.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from cdpr.model.robot import Array
 
 Ask = Callable[[Array], list[Score]]
 
-FEWEST, EACH = 12, 4  # candidates of a generation, and how many for each variable ...
-GENERATIONS = 20  # ... unless that leaves fewer generations than these
+FEWEST, EACH = 12, 4  # minimum candidates per generation, and candidates per variable ...
+GENERATIONS = 20  # ... unless fewer than this many generations would be left
 
-WEIGHT, CROSSOVER = (0.4, 0.9), 0.9  # of differential evolution where there are several goals: Storn and Price 1997
-STEP = 0.3  # of cma, first standard deviation: bounds are at 0 and 1
-MOST = 10**9  # generations: the evaluations end before
+WEIGHT, CROSSOVER = (0.4, 0.9), 0.9  # differential evolution with several goals: Storn and Price 1997
+STEP = 0.3  # cma: initial standard deviation; bounds are at 0 and 1
+MOST = 10**9  # generations; the budget of evaluations ends a search earlier
 
 
 def size(given: int | None, variables: int, evaluations: int) -> int:
@@ -32,7 +32,7 @@ def size(given: int | None, variables: int, evaluations: int) -> int:
 
 
 def look(kind: str, ask: Ask, start: Array, seed: int, population: int) -> None:
-    """Ask for candidates until none may be asked for, the first at `start` (n,), a share of the bounds each."""
+    """Run a search until the budget is exhausted; its first candidate is `start` (n,), as shares of the bounds."""
     try:
         SEARCHES[kind](ask, start, seed, population)
     except SpentError:
@@ -40,7 +40,11 @@ def look(kind: str, ask: Ask, start: Array, seed: int, population: int) -> None:
 
 
 def require(kind: str) -> list[str]:
-    """Return the packages that a search needs beside numpy. Raises PluginError where one is not installed."""
+    """Return the packages that a search needs besides numpy.
+
+    Raises:
+        PluginError: if one is not installed.
+    """
     needed = {"differential_evolution": "scipy", "cma": "cma"}.get(kind)
     if needed is None:
         return []
@@ -54,7 +58,7 @@ def require(kind: str) -> list[str]:
 
 
 def spread(rng: np.random.Generator, count: int, start: Array) -> Array:
-    """Return `count` points (count, n), a Latin hypercube, the first of them replaced by `start`."""
+    """Return `count` points (count, n) of a Latin hypercube; the first is replaced by `start`."""
     n = len(start)
     cells = np.stack([rng.permutation(count) for _ in range(n)], axis=1)
     points = (cells + rng.random((count, n))) / count
@@ -63,7 +67,7 @@ def spread(rng: np.random.Generator, count: int, start: Array) -> Array:
 
 
 def _random(ask: Ask, start: Array, seed: int, population: int) -> None:
-    """Uniformly random candidates: what a search must beat."""
+    """Propose uniformly random candidates, the baseline of all searches."""
     rng = np.random.default_rng(seed)
     ask(start[None])
     while True:
@@ -71,7 +75,7 @@ def _random(ask: Ask, start: Array, seed: int, population: int) -> None:
 
 
 def _differential_evolution(ask: Ask, start: Array, seed: int, population: int) -> None:
-    """scipy's, generation by generation (Storn and Price 1997, best/1/bin)."""
+    """Run scipy's differential evolution generation by generation (Storn and Price 1997, best/1/bin)."""
     from scipy.optimize import differential_evolution
 
     def generation(function: Any, points: Iterable[Array]) -> list[float]:
@@ -79,32 +83,32 @@ def _differential_evolution(ask: Ask, start: Array, seed: int, population: int) 
 
     rng = np.random.default_rng(seed)
     differential_evolution(
-        lambda point: 0.0,  # `generation` is asked instead
+        lambda point: 0.0,  # unused: `generation` evaluates
         [(0.0, 1.0)] * len(start),
         init=spread(rng, population, start),
         maxiter=MOST,
         tol=0.0,
-        atol=-1.0,  # never done by itself: where all of a generation are equal, as on a plateau, it goes on
+        atol=-1.0,  # never converged: the search continues on plateaus, where a generation has equal scores
         polish=False,
         updating="deferred",
         workers=generation,
-        seed=rng,  # its name until scipy 1.15, and one that it takes since
+        seed=rng,  # name until scipy 1.15, still accepted
     )
 
 
 def _cma(ask: Ask, start: Array, seed: int, population: int) -> None:
-    """CMA-ES by the package cma (Hansen); begun again at random where it has converged."""
+    """Run CMA-ES by the package cma (Hansen), with random restarts after convergence."""
     import cma
 
     rng = np.random.default_rng(seed)
-    begin = np.clip(start, 0.05, 0.95)  # at a bound half of what it draws would be thrown back
+    begin = np.clip(start, 0.05, 0.95)  # at a bound, half of the samples would be rejected
     ask(start[None])
     while True:
         options = {
             "bounds": [0.0, 1.0],
             "popsize": population,
             "randn": lambda *shape: rng.standard_normal(shape),
-            "seed": np.nan,  # its own would be that of all numpy
+            "seed": np.nan,  # a seed would reset numpy's global generator
             "verbose": -9,
             "verb_log": 0,
             "tolfunhist": 0.0,
@@ -117,7 +121,7 @@ def _cma(ask: Ask, start: Array, seed: int, population: int) -> None:
 
 
 def _nsga2(ask: Ask, start: Array, seed: int, population: int) -> None:
-    """Differential evolution with NSGA-II's selection (Kukkonen and Lampinen, GDE3, CEC 2005), for several goals."""
+    """Run differential evolution with NSGA-II's selection for several goals (Kukkonen and Lampinen, GDE3, CEC 2005)."""
     rng = np.random.default_rng(seed)
     points = spread(rng, population, start)
     scores = ask(points)

@@ -1,6 +1,6 @@
-"""What all that runs many cases shares: drawing values, worker processes, a cluster, and going on where it stopped.
+"""Shared infrastructure of jobs with many cases: random values, worker processes, clusters and resumption.
 
-A case is one run in a process of its own (`cases`, `pool`, `worker`). A folder keeps how each ended in a ledger that is
-whole at every moment (`folder`), and random values follow from a seed alone (`draw`). What compiled code
-runs side by side is in threads (`threads`); all may be on a cluster (`cluster`).
+A case is one run in its own process (`cases`, `pool`, `worker`). A folder records the outcomes in a ledger that is
+valid at any moment (`folder`), and random values depend only on a seed (`draw`). Compiled code runs in parallel threads
+(`threads`). All jobs can run on a cluster (`cluster`).
 """

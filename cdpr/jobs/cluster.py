@@ -1,4 +1,4 @@
-"""A Dask cluster: jobs of any kind on it, and the cases of a study, each in a process beside the cluster's."""
+"""Execution on a Dask cluster: general jobs, and cases, each in its own process next to the cluster's worker."""
 
 from __future__ import annotations
 
@@ -14,22 +14,24 @@ from cdpr.errors import CdprError, ExitCode, PluginError, one_line
 from cdpr.jobs.folder import clear
 from cdpr.jobs.pool import TICK, Case, Executor, Outcome, ready, wait
 
-CONNECTING = 20  # s to find the scheduler
+CONNECTING = 20  # s, time limit for finding the scheduler
 
 GONE = "the scheduler at {} is gone; the cases that had ended are kept"
 
-NOISY = ("distributed", "tornado")  # what they tell as tracebacks is told here, or mended
+NOISY = ("distributed", "tornado")  # their tracebacks are replaced by messages of this module
 
 J = TypeVar("J")
 R = TypeVar("R")
 
-_mine = threading.local()  # a worker process for each thread of a cluster's worker, kept from case to case
+_mine = threading.local()  # one worker process per thread of a cluster worker, reused between cases
 
 
 def executor(address: str) -> Executor:
-    """Return what runs cases on the cluster whose scheduler is at `address`, such as tcp://host:8786.
+    """Return an executor for cases on the cluster with its scheduler at `address`, such as tcp://host:8786.
 
-    Raises PluginError without distributed, CdprError where nothing answers.
+    Raises:
+        PluginError: if distributed is not installed.
+        CdprError: if no scheduler answers.
     """
     check_installed()
 
@@ -43,7 +45,7 @@ def executor(address: str) -> Executor:
 
 
 def check_installed() -> None:
-    """Raise PluginError without distributed."""
+    """Raise PluginError if distributed is not installed."""
     try:
         import distributed  # noqa: F401
     except ImportError as error:
@@ -57,11 +59,19 @@ def spread(
     done: Callable[[str, R | None, str], None],
     ahead: int | None = None,
 ) -> None:
-    """Run jobs, by key, on a cluster, and tell of each as it ends: its key, and what `run` returned or how it was lost.
+    """Run jobs on a cluster and report each one as it ends.
 
-    The cluster has all of them at once, or `ahead` for each of its threads: what they return waits in its memory.
+    Args:
+        address: address of the scheduler.
+        run: function that runs one job.
+        jobs: jobs by key.
+        done: called with the key, the result of `run`, and the reason if the job was lost.
+        ahead: number of jobs to submit per thread of the cluster; all at once by default. It limits the results in the
+            cluster's memory.
 
-    Raises as `executor`, and CdprError where the scheduler goes away.
+    Raises:
+        PluginError: if distributed is not installed.
+        CdprError: if no scheduler answers, or the connection is lost.
     """
     check_installed()
     import distributed
@@ -69,12 +79,12 @@ def spread(
     if not jobs:
         return
     for name in [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in NOISY]:
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # its configuration gives each a level of its own
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # distributed's configuration sets levels per logger
     try:
         client = distributed.Client(address, timeout=CONNECTING)
     except (OSError, ValueError, TypeError) as error:  # TypeError: tls:// without certificates
         raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {one_line(error)}") from error
-    with client:  # once it is closed, however this ends, nobody waits for the jobs any more: see `run_here`
+    with client:  # closing it cancels all jobs: see `run_here`
         try:
             waiting = iter(jobs.items())
             futures = {client.submit(run, job, pure=False): key for key, job in islice(waiting, _room(client, ahead))}
@@ -83,11 +93,11 @@ def spread(
                 try:
                     fault = future.exception()
                     result = future.result() if fault is None else None
-                except OSError as error:  # its connection broke, which the client has not noticed yet
+                except OSError as error:  # the connection broke, and the client has not noticed yet
                     raise _Lost(GONE.format(address)) from error
                 lost = "" if fault is None else f"lost by the cluster: {one_line(fault)}"
                 done(futures.pop(future), result, lost)
-                future.release()  # what it holds may be large
+                future.release()  # its result may be large
                 for key, job in islice(waiting, _room(client, ahead, len(futures))):
                     futures[added := client.submit(run, job, pure=False)] = key
                     completed.add(added)
@@ -100,7 +110,7 @@ def spread(
 
 
 def _room(client: Any, ahead: int | None, has: int = 0) -> int | None:
-    """How many jobs the cluster may be given beside those that it has; its workers come and go."""
+    """Return the number of jobs that may be added; the number of workers may change at any time."""
     return None if ahead is None else max(0, ahead * max(1, sum(client.nthreads().values())) - has)
 
 
@@ -109,17 +119,17 @@ class _Lost(CdprError):  # noqa: N818 - as SimulationStopped
 
 
 def run_here(case: Case, timeout: float | None) -> Outcome | None:
-    """Run a case in the worker process of this thread, which ends with it; None where it was cancelled meanwhile."""
+    """Run a case in the worker process of this thread; return None if it was cancelled."""
     from distributed import get_worker
 
     here = get_worker()
     task = here.get_current_task()
     if case.out is not None:
-        clear(Path(case.out))  # the cluster runs a case anew whose machine it has lost
+        clear(Path(case.out))  # the cluster repeats a case if its machine was lost
     worker = _mine.worker = ready(getattr(_mine, "worker", None))
     worker.begin(case, timeout)
     while (outcome := worker.look()) is None:
-        known = here.state.tasks.get(task)  # Dask does not end a task that was cancelled under way, but marks it
+        known = here.state.tasks.get(task)  # Dask only marks a running task as cancelled
         if known is None or known.state == "cancelled":
             worker.kill()
             break

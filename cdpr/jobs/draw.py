@@ -1,4 +1,4 @@
-"""Random values, as a file or a call asks for them: the same for the same seed, whatever the machine."""
+"""Reproducible random values for files and calls, independent of the machine."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Random(Section):
 
 
 def drawn(given: Random, seed: str) -> list[float]:
-    """Return the values; `seed` counts where they name none of their own."""
-    # Python promises the same numbers from a seed in all versions; numpy does not.
+    """Return the values; `seed` applies if they have no seed of their own."""
+    # Python guarantees the same sequence for a seed in all versions; numpy does not.
     source = random.Random(seed if given.seed is None else str(given.seed))
     shares = [max(source.random(), 2.0**-54) for _ in range(given.count)]
     if given.uniform is not None:

@@ -1,4 +1,4 @@
-"""The folder of many cases: what is run, and a ledger of how each ended, whole at every moment."""
+"""Folder of a job with many cases: its description, and a ledger of outcomes that is valid at any moment."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from cdpr.log.run_json import plain
 
 LEDGER_NAME = "cases.jsonl"
 
-RESULTS = (*FORESEEN, "diverged")  # what need not be run again
+RESULTS = (*FORESEEN, "diverged")  # statuses that are not run again
 
 LINE = TypeAdapter(Outcome)
 
 
 @dataclass(frozen=True)
 class Described:
-    """The part of a description that all kinds of folders have; other keys are ignored."""
+    """Common part of the descriptions of all kinds of folders; other keys are ignored."""
 
     name: str
     cases: int
@@ -41,18 +41,24 @@ DESCRIBED = TypeAdapter(Described)
 
 
 class JobFolder:
-    """A folder for one study, or other many cases, new or with some of them; locked while it is open.
+    """Folder of one job, such as a study, new or with some of its cases; locked while it is open.
 
     Attributes:
-        rows: how the cases ended that did, by id.
+        rows: outcomes of the finished cases by id.
     """
 
     def __init__(self, path: Path, kind: str, content: Mapping[str, Any], option: str = "--out") -> None:
-        """Open the folder of this `kind`, such as "study", described by `content` with name, cases and digest.
+        """Open a folder.
 
-        `option` is what its user gave the folder with.
+        Args:
+            path: the folder.
+            kind: kind of job, such as "study".
+            content: description with name, cases and digest.
+            option: command option that named the folder, for messages.
 
-        Raises OutputError where it is taken, in use or cannot be written, LogError where it is spoilt.
+        Raises:
+            OutputError: if the folder has other content, is in use or cannot be written.
+            LogError: if it is damaged.
         """
         self.path, self._kind, self._option = path, kind, option
         self._description = description = path / f"{kind}.json"
@@ -68,8 +74,8 @@ class JobFolder:
         try:
             if lock(self._ledger) is Lock.ANOTHERS:
                 raise OutputError(f"{path}: another cdpr {kind} is at work there; wait for it, or end it")
-            self._refuse_others()  # such as a run that began at the same moment
-            if description.is_file():  # perhaps written by who had the lock
+            self._refuse_others()  # another process may have started at the same moment
+            if description.is_file():  # possibly written by the previous owner of the lock
                 self._expect(content)
             else:
                 replace(description, json.dumps(sealed(content), indent=1) + "\n")
@@ -79,11 +85,11 @@ class JobFolder:
             raise
 
     def close(self) -> None:
-        """Let others have it."""
+        """Release the lock."""
         os.close(self._ledger)
 
     def record(self, outcome: Outcome) -> None:
-        """Keep how a case ended: one line, in one write, which a kill leaves out or whole."""
+        """Append an outcome to the ledger: one line in one write, which is complete or absent after a kill."""
         content = sealed(plain(asdict(outcome)), self._digest)
         line = json.dumps(content, ensure_ascii=False, allow_nan=False) + "\n"
         try:
@@ -95,14 +101,14 @@ class JobFolder:
         self.rows[outcome.key] = outcome
 
     def _refuse_others(self) -> None:
-        ours = {self._description.name, f"{self._description.name}.tmp", LEDGER_NAME}  # may be there before the first
+        ours = {self._description.name, f"{self._description.name}.tmp", LEDGER_NAME}  # may exist before the first case
         strange = {entry.name for entry in self.path.iterdir()} - ours
         if strange and not self._description.is_file():
             text = f"exists, is not empty and holds no {self._kind}; choose another {self._option}"
             raise OutputError(f"{self.path}: {text}")
 
     def _expect(self, content: Mapping[str, Any]) -> None:
-        """Refuse a folder that holds another one."""
+        """Raise an error if the folder belongs to another job."""
         try:
             known = opened(self._description.read_bytes(), DESCRIBED)
         except ValueError as error:
@@ -115,7 +121,7 @@ class JobFolder:
             )
 
     def _read(self) -> dict[str, Outcome]:
-        """Return the last line of each case; a line that was torn by a kill is cut off."""
+        """Return the last line of each case; an incomplete last line is removed."""
         with open(os.dup(self._ledger), "rb") as file:
             file.seek(0)
             found = file.read()
@@ -126,7 +132,11 @@ class JobFolder:
 
 
 def read_rows(lines: bytes, path: Path, digest: str) -> dict[str, Outcome]:
-    """Return the last line of each case; `digest` is that of the folder's description. Raises LogError."""
+    """Return the last line of each case; `digest` is that of the folder's description.
+
+    Raises:
+        LogError: if a line is damaged.
+    """
     rows: dict[str, Outcome] = {}
     for number, line in enumerate(lines.split(b"\n")[:-1], 1):
         try:
@@ -139,6 +149,6 @@ def read_rows(lines: bytes, path: Path, digest: str) -> dict[str, Outcome]:
 
 
 def clear(folder: Path) -> None:
-    """Remove a run folder, where there is one."""
+    """Remove a run folder if it exists."""
     with contextlib.suppress(FileNotFoundError):
         shutil.rmtree(folder)

@@ -1,7 +1,7 @@
-"""Worker processes as forks of one process that has loaded all: each begins in milliseconds.
+"""Worker processes as forks of one preloaded process, each started within milliseconds.
 
-That process has no thread beside its own, runs no case and loads no plugin, so that its forks inherit nothing that they
-could share. It, not we, is their parent: it is asked how they ended.
+The preloaded process has a single thread, runs no case and loads no plugin, so that its forks share no state. It is the
+parent of the workers, so it reports their exit statuses.
 """
 
 from __future__ import annotations
@@ -22,69 +22,69 @@ from struct import Struct
 from cdpr import processes
 from cdpr.errors import CdprError
 
-START, LOOK = b"S", b"L"  # what is asked: a fork with these descriptors; how one ended
-NUMBER = Struct("q")  # of a process, and what `os.waitpid` says of it
-RUNNING = -1  # no such status
-LOADING = 120.0  # s after which it hangs: it has but to import
-TRIES = 2  # the system may have ended the first process meanwhile
+START, LOOK = b"S", b"L"  # requests: start a fork with these descriptors; report the status of one
+NUMBER = Struct("q")  # number of a process, or its status as by `os.waitpid`
+RUNNING = -1  # no valid status
+LOADING = 120.0  # s, time limit of the first imports
+TRIES = 2  # the system may have killed the first process
 
-# One thread each: the workers are as many as the cores, and must not fight for them.
+# One thread each: there are as many workers as cores.
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a worker finds around it: as we, whatever the working folder holds, but one thread."""
+    """Environment of a worker: that of this process, independent of the working folder's content, with one thread."""
 
     folder: str
-    path: tuple[str, ...]  # of modules
+    path: tuple[str, ...]  # module search path
     environment: dict[str, str]
 
     @classmethod
     def ours(cls) -> Surroundings:
-        """Return those of this process."""
+        """Return the environment of this process."""
         try:
             folder = os.getcwd()
-        except OSError:  # it was removed
+        except OSError:  # the folder was removed
             folder = os.sep
         path = tuple(part or folder for part in sys.path)
         one = dict.fromkeys(ONE_THREAD, "1")
         return cls(folder, path, {**os.environ, "PYTHONPATH": os.pathsep.join(path), **one})
 
     def enter(self) -> None:
-        """Let them be those of this process."""
+        """Apply it to this process."""
         os.environ.clear()
         os.environ.update(self.environment)
         sys.path[:] = self.path
-        with suppress(OSError):  # it is gone
+        with suppress(OSError):  # the folder is gone
             os.chdir(self.folder)
 
 
 class Fork:
-    """A forked process.
+    """Forked process.
 
     Attributes:
         pid: its number.
-        returncode: how it ended, as `subprocess.Popen` says; None while nobody knows.
+        returncode: exit status, as in `subprocess.Popen`; None while unknown.
     """
 
     def __init__(self, server: _Server, pid: int) -> None:
         self._server = server
         self.pid = pid
         self.returncode: int | None = None
-        self._end: int | None = None  # becomes readable with its end
+        self._end: int | None = None  # readable after the process has ended
         with suppress(ProcessLookupError):
             self._end = os.pidfd_open(pid)
             weakref.finalize(self, os.close, self._end)
 
     def poll(self) -> int | None:
-        """Return how it ended, None while it runs."""
+        """Return the exit status; None while the process runs."""
         if self.returncode is None and self._ended(0.0):
             self.returncode = self._server.look(self.pid)
         return self.returncode
 
     def wait(self, timeout: float | None = None) -> None:
-        """Wait until it has ended, for at most so many seconds if it is said."""
+        """Wait for the end of the process, at most `timeout` seconds if given."""
         self._ended(timeout)
         self.poll()
 
@@ -96,13 +96,13 @@ class Fork:
         return bool(look.poll(None if timeout is None else 1e3 * timeout))
 
     def kill(self) -> None:
-        """End it at once, with all that it started."""
+        """Kill the process and all processes that it started."""
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGKILL)
 
 
 class _Server:
-    """Our end of the process whose forks the workers are; it ends with this object."""
+    """Connection to the preloaded process that forks the workers; the process ends with this object."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -117,22 +117,22 @@ class _Server:
                     stdout=subprocess.DEVNULL,
                     env=Surroundings.ours().environment,
                     pass_fds=[theirs.fileno()],
-                    start_new_session=True,  # Ctrl-C is for us
+                    start_new_session=True,  # Ctrl-C must not reach it
                 )
             )
         weakref.finalize(self, _end, self._socket, self._process)
 
     @property
     def alive(self) -> bool:
-        """Whether it can be asked."""
+        """True if the process runs."""
         return self._process.poll() is None
 
     def start(self, descriptors: Sequence[int]) -> int | None:
-        """Return the number of a new worker with these descriptors; None where this process is gone."""
+        """Return the number of a new worker with these descriptors; None if the preloaded process is gone."""
         return self._ask(START, descriptors)
 
     def look(self, pid: int) -> int | None:
-        """Return how a worker ended, as a return code; None while it runs."""
+        """Return the exit status of a worker; None while it runs."""
         status = self._ask(LOOK + NUMBER.pack(pid))
         if status is None:  # the workers are gone, too
             return -signal.SIGKILL
@@ -143,9 +143,9 @@ class _Server:
             try:
                 socket.send_fds(self._socket, [what], descriptors)
                 answer = self._socket.recv(NUMBER.size, socket.MSG_WAITALL)
-            except OSError:  # it is gone, or hangs
+            except OSError:  # it is gone or hangs
                 answer = b""
-            except BaseException:  # an interrupt: what comes next would be the answer to this question
+            except BaseException:  # after an interrupt, the next answer would belong to this request
                 _end(self._socket, self._process)
                 raise
             if len(answer) < NUMBER.size:
@@ -161,14 +161,17 @@ def _end(connection: socket.socket, process: subprocess.Popen[bytes]) -> None:
 
 
 def begin() -> None:
-    """Start what the workers are forked from: its modules load while other things are done."""
+    """Start the preloaded process; it imports its modules in the background."""
     _server()
 
 
 def fork(descriptors: Sequence[int]) -> Fork:
-    """Return a new worker, see `cdpr.jobs.worker`: its socket is the first descriptor, the second takes its output.
+    """Return a new worker (see `cdpr.jobs.worker`).
 
-    Raises CdprError where none can be started.
+    The first descriptor is its socket, the second receives its output.
+
+    Raises:
+        CdprError: if no worker can be started.
     """
     for _ in range(TRIES):
         server = _server()
@@ -180,7 +183,7 @@ def fork(descriptors: Sequence[int]) -> Fork:
 
 def _server() -> _Server:
     with _starting:
-        here = os.getpid()  # a fork of us has none of our locks and threads
+        here = os.getpid()  # a fork of this process inherits none of its locks and threads
         if here not in _known or not _known[here].alive:
             _known[here] = _Server()
         return _known[here]

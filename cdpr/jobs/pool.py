@@ -1,6 +1,6 @@
-"""Runs cases in worker processes: a crash, a hang or an exit costs the one case that was under way.
+"""Execution of cases in worker processes: a crash, a hang or an exit affects only the current case.
 
-Not with the standard library's pools: of 20 tasks ProcessPoolExecutor lost 18 to one killed worker, and
+The standard library's pools are not robust enough: ProcessPoolExecutor lost 18 of 20 tasks after one killed worker, and
 multiprocessing.Pool hung.
 """
 
@@ -22,30 +22,33 @@ from cdpr.processes import ended
 
 __all__ = ["TICK", "Case", "Executor", "Outcome", "Worker", "ready", "run_cases", "wait"]
 
-STARTING = 120.0  # s that a case may take, beyond its own limit, to import and build before it begins
-TICK = 0.5  # s between two looks whether a worker lives and is in time
-PIPE = 65536  # bytes that a pipe holds
-TAIL = 16384  # bytes kept of what a worker printed
-LINES = 30  # of these shown with a crash
-NOISE = "Extension modules:"  # faulthandler lists all that is loaded
+STARTING = 120.0  # s, time limit for imports and setup of a case, in addition to its own limit
+TICK = 0.5  # s between two checks of a worker
+PIPE = 65536  # capacity of a pipe, bytes
+TAIL = 16384  # bytes of a worker's output that are kept
+LINES = 30  # lines of it in the message of a crash
+NOISE = "Extension modules:"  # faulthandler's list of loaded modules
 
 Done = Callable[[Outcome], None]
 
 
 class Executor(Protocol):
-    """Runs cases wherever, and calls `done` with how each ended as soon as it did."""
+    """Executor of cases; it calls `done` with each outcome as soon as a case has ended."""
 
     def __call__(self, cases: Sequence[Case], *, timeout: float | None, done: Done) -> object:
-        """Return when all cases have ended."""
+        """Run all cases and return when all have ended."""
 
 
 def run_cases(
     cases: Sequence[Case], *, jobs: int, timeout: float | None, done: Done = lambda outcome: None
 ) -> list[Outcome]:
-    """Run all cases, `jobs` at a time, and return how each ended, in their order.
+    """Run all cases and return their outcomes in order. No worker outlives this call or this process.
 
-    A case that has not ended `timeout` seconds after its first step counts as hung. `done` is called with each outcome
-    as it comes; what it raises ends everything. In any case no worker outlives this call, nor this process.
+    Args:
+        cases: cases with unique keys.
+        jobs: number of workers.
+        timeout: time after the first step at which a case counts as hung, s; None for no limit.
+        done: called with each outcome; its exceptions end all workers.
     """
     waiting = deque(cases)
     outcomes: dict[str, Outcome] = {}
@@ -72,7 +75,7 @@ def run_cases(
 
 
 class Worker:
-    """A process that runs one case at a time; after a death or a hang it is used up."""
+    """Process that runs one case at a time; unusable after a death or a hang."""
 
     def __init__(self) -> None:
         self.case: Case | None = None
@@ -89,24 +92,24 @@ class Worker:
             finally:
                 os.close(output)
         around = forks.Surroundings.ours()
-        with contextlib.suppress(OSError):  # it has died: `look` finds out
+        with contextlib.suppress(OSError):  # it has died: `look` detects that
             self._connection.send(around)
 
     def begin(self, case: Case, timeout: float | None) -> None:
-        """Send a case; the worker has none."""
+        """Send a case to an idle worker."""
         self.case, self._said = case, b""
         self._timeout = inf if timeout is None else timeout
         self._limit = STARTING + self._timeout
         self._deadline = monotonic() + self._limit
-        with contextlib.suppress(OSError):  # it has just died: `look` finds out
+        with contextlib.suppress(OSError):  # it has just died: `look` detects that
             self._connection.send(case)
 
     def sources(self) -> list[Connection | int]:
-        """What becomes readable when there is something to look at."""
+        """Return the objects that become readable when `look` has something to do."""
         return [self._connection] if self._mute else [self._connection, self._output]
 
     def look(self) -> Outcome | None:
-        """Return the outcome of the case, None while it runs; never waits."""
+        """Return the outcome of the case, or None while it runs; never block."""
         if self.case is None:
             return None
         self._listen()
@@ -121,17 +124,17 @@ class Worker:
                     return answer  # type: ignore[no-any-return]
         except (EOFError, OSError):
             return self._lost("died")
-        if self._process.poll() is not None:  # and something that it started keeps the socket open
+        if self._process.poll() is not None:  # a process that it started keeps the socket open
             return self._lost("died")
         return self._lost("hung") if monotonic() > self._deadline else None
 
     @property
     def alive(self) -> bool:
-        """Whether there is a process; the system may have ended one that had no case."""
+        """True if the process runs; the system may have killed an idle one."""
         return self._open and self._process.poll() is None
 
     def kill(self) -> None:
-        """End the process at once, with all that it started."""
+        """Kill the process and all processes that it started."""
         if not self._open:
             return
         self._open = False
@@ -142,11 +145,11 @@ class Worker:
         os.close(self._output)
 
     def _lost(self, status: str) -> Outcome:
-        """Give up the process and its case."""
+        """Kill the process and return the outcome of its case."""
         assert self.case is not None
         case, self.case = self.case, None
         if status == "died":
-            self._process.wait(TICK)  # its socket is closed: it is about to end by itself
+            self._process.wait(TICK)  # its socket is closed: it is about to exit
         self.kill()
         how = f"the process of this case {ended(self._process.returncode or 0)}"
         text = f"no answer after {self._limit:g} s" if status == "hung" else how
@@ -156,7 +159,7 @@ class Worker:
         return Outcome(case.key, status, message, case.out or "", code=ExitCode.BACKEND_DIED)
 
     def _listen(self) -> None:
-        """Take what the process printed, and keep the end of it."""
+        """Read the output of the process and keep its end."""
         with contextlib.suppress(BlockingIOError):
             chunk = os.read(self._output, PIPE)
             self._said = (self._said + chunk)[-TAIL:]
@@ -164,7 +167,7 @@ class Worker:
 
 
 def ready(worker: Worker | None) -> Worker:
-    """Return a worker that can begin a case: this one, or another where its process has ended."""
+    """Return an idle worker: the given one, or a new one if its process has ended."""
     if worker is not None and worker.alive:
         return worker
     if worker is not None:

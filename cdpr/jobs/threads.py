@@ -1,4 +1,4 @@
-"""Jobs of any kind in threads, which compiled code lets run side by side."""
+"""Parallel jobs in threads, for compiled code that releases the GIL."""
 
 from __future__ import annotations
 
@@ -19,16 +19,21 @@ def beside(
     done: Callable[[R], None],
     name: str,
 ) -> None:
-    """Run jobs in so many threads, and call `done` here with what each gave, as it ends.
+    """Run jobs in threads, and call `done` in this thread with each result as it is ready.
 
-    `run` also gets what tells it that nobody waits for it any more: it should end soon then, however it does.
+    Args:
+        jobs: the jobs.
+        run: function of a job and of a callable that returns True after cancellation, upon which it should return soon.
+        threads: number of threads.
+        done: called with each result.
+        name: prefix of the threads' names.
     """
     stop = threading.Event()
     with ThreadPoolExecutor(threads, thread_name_prefix=name) as pool:
         try:
             running: set[Future[R]] = set()
             while True:
-                # One more than there are threads: none waits for this one, and few results are in memory.
+                # One job more than threads: no thread idles, and few results are in memory.
                 running |= {pool.submit(run, job, stop.is_set) for job in islice(jobs, threads + 1 - len(running))}
                 if not running:
                     return

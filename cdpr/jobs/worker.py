@@ -1,7 +1,7 @@
-"""Worker processes: each runs one case after another that it is sent, and tells how each ended.
+"""Worker process: runs the cases that it receives one by one, and returns their outcomes.
 
-All are forks of one process that `cdpr.jobs.forks` starts and asks for them. Cases and answers go through a private
-socket each; whatever engines print goes elsewhere.
+All workers are forks of one process, which `cdpr.jobs.forks` starts and controls. Cases and outcomes use a private
+socket per worker, separate from the output of engines.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from cdpr.simulation.simulate import simulate
 
 
 def main(descriptor: int, parent: int) -> None:
-    """Fork workers as the socket asks for them, and tell how they ended, until its other end closes or ends."""
+    """Fork workers and report their exit statuses on request, until the socket closes or the parent ends."""
     end_with(parent)
-    warnings.simplefilter("ignore", OptionsLeftOut)  # who plans the cases reports `Scenario.notes`
+    warnings.simplefilter("ignore", OptionsLeftOut)  # the planner of the cases reports `Scenario.notes`
     here = os.getpid()
-    ScenarioSection.model_rebuild()  # what each would do at its first case
-    operations()  # the kernel library is loaded
-    gc.freeze()  # what is loaded by now is everybody's
+    ScenarioSection.model_rebuild()  # would otherwise be done in each worker
+    operations()  # loads the kernel library
+    gc.freeze()  # objects loaded so far are shared with the forks
     with socket.socket(fileno=descriptor) as asked:
         asked.set_inheritable(False)
         while True:
@@ -59,25 +59,25 @@ def main(descriptor: int, parent: int) -> None:
 
 
 def _forked() -> int:
-    """Fork; return the number of the worker, 0 in itself, or -1 where the system has no room."""
+    """Fork; return the number of the worker, 0 in the worker itself, or -1 if the system has no resources."""
     try:
         pid = os.fork()
     except OSError:
         return -1
-    with suppress(OSError):  # both do it: whoever is the first, it is a group of its own before it is asked for
+    with suppress(OSError):  # done by both, so that the group exists before anyone uses it
         os.setpgid(pid, pid)
     return pid
 
 
 def _begin(descriptor: int, output: int, parent: int) -> NoReturn:
-    """Be a worker until the socket closes, and end as an interpreter does."""
+    """Run a worker until the socket closes, and exit like an interpreter."""
     code = 1
     try:
         end_with(parent)
         os.dup2(output, 1)
         os.dup2(output, 2)
         os.close(output)
-        faulthandler.enable()  # a crash in native code tells where Python was
+        faulthandler.enable()  # prints the Python stack of a crash in native code
         _work(Connection(descriptor))
         code = 0
     except SystemExit as end:
@@ -101,7 +101,7 @@ def _work(connection: Connection) -> None:
         connection.send(_run(case, connection))
 
 
-_before: dict[str, Scenario] = {}  # the last one, by its file: cases differ in a few keys
+_before: dict[str, Scenario] = {}  # last scenario by file; cases differ in a few keys
 
 
 def _load(case: Case) -> Scenario:

@@ -1,7 +1,7 @@
-"""Talking with a program in another process: how it is started or found, and the frames that go to and fro.
+"""Communication with a peer program in another process: start or connection, greeting, and binary frames.
 
-The other side is a peer. It is greeted by one line of JSON, answers with one, and then exchanges frames of
-little-endian 64-bit floats whose lengths the greeting says; the first number of each is its sequence, from 0 by 1.
-Nothing that it says is believed: sequences, lengths and numbers are checked, and one that is silent for longer than its
-time-out, ends, or breaks a rule ends the run with `BackendDied`. docs/remote.md describes it for who writes a peer.
+Both sides first exchange one line of JSON, the greeting, and then frames of little-endian 64-bit floats with the
+lengths given there. The first number of each frame is its sequence number, counted from 0. All data from the peer is
+checked. A peer that exceeds its time-out, ends or violates the protocol ends the run with `BackendDied`. docs/remote.md
+describes the protocol for authors of peers.
 """

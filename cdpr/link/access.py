@@ -1,11 +1,11 @@
 """Access control of every server that cdpr opens: token, Host and Origin.
 
-Whoever reaches a server of cdpr can do what its user can, and every web page in the user's browser reaches the ports of
+Clients of a server act with its user's permissions, and every web page in the user's browser can reach the ports of
 this machine. Therefore each request needs:
 
 - a Host that names this machine. A foreign name can be made to point here (DNS rebinding).
 - the token of the address that cdpr printed. No foreign page knows it.
-- no Origin, or an allowed one. Browsers send the Origin of the page truthfully with each WebSocket.
+- no Origin, or an allowed one. Browsers send the true Origin of the page with each WebSocket.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from urllib.parse import parse_qs, urlsplit
 LOCAL = ("localhost", "127.0.0.1", "::1")
 EVERYWHERE = ("", "0.0.0.0", "::")
 HOST = re.compile(r"(?:(?P<name>[A-Za-z0-9._-]+)|\[(?P<six>[0-9A-Fa-f:.]+)\])(?::[0-9]{1,5})?")  # RFC 9110, 7.2
-MOST_FIELDS = 100  # of a query
+MOST_FIELDS = 100  # parameters of a query
 
 
 class RefusedError(Exception):
-    """A request that is not let in, with its HTTP status."""
+    """Refused request with its HTTP status."""
 
     def __init__(self, status: HTTPStatus, text: str) -> None:
         super().__init__(text)
@@ -51,14 +51,15 @@ class Access:
     programs: bool = False
 
     def check(self, target: str, hosts: Sequence[str], origins: Sequence[str]) -> str:
-        """Return the path of a request that is admitted.
+        """Return the path of an admitted request.
 
         Args:
-            target: what is requested, as the request line has it.
-            hosts: the values of all its Host headers.
-            origins: the values of all its Origin headers.
+            target: request target, as in the request line.
+            hosts: values of all its Host headers.
+            origins: values of all its Origin headers.
 
-        Raises RefusedError with the reason.
+        Raises:
+            RefusedError: with the reason.
         """
         try:
             url = urlsplit(target)
@@ -75,7 +76,7 @@ class Access:
         return url.path
 
     def address(self, scheme: str, port: int) -> str:
-        """Return the address that users open, with the token."""
+        """Return the address for users, with the token."""
         host = socket.gethostname() if self.host in EVERYWHERE else self.host
         return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}/?token={self.token}"
 
@@ -83,7 +84,7 @@ class Access:
         return len(tokens) == 1 and hmac.compare_digest(tokens[0].encode(), self.token.encode())
 
     def _names_us(self, host: str) -> bool:
-        """Return whether a Host header is an address of this machine or a name that the user chose for it."""
+        """Return True if a Host header is an address of this machine or a name that the user chose for it."""
         found = HOST.fullmatch(host)
         if found is None:
             return False

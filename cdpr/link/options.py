@@ -1,4 +1,4 @@
-"""What a scenario says of a peer."""
+"""Options of a peer in scenarios."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-REMOTE = "remote"  # what scenarios and logs call a backend or a controller that is one
+REMOTE = "remote"  # type of remote backends and controllers in scenarios and logs
 
 
 class PeerOptions(BaseModel):
-    """What every role says of its peer; `program` is declared by the role, which knows names of files."""
+    """Options of peers in all roles; each role declares `program` itself, because only it resolves file names."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 

@@ -1,4 +1,4 @@
-"""A peer: greeted, then asked frame by frame, in lock-step or for the newest that there is."""
+"""Client of a peer: greeting, then frames in lock-step or free-running with the newest answer."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from cdpr.model.robot import Array, Robot
 
 VERSION = 1
 MOST_GREETING = 65536  # bytes
-MOST_FRAMES = 2**53  # to which a float counts
+MOST_FRAMES = 2**53  # largest whole number that a float counts to
 NUMBER = np.dtype("<f8")
 
 
 def called_of(options: PeerOptions, program: Path | None) -> str:
-    """Return what a peer is called in messages."""
+    """Return the name of a peer in messages."""
     return f"peer '{options.address if program is None else program.name}'"
 
 
 def check_peer(options: PeerOptions, program: Path | None) -> None:
-    """Raise CdprError where a program may not be started, or an address is none, before anything runs."""
+    """Raise CdprError if a program may not be started or an address is invalid, before anything runs."""
     if program is not None:
         check_program(program, called_of(options, program), options.sha256)
     else:
@@ -36,7 +36,7 @@ def check_peer(options: PeerOptions, program: Path | None) -> None:
 
 
 def greeting_of(role: str, robot: Robot, gravity: Array) -> dict[str, Any]:
-    """Return what every peer is told of a robot, SI units."""
+    """Return the description of a robot for the greeting, SI units."""
     return {
         "role": role,
         "robot": robot.name,
@@ -53,15 +53,17 @@ def greeting_of(role: str, robot: Robot, gravity: Array) -> dict[str, Any]:
 
 
 class Peer:
-    """The other side of one run.
+    """Peer of one run.
 
     Args:
-        options: where it is, and how long it may take.
-        program: the file to start, None where it listens at an address.
-        greeting: what it is told: plain data, to which version, time-out and lengths of frames are added.
-        sends, takes: how many numbers go to it in each frame, and come back, beside the sequence.
+        options: address and time limits.
+        program: file to start; None if the peer listens at an address.
+        greeting: plain data for the peer; version, time-out and frame lengths are added.
+        sends, takes: numbers per frame to and from the peer, without the sequence number.
 
-    Raises CdprError where options make no sense, BackendDied where it does not come, or greets otherwise.
+    Raises:
+        CdprError: if the options are invalid.
+        BackendDied: if the peer does not start or greet correctly.
     """
 
     def __init__(
@@ -70,9 +72,9 @@ class Peer:
         self._options = options
         self._out, self._in = np.zeros(sends + 1, NUMBER), np.zeros(takes + 1, NUMBER)
         self._size, self._held = self._in.nbytes, b""
-        self._late = b""  # of a frame that has been sent in part
+        self._late = b""  # rest of a partly sent frame
         self._asked, self._answered = 0, -1
-        self.skipped = 0  # frames that a peer which runs freely did not get
+        self.skipped = 0  # frames that a free-running peer did not receive
         until = time.monotonic() + options.start_timeout
         self.called = called = called_of(options, program)
         if program is None:
@@ -83,15 +85,16 @@ class Peer:
         told = {"cdpr": VERSION, **greeting, "timeout": options.timeout, "sends": sends + 1, "takes": takes + 1}
         try:
             self._greet(told, until)
-        except BaseException:  # also an interrupt: nobody else knows of this peer yet
+        except BaseException:  # also an interrupt: nobody else could close the peer
             self.close()
             raise
-        self._at = time.monotonic()  # of the newest answer
+        self._at = time.monotonic()  # time of the newest answer
 
     def ask(self, values: Array) -> Array:
-        """Send a frame and return the answer to it, (takes,), a view.
+        """Send a frame and return its answer, (takes,), a view.
 
-        Raises BackendDied where none comes in time, and where one came before it was asked for.
+        Raises:
+            BackendDied: if the answer is late, or an answer arrived before its frame was sent.
         """
         self._take_arrived()
         until = time.monotonic() + self._options.timeout
@@ -107,9 +110,12 @@ class Peer:
         return self._in[1:]
 
     def newest(self, values: Array) -> Array:
-        """Send a frame if the peer takes it at once, and return its newest answer, (takes,), a view.
+        """Send a frame if the peer accepts it immediately, and return its newest answer, (takes,), a view.
 
-        Raises BackendDied where the newest is older than the time-out; the first is waited for.
+        The first call waits for the answer.
+
+        Raises:
+            BackendDied: if the newest answer is older than the time-out.
         """
         if self._asked == 0:
             return self.ask(values)
@@ -130,10 +136,14 @@ class Peer:
         return self._in[1:]
 
     def _take_arrived(self) -> None:
-        """Take the answers that have arrived. Raises BackendDied where the peer has sent more than it was asked for."""
+        """Read the answers that have arrived.
+
+        Raises:
+            BackendDied: if the peer sent more answers than frames.
+        """
         while True:
             due = (self._asked - 1 - self._answered) * self._size - len(self._held)
-            data = self._transport.receive(due + 1, None)  # no more: it may send without end
+            data = self._transport.receive(due + 1, None)  # bounded: the peer may send without end
             if not data:
                 return
             if len(data) > due:
@@ -146,14 +156,14 @@ class Peer:
                     raise self._wrong(f"answered frame {self._answered} after {before}, of {self._asked}")
 
     def tell(self, values: Array) -> None:
-        """Send a last frame that nobody answers, unless it would stand behind half of one, or nobody is there."""
+        """Send a last frame without an answer, unless a partial frame is pending or the peer is gone."""
         with suppress(BackendDied):
             if not self._transport.cut:
                 self._transport.send(self._next(values), time.monotonic() + self._options.timeout)
                 self._asked -= 1
 
     def close(self) -> None:
-        """Close the connection; a program that was started here ends."""
+        """Close the connection and end a program that was started here."""
         self._transport.close(owed=self._answered < self._asked - 1)
 
     def _next(self, values: Array) -> bytes:
@@ -162,7 +172,7 @@ class Peer:
         return self._out.tobytes()
 
     def _take(self) -> None:
-        """Take one whole frame of what was received, and check it."""
+        """Parse one received frame and check it."""
         self._in[:] = np.frombuffer(self._held, NUMBER, len(self._in))
         self._held = self._held[self._size :]
         self._at = time.monotonic()

@@ -1,4 +1,4 @@
-"""Bytes to and from a peer: over the pipes of a program that is started here, or a socket on which it listens."""
+"""Byte transport to and from a peer: pipes of a program started here, or a socket."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from cdpr.errors import BackendDied, CdprError
 from cdpr.interrupts import WAITING, uninterrupted
 from cdpr.link.waiting import tell_wait
 
-MOST_BYTES = 16 * 2**20  # of a program
-RETRY = 0.02  # s, between two tries to reach a peer that does not listen yet
-GRACE = 1.0  # s, that a peer has to end by itself when its input ends
-LOOK = 0.01  # s, between two looks whether what a program started has ended
-SHOWN = 2000  # of what a program said last on stderr, characters
-CHUNK = 65536  # bytes of stderr that are taken at once
+MOST_BYTES = 16 * 2**20  # largest program
+RETRY = 0.02  # s between two attempts to connect
+GRACE = 1.0  # s that a peer has to exit after its input ends
+LOOK = 0.01  # s between two checks whether child processes of a program have ended
+SHOWN = 2000  # characters of a program's last stderr output in messages
+CHUNK = 65536  # bytes of stderr per read
 REMEDIES = {
     errno.EACCES: "'chmod +x' makes a file a program",
     errno.ENOEXEC: "a script begins with #! and its interpreter, such as #!/usr/bin/perl",
     errno.ENOENT: "the interpreter behind its #! is not there",
 }
-FULL = 2**20 // CHUNK  # of them fill the largest pipe: more are said meanwhile, perhaps without end
-MOST_PATH = 107  # bytes of the path of a socket
+FULL = 2**20 // CHUNK  # chunks in the largest pipe; more were written in the meantime, possibly without end
+MOST_PATH = 107  # bytes of a socket's path
 
 
 class Transport(ABC):
-    """A pair of descriptors that never block.
+    """Pair of non-blocking descriptors.
 
     Attributes:
-        called: what the peer is called in messages.
-        cut: whether `send` has sent a part alone.
+        called: name of the peer in messages.
+        cut: True if `send` sent only a part.
     """
 
     def __init__(self, called: str, receiving: int, sending: int) -> None:
@@ -49,7 +49,11 @@ class Transport(ABC):
             os.set_blocking(descriptor, False)
 
     def send(self, data: bytes, until: float) -> None:
-        """Send all of it before a time of `time.monotonic`. Raises BackendDied."""
+        """Send all data before a time of `time.monotonic`.
+
+        Raises:
+            BackendDied: if the peer does not accept it in time, or is gone.
+        """
         view = memoryview(data)
         while view:
             view = view[self.send_some(view) :]
@@ -58,7 +62,11 @@ class Transport(ABC):
                 raise BackendDied(f"{self.called}: takes nothing more: it hangs, or reads too slowly")
 
     def send_some(self, data: bytes | memoryview) -> int:
-        """Send what goes at once, and return how many bytes that were. Raises BackendDied."""
+        """Send as many bytes as possible without waiting, and return their number.
+
+        Raises:
+            BackendDied: if the peer is gone.
+        """
         try:
             return os.write(self._sending, data)
         except BlockingIOError:
@@ -67,9 +75,13 @@ class Transport(ABC):
             raise self.ended(error.strerror or str(error)) from None
 
     def receive(self, most: int, until: float | None) -> bytes:
-        """Return up to so many bytes as soon as there are some; b"" at once where `until` is None and there are none.
+        """Return up to `most` bytes as soon as some are available.
 
-        Raises BackendDied where none come before a time of `time.monotonic`, and where the peer has ended.
+        If `until` is None, return b"" immediately when none are.
+
+        Raises:
+            TimeoutError: if none arrive before `until`, a time of `time.monotonic`.
+            BackendDied: if the peer has ended.
         """
         if not ready([self._receiving], [], until):
             if until is None:
@@ -86,11 +98,11 @@ class Transport(ABC):
         return data
 
     def ended(self, why: str) -> BackendDied:
-        """Return the error of a peer that is gone."""
+        """Return the error for a peer that is gone."""
         return BackendDied(f"{self.called}: {why}")
 
     def close(self, owed: bool) -> None:
-        """Close all, and end a program that was started here; `owed` is whether an answer is still to come."""
+        """Close the transport and end a program started here; `owed` is True if an answer is pending."""
         if self._open:
             self._open = False
             with uninterrupted():
@@ -98,33 +110,33 @@ class Transport(ABC):
 
     @abstractmethod
     def _end(self, owed: bool) -> None:
-        """Close what was opened, and end what was started here."""
+        """Close descriptors and end processes."""
 
 
 def ready(reading: list[int], writing: list[int], until: float | None) -> list[int]:
-    """Return which descriptors can be read or written, waiting until a time of `time.monotonic`; None does not wait."""
+    """Return the readable and writable descriptors; wait until a time of `time.monotonic`, or not if None."""
     with WAITING:
         found = select.select(reading, writing, [], 0.0 if until is None else max(0.0, until - time.monotonic()))
     return [*found[0], *found[1]]
 
 
 def check_program(path: Path, called: str, sha256: str | None) -> None:
-    """Raise CdprError where a program is not there, or not the one that a scenario trusts by its checksum."""
+    """Raise CdprError if a program is missing or does not have the trusted checksum."""
     if sha256 != (found := hashlib.sha256(_content(path, called)).hexdigest()):
         text = "has another checksum than the scenario says" if sha256 else "is not trusted to run"
         raise CdprError(f"{called}: {text}: look at it, and if it may run, write sha256: {found}")
 
 
 def _remedy(error: OSError) -> str:
-    """What to do about a program that the system does not start."""
+    """Return the remedy for a program that cannot be started."""
     return f": {told}" if (told := REMEDIES.get(error.errno or 0)) else ""
 
 
 class Program(Transport):
-    """A program that talks through its standard input and output; its stderr is kept for messages.
+    """Program that communicates through standard input and output; its stderr is kept for messages.
 
-    It is in a process group of its own: Ctrl-C in a terminal is for cdpr, which then tells it to stop, and what it has
-    started ends with it.
+    It has its own process group: Ctrl-C in a terminal reaches only cdpr, which then stops the program. Its child
+    processes end with it.
     """
 
     def __init__(self, path: Path, called: str, sha256: str | None) -> None:
@@ -150,19 +162,19 @@ class Program(Transport):
         super().__init__(called, process.stdout.fileno(), process.stdin.fileno())
 
     def receive(self, most: int, until: float | None) -> bytes:
-        """Do so, and meanwhile take what it says on stderr out of its pipe: it would wait where that is full."""
+        """Receive data, and also read stderr: the program would block if that pipe were full."""
         if until is None:
             self._listen()
         while until is not None and self._errors >= 0:
             found = ready([self._receiving, self._errors], [], until)
             if self._errors in found:
                 self._listen()
-            if self._receiving in found or not found or time.monotonic() >= until:  # it may speak without end
+            if self._receiving in found or not found or time.monotonic() >= until:  # it may write without end
                 break
         return super().receive(most, until)
 
     def ended(self, why: str) -> BackendDied:
-        """Tell how it ended, and its last words."""
+        """Return the error with the exit status and the last output."""
         with suppress(subprocess.TimeoutExpired):
             code = self._process.wait(GRACE)
             why = f"it was killed by signal {-code}" if code < 0 else f"it ended with code {code}"
@@ -171,11 +183,11 @@ class Program(Transport):
         return super().ended(f"{why}; its last words: {words[-SHOWN:]}" if words else why)
 
     def _listen(self, most: int = 1) -> None:
-        """Take up to so many chunks of what it says on stderr."""
+        """Read up to `most` chunks of stderr."""
         with suppress(BlockingIOError):
             for _ in range(most if self._errors >= 0 else 0):
                 if not (data := os.read(self._errors, CHUNK)):
-                    self._errors = -1  # it says no more
+                    self._errors = -1  # end of its output
                     return
                 self._said = (self._said + data)[-4 * SHOWN :]
 
@@ -189,18 +201,18 @@ class Program(Transport):
         hear_out([process.stdout.fileno(), process.stderr.fileno()], until)
         with suppress(subprocess.TimeoutExpired):
             process.wait(max(0.0, until - time.monotonic()))
-        with suppress(OSError):  # nothing of the group is left
+        with suppress(OSError):  # no process of the group is left
             while time.monotonic() < until:
                 os.killpg(process.pid, 0)
                 time.sleep(LOOK)
-            os.killpg(process.pid, signal.SIGKILL)  # also those that are stopped
+            os.killpg(process.pid, signal.SIGKILL)  # ends stopped processes, too
         process.wait()
         process.stdout.close()
         process.stderr.close()
 
 
 class Connection(Transport):
-    """A socket on which a peer listens."""
+    """Socket connection to a listening peer."""
 
     def __init__(self, made: socket.socket, called: str) -> None:
         super().__init__(called, made.fileno(), made.fileno())
@@ -208,13 +220,13 @@ class Connection(Transport):
 
     def _end(self, owed: bool) -> None:
         with self._socket, suppress(OSError):
-            if owed:  # what is not read at the end may cost the peer what it was sent last
+            if owed:  # unread data at the close could discard data on its way to the peer
                 self._socket.shutdown(socket.SHUT_WR)
                 hear_out([self._socket.fileno()], time.monotonic() + GRACE)
 
 
 def hear_out(descriptors: list[int], until: float) -> None:
-    """Drop what still comes until nothing more can: who is told to stop is not to fail with an answer before that."""
+    """Discard further input until the end, so that a stopping peer does not fail while it answers."""
     while descriptors and time.monotonic() < until:
         for each in ready(descriptors, [], until):
             with suppress(BlockingIOError):
@@ -227,9 +239,11 @@ def hear_out(descriptors: list[int], until: float) -> None:
 
 
 def connected(address: str, called: str, start_timeout: float) -> Transport:
-    """Return the connection to who listens at HOST:PORT or unix:PATH, tried for so long, s.
+    """Return a connection to the peer at HOST:PORT or unix:PATH, with attempts for `start_timeout` s.
 
-    Raises CdprError for what is no address, BackendDied where nobody answers there.
+    Raises:
+        CdprError: if the address is invalid.
+        BackendDied: if nobody answers there.
     """
     kind, place = parsed(address, called)
     until, told = time.monotonic() + start_timeout, False
@@ -250,12 +264,16 @@ def connected(address: str, called: str, start_timeout: float) -> Transport:
                     tell_wait(called, start_timeout)
                 time.sleep(RETRY)
     if kind == socket.AF_INET:
-        made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # a frame is not to wait for the next
+        made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # send frames without delay
     return Connection(made, called)
 
 
 def parsed(address: str, called: str) -> tuple[socket.AddressFamily, str | tuple[str, int]]:
-    """Return the kind of a socket and its place. Raises CdprError for what is no address."""
+    """Return the family and the address of a socket.
+
+    Raises:
+        CdprError: if the address is invalid.
+    """
     kind, _, path = address.partition(":")
     if kind == "unix":
         if "\0" in path or not 0 < len(os.fsencode(path)) <= MOST_PATH:
@@ -268,7 +286,7 @@ def parsed(address: str, called: str) -> tuple[socket.AddressFamily, str | tuple
 
 
 def _named(host: str) -> bool:
-    """Whether a computer may be called so."""
+    """Return True if the name is a valid host name."""
     try:
         return bool(host.encode("idna")) and "\0" not in host
     except UnicodeError:

@@ -1,4 +1,4 @@
-"""Telling who started a run that it waits for a peer, which is not there yet."""
+"""Notification of the user while a run waits for a peer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _listeners: list[Callable[[str], None]] = []
 
 @contextmanager
 def waits_told(tell: Callable[[str], None]) -> Iterator[None]:
-    """Call `tell` with a line of text whenever, meanwhile, a peer is waited for that does not listen yet."""
+    """Call `tell` with a line of text whenever, in this context, a run waits for a peer that does not listen yet."""
     _listeners.append(tell)
     try:
         yield
@@ -19,6 +19,6 @@ def waits_told(tell: Callable[[str], None]) -> Iterator[None]:
 
 
 def tell_wait(called: str, seconds: float) -> None:
-    """Say that a peer is waited for, for so long at most."""
+    """Report that a run waits for a peer, at most `seconds`."""
     for tell in _listeners:
         tell(f"waiting up to {seconds:.3g} s for {called}, which does not listen yet")

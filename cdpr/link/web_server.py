@@ -1,7 +1,7 @@
 """HTTP and WebSocket server of cdpr: bounded connections, time limits, access control.
 
-Each connection has a thread. Connections that have not been admitted yet are few and short-lived: where too many wait,
-the oldest is closed, so that no number of idle connections keeps the next one out.
+Each connection has a thread. Connections that are not yet admitted are few and short-lived: if too many wait,
+the oldest is closed, so that idle connections cannot block new ones.
 """
 
 from __future__ import annotations
@@ -26,30 +26,30 @@ from websockets.typing import Subprotocol
 from cdpr.link.access import Access, RefusedError
 from cdpr.link.web_socket import CLOSES, WebSocket
 
-OPENS = 5.0  # s that a client has to send its whole request, and to take the answer
-MOST_HEAD = 16384  # bytes of a request
-MOST_WAITING = 64  # connections that are not admitted yet
-LINGER = 0.5, 65536  # s and bytes of a refused request that are still read, so that the client sees the answer
-SHUT = (errno.EBADF, errno.EINVAL, errno.ENOTSOCK)  # of a socket that no longer listens
+OPENS = 5.0  # s, time limit for a client to send its request and to receive the answer
+MOST_HEAD = 16384  # bytes of a request without body
+MOST_WAITING = 64  # connections that are not yet admitted
+LINGER = 0.5, 65536  # s and bytes of a refused request that are still read, so that the client receives the answer
+SHUT = (errno.EBADF, errno.EINVAL, errno.ENOTSOCK)  # errors of a socket that no longer listens
 _END = re.compile(rb"\r?\n\r?\n")
-PAUSE = 0.05  # s to wait where a connection could not be accepted
+PAUSE = 0.05  # s to wait after a failed accept
 
 _quiet = logging.getLogger("cdpr.link.web_server")
 _quiet.addHandler(logging.NullHandler())
-_quiet.propagate = False  # what strangers send wrong does not concern the user
+_quiet.propagate = False  # malformed input of strangers does not concern the user
 
 
 class WebServer:
-    """Server of one page, if any, and of WebSockets, all at the path "/".
+    """Server of one optional page and of WebSockets, all at the path "/".
 
     Args:
         listening: the socket, see `listen`; closed with this object.
-        access: who is admitted.
-        serve: called in a thread of its own with each open WebSocket; the WebSocket is closed when it returns.
-        most: open WebSockets at a time.
-        max_size: bytes of a message that clients send.
-        page: the answer to a request that opens no WebSocket, made of its Host header; without one, there is none.
-        subprotocols: the names of which a client must offer one, the preferred first.
+        access: admission rules.
+        serve: called in its own thread with each open WebSocket, which is closed when it returns.
+        most: maximum number of open WebSockets.
+        max_size: maximum size of a client's message, bytes.
+        page: function of the Host header that answers requests without WebSocket; optional.
+        subprotocols: names of which a client must offer one, preferred first.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class WebServer:
         self._most, self._max_size, self._page = most, max_size, page
         self._subprotocols = [Subprotocol(name) for name in subprotocols] or None
         self._lock = Lock()
-        self._waiting = dict[socket.socket, None]()  # in their order
+        self._waiting = dict[socket.socket, None]()  # ordered
         self._open = set[WebSocket]()
         self._threads = set[Thread]()
         self._closed = False
@@ -80,7 +80,7 @@ class WebServer:
         with self._lock:
             self._closed = True
         with suppress(OSError):
-            self._listening.shutdown(socket.SHUT_RDWR)  # wakes the thread that accepts
+            self._listening.shutdown(socket.SHUT_RDWR)  # wakes the accepting thread
         self._accepting.join()
         self._listening.close()
         with self._lock:
@@ -105,13 +105,13 @@ class WebServer:
             except OSError as error:
                 if self._closed or error.errno in SHUT:
                     return
-                self._drop_oldest()  # all others pass: no resources, or a fault of that connection's network
+                self._drop_oldest()  # resource shortage or network error of one connection: continue
                 sleep(PAUSE)
                 continue
             self._begin(connection)
 
     def _begin(self, connection: socket.socket) -> None:
-        """Handle a connection in a thread of its own."""
+        """Handle a connection in its own thread."""
         thread = Thread(target=self._handle, args=(connection,), name="web client", daemon=True)
         with self._lock:
             crowded = len(self._waiting) >= MOST_WAITING
@@ -145,7 +145,7 @@ class WebServer:
             self._forget(connection, current_thread())
 
     def _answer(self, connection: socket.socket) -> None:
-        """Read a request, answer it, and serve the WebSocket that it opens."""
+        """Read a request, answer it, and serve its WebSocket."""
         until = monotonic() + OPENS
         protocol = ServerProtocol(subprotocols=self._subprotocols, max_size=self._max_size, logger=_quiet)
         rest = b""
@@ -162,7 +162,11 @@ class WebServer:
         _linger(connection)
 
     def _response(self, request: Request, protocol: ServerProtocol) -> Response:
-        """Return the page or the answer that opens a WebSocket. Raises RefusedError."""
+        """Return the page, or the answer that opens a WebSocket.
+
+        Raises:
+            RefusedError: if the request is not admitted or malformed.
+        """
         headers = request.headers
         hosts = headers.get_all("Host")
         path = self._access.check(request.path, hosts, headers.get_all("Origin"))
@@ -174,14 +178,14 @@ class WebServer:
             if self._page is None:
                 raise RefusedError(HTTPStatus.UPGRADE_REQUIRED, "open a WebSocket here")
             return self._page(hosts[0])
-        with suppress(ValueError):  # of headers that are no text
+        with suppress(ValueError):  # non-text headers
             response = protocol.accept(request)
             if response.status_code < HTTPStatus.INTERNAL_SERVER_ERROR:
                 return response
         raise RefusedError(HTTPStatus.BAD_REQUEST, "the WebSocket request is malformed")
 
     def _hold(self, connection: socket.socket, protocol: ServerProtocol, response: Response, rest: bytes) -> None:
-        """Open a WebSocket, and serve it until it ends."""
+        """Open a WebSocket and serve it until it ends."""
         with self._lock:
             full = self._closed or len(self._open) >= self._most
             if not full:
@@ -203,7 +207,11 @@ class WebServer:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a listening socket; "::" takes IPv4, too, where the system has both. Raises OSError, OverflowError."""
+    """Return a listening socket; "::" also accepts IPv4 if the system supports both.
+
+    Raises:
+        OSError, OverflowError: if it cannot listen there.
+    """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     both = host == "::" and socket.has_dualstack_ipv6()
     return socket.create_server((host, port), family=family, dualstack_ipv6=both)
@@ -218,7 +226,12 @@ def plain_response(status: HTTPStatus, text: str) -> Response:
 
 
 def _head(connection: socket.socket, until: float) -> tuple[bytes, bytes]:
-    """Return a request up to its empty line, and what came behind it. Raises RefusedError, OSError."""
+    """Return a request up to its empty line, and the bytes after it.
+
+    Raises:
+        RefusedError: if the request is incomplete, late or too long.
+        OSError: if the connection fails.
+    """
     data = bytearray()
     while not (end := _END.search(data)):
         connection.settimeout(max(until - monotonic(), 1e-3))
@@ -236,7 +249,11 @@ def _head(connection: socket.socket, until: float) -> tuple[bytes, bytes]:
 
 
 def _request(protocol: ServerProtocol, head: bytes) -> Request:
-    """Return the request that was read. Raises RefusedError where it is malformed."""
+    """Return the parsed request.
+
+    Raises:
+        RefusedError: if it is malformed.
+    """
     protocol.receive_data(head)
     events = protocol.events_received()
     if not events:
@@ -245,7 +262,7 @@ def _request(protocol: ServerProtocol, head: bytes) -> Request:
 
 
 def _linger(connection: socket.socket) -> None:
-    """Let the client read the answer: closing with unread data would discard it."""
+    """Read the rest of a request so that the client receives the answer: closing with unread data would discard it."""
     until, left = monotonic() + LINGER[0], LINGER[1]
     connection.shutdown(socket.SHUT_WR)
     while left > 0 and (time := until - monotonic()) > 0:

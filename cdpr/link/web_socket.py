@@ -14,21 +14,21 @@ from websockets.http11 import Response
 from websockets.protocol import OPEN
 from websockets.server import ServerProtocol
 
-QUIET = 10.0  # s without data from the client, after which it is pinged; also the longest time of a write
-SILENT = 3  # such periods after which the client counts as gone
-CLOSES = 1.0  # s that the other side has to answer a closing handshake
-CHUNK = 65536  # bytes that are read at once
+QUIET = 10.0  # s without data from the client before a ping; also the time limit of a write
+SILENT = 3  # number of such periods after which the client counts as gone
+CLOSES = 1.0  # s, time limit of the closing handshake
+CHUNK = 65536  # bytes per read
 
 Message = str | bytes
 
 
 class WebSocket:
-    """An open WebSocket. One thread iterates over its messages; any thread may send, close and abort.
+    """Open WebSocket. One thread iterates over its messages; any thread may send, close and abort.
 
     Args:
-        connection: the connected socket; this object closes it.
-        protocol: the state after the opening handshake.
-        rest: bytes that came behind the request.
+        connection: the connected socket; closed by the server.
+        protocol: protocol state after the opening handshake.
+        rest: bytes received after the request.
     """
 
     def __init__(self, connection: socket.socket, protocol: ServerProtocol, rest: bytes) -> None:
@@ -38,13 +38,17 @@ class WebSocket:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def accept(self, response: Response) -> None:
-        """Finish the opening handshake. Raises OSError."""
+        """Finish the opening handshake.
+
+        Raises:
+            OSError: if the connection fails.
+        """
         with self._lock:
             self._protocol.send_response(response)
             self._write()
 
     def finish(self) -> None:
-        """Close, and wait for the other side to do so, too."""
+        """Close the connection and wait for the client to close it."""
         self.close()
         until = monotonic() + CLOSES
         with suppress(OSError):
@@ -55,12 +59,12 @@ class WebSocket:
 
     @property
     def subprotocol(self) -> str | None:
-        """The subprotocol that was agreed on."""
+        """Negotiated subprotocol."""
         return self._protocol.subprotocol
 
     def __iter__(self) -> Iterator[Message]:
-        """Yield messages until the connection ends, whatever ends it."""
-        text, message = False, bytearray()  # not a list of fragments: empty ones would fill any memory
+        """Yield messages until the connection ends for any reason."""
+        text, message = False, bytearray()  # not a list: empty fragments would fill the memory
         with suppress(OSError):
             for frame in self._frames():
                 if frame.opcode is not Opcode.CONT:
@@ -97,7 +101,7 @@ class WebSocket:
                 return
 
     def _receive(self) -> bytes:
-        """Return what comes next; nothing where the connection has ended or the client is silent for too long."""
+        """Return the next bytes; b"" if the connection has ended or the client is silent for too long."""
         for _ in range(SILENT):
             try:
                 return self._socket.recv(CHUNK)
@@ -110,7 +114,11 @@ class WebSocket:
         return b""
 
     def send(self, *messages: Message) -> None:
-        """Send messages in one write. Raises ConnectionError where the connection has ended or takes nothing more."""
+        """Send messages in one write.
+
+        Raises:
+            ConnectionError: if the connection has ended or the client does not read.
+        """
         with self._lock:
             try:
                 for message in messages:
@@ -124,7 +132,7 @@ class WebSocket:
                 raise ConnectionError("the WebSocket is closed") from error
 
     def close(self, code: CloseCode = CloseCode.NORMAL_CLOSURE) -> None:
-        """Begin the closing handshake; a connection that takes nothing is cut."""
+        """Start the closing handshake; cut a blocked connection."""
         if not self._lock.acquire(timeout=CLOSES):
             self.abort()
             return
@@ -139,12 +147,12 @@ class WebSocket:
             self._lock.release()
 
     def abort(self) -> None:
-        """Cut the connection: whatever waits for it goes on."""
+        """Cut the connection; threads that wait for it continue."""
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
 
     def _write(self) -> None:
-        """Send what the protocol has to say; b"" of it is the end."""
+        """Send the pending data of the protocol; an empty item marks the end."""
         out = self._protocol.data_to_send()
         if data := b"".join(out):
             self._socket.sendall(data)

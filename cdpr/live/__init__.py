@@ -1,9 +1,9 @@
-"""A running simulation seen and steered by others' tools: what goes out, what comes in, and the loop between.
+"""Live links: a running simulation is visualised and controlled by external tools.
 
-`cdpr.live.drive.drive` takes a simulation step by step, as fast as a clock says, and between two slices looks at what
-was asked for. What it shows is the newest complete sample: a thread of its own encodes and sends it, so that no client,
-however slow, holds the simulation up. What is done to the simulation is an event of its scenario from then on.
+`cdpr.live.drive.drive` advances a simulation in slices, paced by the clock, and processes requests between two slices.
+It shows the newest complete sample: a separate thread encodes and sends it, so that slow clients do not delay the
+simulation. Actions on the simulation become events of its scenario.
 """
 
-SPEEDS = 0.001, 1e6  # times real time
-RATES = 0.1, 1000.0  # Hz, at which samples are shown
+SPEEDS = 0.001, 1e6  # multiples of real time
+RATES = 0.1, 1000.0  # Hz, rates of shown samples

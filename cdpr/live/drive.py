@@ -1,4 +1,4 @@
-"""The loop of a live simulation: slice by slice, paced by the wall clock, with what is asked for done between two."""
+"""Loop of a live simulation: slices paced by the wall clock, with requests processed in between."""
 
 from __future__ import annotations
 
@@ -22,45 +22,45 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation.simulation import Simulation
 
-WAITS = 0.2  # s, at most, between two calls of `progress` while it waits for the clock, or stands still
-LOOKS = 60.0  # Hz of simulated time, at least, at which is looked at what was asked for
-BUSY = 0.001  # s, at most, for what was asked for while a slice is due: the rest waits for one after it,
-SHARE = 0.05  # so long that this share of the time, at most, goes to such requests
-MOVE = 2.0  # s, of a move to a target that says no other
+WAITS = 0.2  # s, longest time between two calls of `progress` while it waits or is paused
+LOOKS = 60.0  # Hz of simulated time, lowest rate at which requests are processed
+BUSY = 0.001  # s, time limit for requests while a slice is due; further requests wait
+SHARE = 0.05  # largest share of the time spent on such requests
+MOVE = 2.0  # s, default duration of a move to a target
 
 
 class Link(Protocol):
-    """What shows a simulation to others, and hears them.
+    """Interface of a live link: shows a simulation to clients and receives their requests.
 
     Attributes:
-        requests: what was asked for, also before the simulation begins, and is not done yet.
+        requests: pending requests, including those from before the simulation.
     """
 
     requests: Requests
 
     def begin(self, header: Header) -> None:
-        """Take what is shown."""
+        """Start with the description of the run."""
         ...
 
     def show(self, row: Array, sample: int) -> None:
-        """Take the newest sample, a copy; it is sent elsewhere."""
+        """Show the newest sample, a copy; sending is asynchronous."""
         ...
 
     def changed(self, parameters: Mapping[str, Any]) -> None:
-        """Take parameters that have other values from now on."""
+        """Report changed parameters."""
         ...
 
     def refused(self, text: str) -> None:
-        """Tell who asked for something that cannot be."""
+        """Report a refused request to the clients."""
         ...
 
     def warned(self, text: str) -> None:
-        """Tell who asked for something that is done, but seldom meant."""
+        """Report an accepted but suspicious request to the clients."""
         ...
 
 
 class Driven(Simulation):
-    """A simulation that goes on slice by slice, and does what is asked for."""
+    """Simulation that advances in slices and processes requests."""
 
     def __init__(self, scenario: Scenario, out: RunFolder | str | None, link: Link, speed: float, rate: float) -> None:
         self._speed = _within("speed", speed, SPEEDS)
@@ -68,17 +68,17 @@ class Driven(Simulation):
         super().__init__(scenario, out=out)
         self.paused = False
         self._link = link
-        # A whole number of slices is a period.
+        # a whole number of slices per period
         self._slice = max(self._period / math.ceil(LOOKS * self._period), scenario.simulation.control_step)
         self._push: Wrench | None = None
-        self._doubted = False  # whether the last target was
+        self._doubted = False  # True if the last target caused a warning
         self._tension: list[float] | None = None
         self._begin_clock()
-        self._heeds = -math.inf  # by the clock: from when on it may be late for what was asked for
-        self._shown = -math.inf, -math.inf  # when: by the clock, and of simulated time
+        self._heeds = -math.inf  # clock time from which late requests are processed
+        self._shown = -math.inf, -math.inf  # clock time and simulated time of the last shown sample
 
     def drive(self, progress: Callable[[int, int], None]) -> Run:
-        """Go on to the end; `progress` is called after each slice, and may raise Interrupted."""
+        """Simulate to the end; `progress` is called after each slice and may raise Interrupted."""
         with self._kept():
             self._link.begin(self.so_far().header)
             self._link.changed({"paused": self.paused, "speed": self._speed})
@@ -94,7 +94,7 @@ class Driven(Simulation):
         return self.run()
 
     def _advance(self, time: float) -> None:
-        """Go on to a time; with tensions that are given, in place of the solver's."""
+        """Simulate to a time, s, with the requested tensions instead of the solver's, if any."""
         if self._tension is None:
             self.until(time)
             return
@@ -102,10 +102,10 @@ class Driven(Simulation):
         self.step(max(1, steps), tension=self._tension)
 
     def _showing(self, moving: bool) -> bool:
-        """Whether the newest sample is to be shown now.
+        """Return True if the newest sample is to be shown now.
 
-        In real time each period of simulated time, of a run that is faster each period of the clock, and of one that
-        stands still now and then, for who comes meanwhile.
+        Samples are shown once per period of simulated time at up to real time, once per period of the clock in faster
+        runs, and occasionally while paused, for new clients.
         """
         clock, time = self._shown
         if not moving:
@@ -119,17 +119,17 @@ class Driven(Simulation):
             self._shown = monotonic(), self.time
 
     def _begin_clock(self, ahead: float = 0.0) -> None:
-        """Count from now on; the next slice is due in so long (s)."""
+        """Restart the clock; the next slice is due in `ahead` s."""
         self._from = monotonic() + ahead, self.time
 
     @property
     def _ahead(self) -> float:
-        """How long (s) until the next slice is due."""
+        """Time until the next slice is due, s."""
         begun, time = self._from
         return math.inf if self.paused else (self.time - time) / self._speed - (monotonic() - begun)
 
     def _serve(self) -> bool:
-        """Do what is asked for until the next slice is due, or for a while; return whether it is due."""
+        """Process requests until the next slice is due, but not for long; return True if it is due."""
         requests, until = self._link.requests, monotonic() + WAITS
         try:
             while not self.done and (wait := min(self._ahead, until - monotonic())) > 0.0:
@@ -137,12 +137,12 @@ class Driven(Simulation):
         except queue.Empty:
             pass
         self._heed()
-        if self._ahead < -1.0:  # it is slower than the clock: do not catch up in a rush later
+        if self._ahead < -1.0:  # slower than the clock: do not catch up later
             self._begin_clock()
         return self._ahead <= 0.0
 
     def _heed(self) -> None:
-        """Do what is asked for although the slice is due; whoever asks without end does not hold it up."""
+        """Process some requests although the slice is due; endless requests must not block the simulation."""
         begun = now = monotonic()
         with suppress(queue.Empty):
             while not self.done and begun >= self._heeds and now - begun <= BUSY:
@@ -155,7 +155,7 @@ class Driven(Simulation):
             REQUESTS[request.what](self, **request.values)
         except CdprError as error:
             request.answer = str(error)
-            if self._attempt.run is not None:  # it is no refusal: the run has ended
+            if self._attempt.run is not None:  # not a refusal: the run has ended
                 raise
             what = request.values.get("key", request.what)
             self._link.refused(f"{what}: {error}" if what != request.answer.partition(":")[0] else request.answer)
@@ -163,20 +163,20 @@ class Driven(Simulation):
             request.done.set()
 
     def ask_pause(self, paused: bool = True) -> None:
-        """Stand still, or go on."""
+        """Pause or resume."""
         if self.paused and not paused:
             self._begin_clock()
         self.paused = paused
         self._link.changed({"paused": paused})
 
     def ask_step(self, steps: int = 1) -> None:
-        """Take some control steps, and stand still."""
+        """Simulate some control steps and pause."""
         self.ask_pause()
         self.step(steps) if self._tension is None else self.step(steps, tension=self._tension)
         self._show()
 
     def ask_speed(self, speed: float) -> None:
-        """Go so many times as fast as the wall clock."""
+        """Set the speed as a multiple of the wall clock."""
         speed = _within("", speed, SPEEDS)
         if not self.paused:
             self._begin_clock(max(self._ahead, 0.0) * self._speed / speed)
@@ -184,7 +184,7 @@ class Driven(Simulation):
         self._link.changed({"speed": speed})
 
     def ask_target(self, position: list[float], orientation: list[float], duration: float = MOVE) -> None:
-        """Let the desired motion go to another pose of the origin, quaternion w, x, y, z; warn once."""
+        """Move the desired pose of the origin to a target, quaternion w, x, y, z; warn once."""
         self.target(position, orientation, duration=duration)
         doubts = self.scenario.doubts(self.events)
         if doubts and not self._doubted:
@@ -192,7 +192,7 @@ class Driven(Simulation):
         self._doubted = bool(doubts)
 
     def ask_wrench(self, force: list[float], moment: list[float]) -> None:
-        """Let this wrench act from now on, in place of the one before; none at all ends that."""
+        """Apply this wrench from now on instead of the previous one; zero ends it."""
         if self._push is not None and (list(self._push.force), list(self._push.moment)) == (force, moment):
             return
         made = self.push(force, moment) if any(force + moment) else None
@@ -201,9 +201,9 @@ class Driven(Simulation):
         self._push = made
 
     def ask_tension(self, tension: list[float], names: list[str] | None = None) -> None:
-        """Tell the cables these tensions, N, from now on; none at all gives them back to the controller.
+        """Command these tensions, N, from now on; an empty list returns control to the controller.
 
-        They are in the order of the cables, or of `names`.
+        The order is that of the cables, or of `names`.
         """
         if not tension:
             self._tension = None
@@ -215,7 +215,7 @@ class Driven(Simulation):
                     f"one for each of {', '.join(cables)} is expected, got {shown(names)}, {len(tension)} tensions"
                 )
             tension = [tension[names.index(cable)] for cable in cables]
-        checked(tension, (self.scenario.robot.m,), "tension", finite=True)  # refused at once where it makes no sense
+        checked(tension, (self.scenario.robot.m,), "tension", finite=True)  # refuse invalid values immediately
         self._tension = tension
 
     def ask_stop(self) -> None:
@@ -223,12 +223,12 @@ class Driven(Simulation):
         self.stop()
 
     def ask_set(self, key: str, value: Any) -> None:
-        """Give an option of controller or solver another value."""
+        """Set an option of the controller or solver."""
         self.set(key, value)
         self._link.changed({key: value})
 
     def ask_reset(self) -> None:
-        """Begin anew, where nothing is logged."""
+        """Restart the simulation; requires a run without log."""
         self.reset()
         self._push, self._tension, self._doubted = None, None, False
         self._shown = -math.inf, -math.inf
@@ -257,16 +257,17 @@ def drive(
     rate: float = 60.0,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Run:
-    """Simulate a scenario while others look on and steer, and return the run.
+    """Simulate a scenario with a live link, and return the run.
 
     Args:
-        scenario: as loaded.
-        link: what shows it, and hears.
-        out: folder for the log, likewise as `cdpr.simulate` has it; without one, it can be reset.
-        speed: so many times as fast as the wall clock, at most.
-        rate: of what is shown, Hz of simulated time.
+        scenario: loaded scenario.
+        link: live link.
+        out: folder of the log, as in `cdpr.simulate`; only runs without it can be reset.
+        speed: maximum speed as a multiple of the wall clock.
+        rate: rate of shown samples, Hz of simulated time.
         progress: called with the number of samples and their total; may raise Interrupted.
 
-    Raises what `cdpr.simulate` does.
+    Raises:
+        CdprError: as `cdpr.simulate` does.
     """
     return Driven(scenario, out, link, speed, rate).drive(progress)

@@ -21,28 +21,31 @@ try:
 except ImportError as error:
     raise PluginError(f"a live link needs websockets ({error}): pip install 'cdpr[live]'") from None
 
-CLOSES = 1.0  # s that clients have to take what still waits for them when the run ends
+CLOSES = 1.0  # s that clients have to receive pending data at the end of the run
 MOST_CLIENTS = 16
-MOST_BYTES = 2**20  # of a message from a client
-TOKEN = "CDPR_LIVE_TOKEN"  # environment variable with a token that stays the same from run to run
+MOST_BYTES = 2**20  # bytes of a client's message
+TOKEN = "CDPR_LIVE_TOKEN"  # environment variable with a fixed token
 LEAST_TOKEN = 16  # characters
 EXPOSED = "warning: whoever reaches this address and knows its token can steer the run; it is not encrypted"
 
 
 class Foxglove(Sender):
-    """A server of the Foxglove WebSocket protocol that sends samples, and receives what clients publish, call and set.
+    """Server of the Foxglove WebSocket protocol.
+
+    It sends samples, and receives published messages, service calls and parameters.
 
     Args:
-        host, port: where it listens; port 0 takes a free one.
-        say: called with what is refused.
-        parameters: names and values of what clients may set beside `paused` and `speed`.
-        programs: whether programs need no token; web pages always do.
-
-    Raises CdprError where it cannot listen there, as where the port is taken.
+        host, port: listening address; port 0 selects a free one.
+        say: called with refusals.
+        parameters: names and values of settable parameters besides `paused` and `speed`.
+        programs: True if programs need no token; web pages always do.
 
     Attributes:
-        port: on which it listens.
-        url: the address for clients, with the token.
+        port: listening port.
+        url: address for clients, with the token.
+
+    Raises:
+        CdprError: if it cannot listen there, such as if the port is in use.
     """
 
     def __init__(
@@ -78,23 +81,23 @@ class Foxglove(Sender):
             say(EXPOSED)
 
     def changed(self, parameters: Mapping[str, Any]) -> None:
-        """Tell clients that subscribe to parameters, too."""
+        """Also send the values to clients that subscribe to parameters."""
         super().changed(parameters)
         for client in self._every():
             client.changed(parameters)
 
     def _tell(self, text: str) -> None:
-        """Tell all clients, too."""
+        """Also send the text to all clients."""
         super()._tell(text)
         for client in self._every():
             client.reply(protocol.status(protocol.WARNING, text))
 
     def _serve(self, web_socket: WebSocket) -> None:
-        """Serve a client until it leaves."""
+        """Serve a client until it disconnects."""
         from cdpr import __version__
 
         client = Client(self, web_socket)
-        with self._lock:  # topics are offered once, here or where they open
+        with self._lock:  # topics are offered once, here or in _open
             self._clients.append(client)
             client.reply(protocol.server_info(self._session, __version__))
             client.offer(self._topics)
@@ -134,7 +137,7 @@ class Foxglove(Sender):
 
 
 def _access(host: str, programs: bool) -> Access:
-    """Return who is admitted: any page that knows the token, such as Foxglove's own."""
+    """Return the admission rules: any page that knows the token, such as Foxglove's own."""
     token = os.environ.get(TOKEN, "")
     if not token:
         return Access(host, pages=True, programs=programs)

@@ -1,4 +1,4 @@
-"""One client of the Foxglove server: its subscriptions, its channels, and what waits to be sent to it."""
+"""Client of the Foxglove server: subscriptions, channels, and pending data."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from cdpr.live.sender import BACKLOG, SERVICES, Sender
 from cdpr.log.topics import Topic
 from cdpr.problems import shown
 
-MOST_REPLIES = 1000  # answers that wait for a client; one that takes none is cut
-MOST_CHANNELS = 100  # that a client advertises at a time
-MOST_CALLS = 8  # service calls of a client that wait for the simulation at a time
-FEW = 10  # messages in a second may wait for what becomes of a parameter that they set,
-SOON = 0.03  # s, longer than a slice takes in real time
+MOST_REPLIES = 1000  # pending replies; a client that does not read them is disconnected
+MOST_CHANNELS = 100  # channels that a client may advertise
+MOST_CALLS = 8  # concurrent service calls of a client
+FEW = 10  # messages per second up to which setting a parameter waits for its new value
+SOON = 0.03  # s, longer than a slice in real time
 
 Content = dict[str, Any]
 
 
 class Client:
-    """A client.
+    """Connected client.
 
     Args:
-        link: what it watches and steers.
+        link: the live link.
         web_socket: its connection.
 
     Attributes:
@@ -39,11 +39,11 @@ class Client:
     def __init__(self, link: Sender, web_socket: WebSocket) -> None:
         self._link, self._web_socket = link, web_socket
         self.subscriptions: dict[int, int] = {}
-        self._offered = 0  # channels
-        self._channels: dict[int, tuple[str, str]] = {}  # topic and encoding of what it publishes
-        self._watched = set[str]()  # parameters
-        self._set_late = set[str]()  # parameters that it has set, and whose new values come later than the answer
-        self._changed = set[str]()  # parameters whose new values are to be sent
+        self._offered = 0  # number of channels
+        self._channels: dict[int, tuple[str, str]] = {}  # topic and encoding of the client's channels
+        self._watched = set[str]()  # subscribed parameters
+        self._set_late = set[str]()  # parameters that it has set and whose new values follow after the answer
+        self._changed = set[str]()  # parameters with values to send
         self._samples = deque[list[Message]](maxlen=BACKLOG)
         self._replies = deque[Message]()
         self._some, self._ended = Condition(), False
@@ -63,7 +63,7 @@ class Client:
             self._sender.join()
 
     def reply(self, *messages: Message) -> None:
-        """Send messages that must arrive; cut a client that takes none."""
+        """Send messages that must arrive; disconnect a client that does not read them."""
         with self._some:
             self._replies += messages
             crowded = len(self._replies) > MOST_REPLIES
@@ -77,7 +77,7 @@ class Client:
         self.reply(protocol.advertise(topics))
 
     def show(self, time: int, messages: Iterable[tuple[int, bytes]]) -> None:
-        """Send messages of topics, (channel, bytes) each; the oldest are dropped where the client is slow."""
+        """Send messages of topics, (channel, bytes) each; drop the oldest if the client is slow."""
         chosen = self.subscriptions
         found = [protocol.message_data(chosen[k], time, data) for k, data in messages if k in chosen]
         with self._some:
@@ -85,22 +85,22 @@ class Client:
             self._some.notify()
 
     def changed(self, names: Iterable[str]) -> None:
-        """Send the values of these parameters if the client watches or has set them."""
+        """Send the values of these parameters if the client has subscribed to or set them."""
         with self._some:
             self._changed |= (self._watched | self._set_late) & set(names)
             self._set_late -= set(names)
             self._some.notify()
 
     def end(self) -> None:
-        """Send what still waits, and nothing more."""
+        """Send the pending data and stop."""
         with self._some:
             self._ended = True
             self._some.notify()
 
     def leave(self, seconds: float) -> None:
-        """Send what still waits for so long (s)."""
+        """Send the pending data for up to `seconds`."""
         self.end()
-        if self._sender.is_alive():  # not yet started where the client has just come
+        if self._sender.is_alive():  # not started yet if the client has just connected
             self._sender.join(seconds)
 
     def _send(self) -> None:
@@ -153,7 +153,7 @@ class Client:
         unknown = [channel for channel in wanted if not 0 <= channel < self._offered]
         if unknown:
             raise ValueError(f"subscribe: there is no channel {unknown[0]}")
-        self.subscriptions = {**self.subscriptions, **wanted}  # replaced: another thread reads it
+        self.subscriptions = {**self.subscriptions, **wanted}  # replaced, not changed: another thread reads it
 
     def _unsubscribe(self, message: Content) -> None:
         gone = {_number(each) for each in message["subscriptionIds"]}
@@ -177,7 +177,7 @@ class Client:
         self.reply(protocol.parameter_values(self._values(names), message.get("id")))
 
     def _set(self, message: Content) -> None:
-        """Set parameters; of a flood nothing is waited for."""
+        """Set parameters; do not wait for the new values of a flood."""
         names = []
         for each in message["parameters"]:
             names.append(name := str(each["name"]))
@@ -199,7 +199,7 @@ class Client:
         self._watched -= set(_names(message) or self._watched)
 
     def _call(self, service: int, call: int, encoding: str) -> None:
-        """Call a service, in a thread of its own: the answer may take a while, and a stop must not wait for it."""
+        """Call a service in its own thread: the answer may take time, and a stop must not wait for it."""
         text = ""
         if service >= len(SERVICES):
             text = f"there is no service {service}"
@@ -237,14 +237,22 @@ OPERATIONS = {
 
 
 def _number(value: object) -> int:
-    """Return the number of a channel or subscription. Raises ValueError."""
+    """Return the number of a channel or subscription.
+
+    Raises:
+        ValueError: if it is invalid.
+    """
     if type(value) is not int or not 0 <= value < 2**32:
         raise ValueError(f"a whole number from 0 to {2**32 - 1} is expected, got {shown(value)}")
     return value
 
 
 def _names(message: Content) -> Sequence[str]:
-    """Return names of parameters; none means all. Raises ValueError."""
+    """Return the names of parameters; an empty list means all.
+
+    Raises:
+        ValueError: if they are invalid.
+    """
     names = message.get("parameterNames", [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise ValueError(f"parameterNames: a list of names is expected, got {shown(names)}")

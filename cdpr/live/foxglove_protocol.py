@@ -1,6 +1,6 @@
-"""Messages of the Foxglove WebSocket protocol, version 1, as its public specification describes them.
+"""Messages of the Foxglove WebSocket protocol, version 1, according to its public specification.
 
-Both names of the subprotocol mean this protocol. Numbers are little-endian; times are nanoseconds.
+Both subprotocol names denote this protocol. Numbers are little-endian; times are nanoseconds.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from cdpr.log.topics import Topic
 
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CAPABILITIES = ("clientPublish", "parameters", "parametersSubscribe", "services", "time")
-ENCODINGS = ("json", "cdr")  # of what clients publish
+ENCODINGS = ("json", "cdr")  # of messages from clients
 WARNING, ERROR = 1, 2  # levels of a status
 
-# The first byte of a binary message.
+# First byte of a binary message.
 MESSAGE_DATA, TIME, SERVICE_RESPONSE = 1, 2, 3  # from the server
 PUBLISHED, SERVICE_CALL = 1, 2  # from a client
 
@@ -35,18 +35,18 @@ def encoded(op: str, **content: Any) -> str:
 
 
 def server_info(session: str, version: str) -> str:
-    """Return the message that each client receives first."""
+    """Return the first message to each client."""
     lists = {"capabilities": CAPABILITIES, "supportedEncodings": ENCODINGS}
     return encoded("serverInfo", name="cdpr", **lists, metadata={"cdpr": version}, sessionId=session)
 
 
 def status(level: int, text: str) -> str:
-    """Return a message for people."""
+    """Return a status message."""
     return encoded("status", level=level, message=text)
 
 
 def advertise(topics: Sequence[Topic]) -> str:
-    """Return the offer of topics; the number of a channel is its place among them."""
+    """Return the list of topics; the number of a channel is its index."""
     channels = [
         {
             "id": number,
@@ -62,7 +62,7 @@ def advertise(topics: Sequence[Topic]) -> str:
 
 
 def advertise_services(names: Sequence[str]) -> str:
-    """Return the offer of services; the number of a service is its place among them."""
+    """Return the list of services; the number of a service is its index."""
     services = [
         {"id": number, "name": f"/cdpr/{name}", "type": f"cdpr/{name}", "requestSchema": "", "responseSchema": ""}
         for number, name in enumerate(names)
@@ -71,9 +71,9 @@ def advertise_services(names: Sequence[str]) -> str:
 
 
 def parameter_values(parameters: Mapping[str, Any], number: Any = None) -> str:
-    """Return values of parameters; `number` is the id of the request that is answered, if any.
+    """Return parameter values; `number` is the id of the answered request, if any.
 
-    Numbers that are not finite are sent as text: JSON has none.
+    Non-finite numbers are sent as text, because JSON has none.
     """
     plain = {name: _plain(value) for name, value in parameters.items()}
     values = [{"name": name, "value": value, **_kind(value)} for name, value in plain.items()]
@@ -85,7 +85,7 @@ def _plain(value: Any) -> Any:
 
 
 def _kind(value: Any) -> dict[str, str]:
-    """Return what distinguishes a float that is whole from an integer."""
+    """Return the type, which distinguishes whole floats from integers."""
     if isinstance(value, float):
         return {"type": "float64"}
     if isinstance(value, list) and all(isinstance(each, float) for each in value):
@@ -104,24 +104,32 @@ def time_data(time: int) -> bytes:
 
 
 def service_response(service: int, call: int, answer: Mapping[str, Any]) -> bytes:
-    """Return the answer to a call of a service, in JSON."""
+    """Return the answer to a service call, in JSON."""
     return bytes([SERVICE_RESPONSE]) + _CALL.pack(service, call, 4) + b"json" + json.dumps(answer).encode()
 
 
 def service_failure(service: int, call: int, text: str) -> str:
-    """Return the answer to a call that no service takes."""
+    """Return the answer to a rejected service call."""
     return encoded("serviceCallFailure", serviceId=service, callId=call, message=text)
 
 
 def parse_published(data: bytes) -> tuple[int, bytes]:
-    """Return channel and content of a message that a client publishes. Raises ValueError."""
+    """Return the channel and the content of a message published by a client.
+
+    Raises:
+        ValueError: if it is malformed.
+    """
     if len(data) < 1 + _CHANNEL.size:
         raise ValueError("a published message has 5 bytes or more")
     return _CHANNEL.unpack_from(data, 1)[0], data[1 + _CHANNEL.size :]
 
 
 def parse_call(data: bytes) -> tuple[int, int, str]:
-    """Return service, call and encoding of a call. Raises ValueError."""
+    """Return the service, call number and encoding of a service call.
+
+    Raises:
+        ValueError: if it is malformed.
+    """
     if len(data) < 1 + _CALL.size:
         raise ValueError("a service call has 13 bytes or more")
     service, call, length = _CALL.unpack_from(data, 1)

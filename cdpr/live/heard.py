@@ -1,4 +1,4 @@
-"""What others publish, as requests: standard messages in JSON or CDR, checked before anything is done."""
+"""Conversion of received standard messages in JSON or CDR to checked requests."""
 
 from __future__ import annotations
 
@@ -14,11 +14,15 @@ from cdpr.nearest import did_you_mean
 from cdpr.problems import shown
 
 TARGET, WRENCH, TENSION = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension"
-MOST = 65536  # bytes of a message
+MOST = 65536  # maximum size of a message, bytes
 
 
 def request_of(topic: str, encoding: str, data: bytes) -> Request:
-    """Return what a message asks for. Raises CdprError, naming the topic, where it makes no sense."""
+    """Return the request in a message.
+
+    Raises:
+        CdprError: if the topic is unknown or the message is invalid; the text names the topic.
+    """
     if topic not in KNOWN:
         raise CdprError(unheard(topic))
     if encoding not in ("json", "cdr"):
@@ -33,19 +37,23 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
 
 
 def unheard(topic: str) -> str:
-    """Say that nobody listens on a topic."""
+    """Return the message for an unknown topic."""
     return f"{topic or shown(topic)}: nobody listens there; {did_you_mean(topic, KNOWN)}{', '.join(KNOWN)} are heard"
 
 
 def _json(data: bytes) -> object:
     try:
-        return json.loads(data, parse_int=float)  # of integers without end Python would tell how to allow them
+        return json.loads(data, parse_int=float)  # huge integers would raise Python's error on its digit limit
     except ValueError as error:
         raise ValueError(f"JSON is expected: {error}") from None
 
 
 def bounded(data: bytes) -> bytes:
-    """Return it. Raises ValueError where it is longer than anybody means: to take it apart would hold up the run."""
+    """Return the data.
+
+    Raises:
+        ValueError: if it is too long, since decoding it would delay the run.
+    """
     if len(data) > MOST:
         raise ValueError(f"it is longer than {MOST} bytes")
     return data
@@ -90,7 +98,7 @@ KINDS = {
 
 
 def _in_world(message: dict[str, Any]) -> None:
-    """Raise ValueError where a stamped message is of another frame than the world's."""
+    """Raise ValueError if a stamped message refers to another frame than the world frame."""
     header = message.get("header")
     frame = header.get("frame_id", "") if isinstance(header, dict) else ""
     if frame not in ("", WORLD):

@@ -1,4 +1,4 @@
-"""A row as the messages that a log holds of it: the same topics, types and bytes."""
+"""Messages of a single row, identical in topics, types and bytes to those of a log."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from cdpr.model.robot import Array
 
 
 class Messages:
-    """What is sent of a run.
+    """Messages of a run.
 
     Attributes:
-        topics: all, in the order of their channels.
+        topics: all topics in the order of their channels.
     """
 
     def __init__(self, header: Header) -> None:
@@ -27,13 +27,13 @@ class Messages:
         self._groups: list[tuple[Group, Chunk]] = [
             (group, Chunk(Template(group), 1, header.control_step)) for group in groups
         ]
-        self._path_due = -math.inf  # by the clock
+        self._path_due = -math.inf  # clock time
 
     def of(self, row: Array, sample: int, wanted: list[bool]) -> Iterator[tuple[int, bytes]]:
-        """Yield number and bytes of each topic that is wanted, of a row (width,) with its number.
+        """Yield the topic number and bytes of each wanted topic for a row (width,) and its sample number.
 
-        What takes long is left out for groups of which nothing is wanted; of the desired path, which does not change,
-        also for who has heard of it within a second of the clock: who comes meanwhile waits so long at most.
+        Groups without a wanted topic are skipped. The constant desired path is sent at most once per second of the
+        clock, so new subscribers wait up to a second.
         """
         first, now = 0, monotonic()
         for group, chunk in self._groups:
@@ -43,7 +43,7 @@ class Messages:
             if group.topics[0].name == PATH:
                 if heard and now < self._path_due:
                     continue
-                self._path_due = now + 1.0 / PATH_RATE if heard else -math.inf  # the first has it at once
+                self._path_due = now + 1.0 / PATH_RATE if heard else -math.inf  # at once for the first
             if heard:
                 found = chunk.messages(group.source(row[None]), sample)
                 yield from ((k, bytes(data)) for k, data in zip(numbers, found, strict=True) if wanted[k])

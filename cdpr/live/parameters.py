@@ -1,4 +1,4 @@
-"""The parameter services that a ROS 2 node has, of a live link: `ros2 param list`, `get`, `describe` and `set`."""
+"""Parameter services of a ROS 2 node for a live link: `ros2 param list`, `get`, `describe` and `set`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cdpr.live.sender import Sender
 
 Content = dict[str, Any]
 
-# rcl_interfaces/msg/ParameterType, and the field of a ParameterValue that holds it.
+# rcl_interfaces/msg/ParameterType, and the field of a ParameterValue with the value.
 NOT_SET, BOOL, INTEGER, DOUBLE = 0, 1, 2, 3
 FIELDS = {BOOL: "bool_value", INTEGER: "integer_value", DOUBLE: "double_value"}
 
@@ -37,7 +37,7 @@ def _types(link: Sender, request: Content) -> Content:
 
 
 def _list(link: Sender, request: Content) -> Content:
-    """A name is listed if one of the prefixes, if any, is it or begins it, and `depth` levels, if any, hold it."""
+    """List names that start with one of the prefixes, if any, and have at most `depth` levels below it, if not 0."""
     prefixes, depth = request["prefixes"], request["depth"]
     names, found = [], set()
     for name in link.parameters:
@@ -52,7 +52,7 @@ def _list(link: Sender, request: Content) -> Content:
 
 
 def _given(one: Content) -> tuple[str, Any]:
-    """Return name and value of a parameter that is to be set; None stands for a kind that is never right."""
+    """Return the name and the value of a parameter to set; None represents an unsupported type."""
     field = FIELDS.get(one["value"]["type"])
     return one["name"], one["value"][field] if field else None
 
@@ -66,7 +66,7 @@ def _set(link: Sender, request: Content) -> Content:
 
 
 def _set_all(link: Sender, request: Content) -> Content:
-    """All of them, or, where one is refused, none."""
+    """Set all parameters, or none if one is refused."""
     before: list[tuple[str, Any]] = []
     for name, value in map(_given, request["parameters"]):
         held = link.parameters.get(name)

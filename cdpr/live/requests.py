@@ -1,4 +1,4 @@
-"""What others ask a running simulation for, from threads of their own, and what waits to be done."""
+"""Requests of other threads to a running simulation, and their queue."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from typing import Any
 
 @dataclass(eq=False)
 class Request:
-    """Something that was asked for from outside.
+    """External request.
 
     Attributes:
-        what: a key of `cdpr.live.drive.REQUESTS`.
-        values: what it needs.
-        done: set when it was done, or refused.
-        answer: "" or why it was refused.
-        awaited: whether somebody waits for that.
+        what: key of `cdpr.live.drive.REQUESTS`.
+        values: its arguments.
+        done: set when the request was processed or refused.
+        answer: "", or the reason of the refusal.
+        awaited: True if somebody waits for the result.
     """
 
     what: str
@@ -31,26 +31,26 @@ class Request:
 
     @property
     def kind(self) -> tuple[str, Any]:
-        """What it is one of many of."""
+        """Kind of the request; a later request replaces an earlier one of its kind."""
         return self.what, self.values.get("key")
 
     def take(self) -> bool:
-        """Return whether nobody took it before: either it is done, once, or who asked gave up, and it never is."""
+        """Return True for the first caller only: the request is either processed once or abandoned by its sender."""
         return bool(self._taken.acquire(blocking=False))
 
 
 class Requests:
-    """What was asked for and is not done yet, in its order."""
+    """Queue of pending requests."""
 
     def __init__(self) -> None:
         self._waiting = deque[Request]()
         self._some = Condition()
 
     def put(self, request: Request, *, awaited: bool = False) -> None:
-        """Let it wait for its turn.
+        """Append a request.
 
-        What nobody waits for takes the place of an earlier one of its kind, which would be in force for no time at all:
-        no flood grows. What somebody waits for in between keeps that.
+        An unawaited request replaces the last pending one of its kind, so that a flood does not grow the queue. An
+        awaited request in between prevents the replacement, to keep the order.
         """
         with self._some:
             request.awaited = awaited
@@ -69,7 +69,11 @@ class Requests:
                 return
 
     def get(self, timeout: float = 0.0) -> Request:
-        """Return the first, waiting for one for so long (s) at most. Raises queue.Empty where there is none."""
+        """Return the first request, waiting up to `timeout` s.
+
+        Raises:
+            queue.Empty: if there is none.
+        """
         until = monotonic() + timeout
         with self._some:
             while True:

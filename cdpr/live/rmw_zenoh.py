@@ -1,7 +1,7 @@
-"""How ROS 2 over Zenoh names things: rmw_zenoh's keys, liveliness tokens, qualities of service and attachments.
+"""Naming of ROS 2 over Zenoh: keys, liveliness tokens, quality of service and attachments of rmw_zenoh.
 
-After rmw_zenoh's docs/design.md (Jazzy and later; Humble has no type hashes and other keys). All functions are plain:
-nothing here needs Zenoh.
+Source: rmw_zenoh's docs/design.md (Jazzy and later; Humble has no type hashes and other keys). The functions do not
+require Zenoh.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from cdpr.live.type_hash import type_hash
 from cdpr.log.ros2 import full_name
 
 NODE, PUBLISHER, SUBSCRIPTION, SERVICE, CLIENT = "NN", "MP", "MS", "SS", "SC"
-GID = 16  # bytes of the identifier of who sends
-_ATTACHMENT = struct.Struct(f"<qqB{GID}s")  # as zenoh-ext serialises two int64 and an array of bytes with its length
+GID = 16  # bytes of a sender's identifier
+_ATTACHMENT = struct.Struct(f"<qqB{GID}s")  # as serialised by zenoh-ext: two int64, array with its length
 
 
 @dataclass(frozen=True)
 class Node:
-    """A ROS 2 node of a Zenoh session.
+    """ROS 2 node of a Zenoh session.
 
     Attributes:
         domain: ROS_DOMAIN_ID.
-        session: the session's identifier, as Zenoh prints it.
-        name: the node's, without a namespace.
+        session: identifier of the session, as printed by Zenoh.
+        name: name of the node, without namespace.
     """
 
     domain: int
@@ -34,24 +34,24 @@ class Node:
     name: str
 
     def token(self) -> str:
-        """Return the key of the liveliness token that tells others of the node."""
+        """Return the key of the node's liveliness token."""
         return self._key("0", NODE)
 
     def endpoint(self, number: int, entity: str, name: str, kind: str, depth: int = 10) -> str:
-        """Return the key of the token of what the node has.
+        """Return the key of the liveliness token of an endpoint.
 
         Args:
-            number: of its own, unlike any other's of the session.
+            number: number that is unique in the session.
             entity: PUBLISHER, SUBSCRIPTION, SERVICE or CLIENT.
-            name: the topic or service, "/tf".
-            kind: its type, as `cdpr.log.ros2.fields` knows it.
-            depth: of its history; it is reliable, volatile and keeps the last.
+            name: topic or service, such as "/tf".
+            kind: its type, as in `cdpr.log.ros2.fields`.
+            depth: history depth; the endpoint is reliable, volatile and keeps the last messages.
         """
         mangled = name.replace("/", "%")
         return f"{self._key(str(number), entity)}/{mangled}/{dds_name(kind)}/{type_hash(kind)}/::,{depth}:,:,:,,"
 
     def key(self, name: str, kind: str) -> str:
-        """Return the key of a topic's messages, or of a service's calls."""
+        """Return the key of a topic's messages or of a service's calls."""
         return f"{self.domain}/{name.strip('/')}/{dds_name(kind)}/{type_hash(kind)}"
 
     def _key(self, number: str, entity: str) -> str:
@@ -65,17 +65,21 @@ def dds_name(kind: str) -> str:
 
 
 def gid(token: str) -> bytes:
-    """Return the identifier of who has this token: its XXH3 hash of 128 bits, the lowest byte first."""
+    """Return the identifier of the owner of a token: its XXH3 hash of 128 bits, little-endian."""
     return xxh3_128_intdigest(token.encode()).to_bytes(GID, "little")
 
 
 def attachment(sequence: int, stamp: int, sender: bytes) -> bytes:
-    """Return what goes with a message: its number, from 1; when it was sent, ns since 1970; who sent it (GID bytes)."""
+    """Return the attachment of a message: number from 1, time in ns since 1970, sender (GID bytes)."""
     return _ATTACHMENT.pack(sequence, stamp, GID, sender)
 
 
 def parse_attachment(data: bytes) -> tuple[int, int, bytes]:
-    """Return number, time and sender of a message. Raises ValueError where it is none."""
+    """Return the number, time and sender of a message.
+
+    Raises:
+        ValueError: if the attachment is invalid.
+    """
     if len(data) != _ATTACHMENT.size or data[16] != GID:
         raise ValueError(f"an attachment of {_ATTACHMENT.size} bytes is expected: number, time and sender")
     sequence, stamp, _, sender = _ATTACHMENT.unpack(data)

@@ -1,6 +1,6 @@
-"""A running simulation as a ROS 2 node, over Zenoh: what nodes with rmw_zenoh see, hear, call and set.
+"""Live link as a ROS 2 node over Zenoh: nodes with rmw_zenoh subscribe, publish, call services and set parameters.
 
-Experimental: no ROS 2 runs here, nor where this was tested. `cdpr.live.rmw_zenoh` says how things are named.
+Experimental: tested without ROS 2. `cdpr.live.rmw_zenoh` defines the names.
 """
 
 from __future__ import annotations
@@ -31,22 +31,23 @@ except ImportError as error:
 
 NAME = "cdpr"
 ROUTER = 7447  # port of a Zenoh router
-MOST_DOMAIN = 232  # as for DDS, where it is a question of ports
-KEPT = 10  # messages of a topic that wait to be heard, as its quality of service says
-DEPTH = 1000  # of the history of parameter services, as in rcl
+MOST_DOMAIN = 232  # as for DDS, where ports limit it
+KEPT = 10  # pending messages of a topic, as in its quality of service
+DEPTH = 1000  # history depth of parameter services, as in rcl
 TRIGGER = "std_srvs/srv/Trigger"
 
 
 class Ros2(Sender):
-    """A node that publishes samples, and hears what others publish, call and set.
+    """Node that publishes samples and receives messages, service calls and parameters.
 
     Args:
-        host, port: of the Zenoh router, rmw_zenohd, that makes nodes known to each other. It may be started later.
-        say: called with what is refused.
-        parameters: names and values of what others may set beside `paused` and `speed`.
+        host, port: Zenoh router, rmw_zenohd, through which nodes discover each other. It may be started later.
+        say: called with refusals.
+        parameters: names and values of settable parameters besides `paused` and `speed`.
         domain: ROS_DOMAIN_ID; by default that of the environment, or 0.
 
-    Raises CdprError where that makes no sense.
+    Raises:
+        CdprError: if an argument is invalid.
     """
 
     def __init__(
@@ -71,11 +72,11 @@ class Ros2(Sender):
         self._node = Node(domain, str(self._session.zid()), NAME)
         self._numbers = count(1)
         self._publishers: list[tuple[zenoh.Publisher, bytes, Iterator[int]]] = []
-        # What is declared lives as long as somebody holds it.
+        # Zenoh removes declarations without references.
         self._held: list[object] = [self._token(self._node.token())]
         for topic, kind in KINDS.items():
             self._declare(SUBSCRIPTION, topic, kind)
-            # Of a flood Zenoh drops the oldest, without the interpreter.
+            # Zenoh drops the oldest messages of a flood without the interpreter.
             subscriber = self._session.declare_subscriber(self._node.key(topic, kind), zenoh.handlers.RingChannel(KEPT))
             self._held.append(subscriber)
             Thread(target=self._listen, args=(topic, subscriber), name=f"cdpr hears {topic}", daemon=True).start()
@@ -86,14 +87,14 @@ class Ros2(Sender):
 
     @property
     def met(self) -> bool:
-        """Whether a router is there."""
+        """True if a router is connected."""
         return bool(self._session.info.routers_zid())
 
     def _token(self, key: str) -> zenoh.LivelinessToken:
         return self._session.liveliness().declare_token(key)
 
     def _declare(self, entity: str, name: str, kind: str, depth: int = 10) -> bytes:
-        """Tell others of a topic or service, and return the identifier of who sends there."""
+        """Declare a topic or service, and return the identifier of its sender."""
         token = self._node.endpoint(next(self._numbers), entity, name, kind, depth)
         self._held.append(self._token(token))
         return gid(token)
@@ -112,7 +113,7 @@ class Ros2(Sender):
         return answer
 
     def _serve(self, name: str, kind: str, answer: Callable[[dict[str, Any]], dict[str, Any]], depth: int = 10) -> None:
-        """Answer calls of a service."""
+        """Answer the calls of a service."""
         key = self._node.key(f"/{NAME}/{name}", kind)
 
         def handle(query: zenoh.Query) -> None:
@@ -154,13 +155,13 @@ class Ros2(Sender):
 
 
 def _matching(publisher: zenoh.Publisher) -> bool:
-    """Whether anybody listens: Zenoh's types say that the status is a bool, but it is an object that holds one."""
+    """Return True if there is a subscriber; `matching_status` is an object, unlike in Zenoh's type hints."""
     status: Any = publisher.matching_status
     return bool(getattr(status, "matching", status))
 
 
 def _config(address: str) -> zenoh.Config:
-    """Return what rmw_zenoh's sessions have: a peer of this machine that hears of others by a router."""
+    """Return the configuration of rmw_zenoh's sessions: a peer of this machine that finds others through a router."""
     config = zenoh.Config()
     for key, value in {
         "mode": "peer",
@@ -186,6 +187,6 @@ def _domain() -> int:
 
 
 def _snake(kind: str) -> str:
-    """Return how rcl calls the service of this type: "get_parameters"."""
+    """Return the name of a service type in rcl: "get_parameters"."""
     name = kind.rpartition("/")[2]
     return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name).lstrip("_")

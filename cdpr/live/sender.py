@@ -1,4 +1,4 @@
-"""What live links share: a thread of its own that encodes and sends samples, and how requests are handed on."""
+"""Base class of live links: a thread that encodes and sends samples, and the forwarding of requests."""
 
 from __future__ import annotations
 
@@ -22,30 +22,31 @@ from cdpr.log.topics import Topic
 from cdpr.model.robot import Array
 from cdpr.problems import printable, shown
 
-ANSWERS = 2.0  # s, that who asks for something waits for it
-BACKLOG = 256  # messages that wait for a client; the oldest are dropped
-TOLD = 50  # refusals that are told in a second; of more, how many there were
-MOST_TOLD = 500  # characters of each
-OFTEN = 1000  # messages in a second from all others that are heard at once; before each more it waits
-PAUSE = 0.001  # s: in it the simulation has the interpreter
+ANSWERS = 2.0  # s, time limit of an answer
+BACKLOG = 256  # pending samples of a client; the oldest are dropped
+TOLD = 50  # refusals reported per second; further ones are counted
+MOST_TOLD = 500  # characters of each refusal
+OFTEN = 1000  # messages per second from all clients that are processed without delay
+PAUSE = 0.001  # s of delay before each further message, during which the simulation has the interpreter
 SERVICES = ("pause", "resume", "step", "reset", "stop")
 
 
 class Sender(ABC):
-    """A `cdpr.live.drive.Link`, but for how messages travel.
+    """Implementation of `cdpr.live.drive.Link` without the transport of messages.
 
     Args:
-        host, port: where others are met.
-        say: called with what is refused.
-        parameters: names and values of what others may set beside `paused` and `speed`.
-
-    Raises CdprError where no machine has that name.
+        host, port: address of the link.
+        say: called with refusals.
+        parameters: names and values of settable parameters besides `paused` and `speed`.
 
     Attributes:
-        where: the address, and who may come there, for people.
-        requests: what was asked for and is not done yet.
-        parameters: names and values of what others may set.
-        heard: how many messages came in this second.
+        where: address and access rules for users.
+        requests: pending requests.
+        parameters: names and values of settable parameters.
+        heard: number of messages in the current second.
+
+    Raises:
+        CdprError: if the host is unknown.
     """
 
     where: str
@@ -61,32 +62,32 @@ class Sender(ABC):
         self._some, self._ended = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
         self._telling = threading.Lock()
-        self._second, self._refused = monotonic(), 0  # in this second so many
-        self._since, self.heard = monotonic(), 0  # likewise
+        self._second, self._refused = monotonic(), 0  # refusals in the current second
+        self._since, self.heard = monotonic(), 0  # the same for messages
 
     @property
     def address(self) -> str:
-        """Where others are met, as URLs have it."""
+        """Address of the link, as in URLs."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
     def begin(self, header: Header) -> None:
-        """Open all topics, and send from now on."""
+        """Open all topics and start sending."""
         self._messages, self._step = Messages(header), header.control_step
         self._open(self._messages.topics)
         self._thread = threading.Thread(target=self._send, name="cdpr live", daemon=True)
         self._thread.start()
 
     def show(self, row: Array, sample: int) -> None:
-        """Keep it for who sends; of many that wait the oldest are dropped."""
+        """Queue a sample for sending; drop the oldest if too many wait."""
         self._shown.append((row, sample))
         self._some.set()
 
     def changed(self, parameters: Mapping[str, Any]) -> None:
-        """Take parameters that have other values from now on."""
+        """Update changed parameters."""
         self.parameters = {**self.parameters, **parameters}
 
     def refused(self, text: str) -> None:
-        """Tell who started it, and all others that can be told; where there is much to tell, how much."""
+        """Report a refusal to the user and, if supported, to all clients; count refusals beyond a limit."""
         more = self._more() if monotonic() - self._second >= 1.0 else 0
         if more:
             self._tell(f"{more} more requests were refused")
@@ -97,22 +98,22 @@ class Sender(ABC):
         self._tell(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
 
     def warned(self, text: str) -> None:
-        """Tell of what is done, but seldom meant; likewise."""
+        """Report an accepted but suspicious request, likewise."""
         self.refused(f"warning: {text}")
 
     def _more(self) -> int:
-        """Begin another second; return how many refusals of the last were not told."""
-        with self._telling:  # never while it is told: who sends has locks of its own
+        """Start a new second; return the number of unreported refusals of the last one."""
+        with self._telling:  # the lock is not held while reporting: senders have their own locks
             more = max(self._refused - TOLD, 0)
             self._second, self._refused = monotonic(), 0
         return more
 
     def _tell(self, text: str) -> None:
-        """Tell who started it, and all others that can be told."""
+        """Report a text to the user and, if supported, to all clients."""
         self._say(text)
 
     def attend(self) -> bool:
-        """Count a message; return whether it is heard. Who sends without end is heard as slowly as it takes."""
+        """Count a message and delay floods; return False after the end."""
         if monotonic() - self._since >= 1.0:
             self._since, self.heard = monotonic(), 0
         self.heard += 1
@@ -121,14 +122,14 @@ class Sender(ABC):
         return not self._ended.is_set()
 
     def hear(self, topic: str, encoding: str, data: bytes) -> None:
-        """Hand on what a message asks for, or tell why it makes no sense."""
+        """Queue the request of a message, or report why it is invalid."""
         try:
             self.requests.put(request_of(topic, encoding, data))
         except CdprError as error:
             self.refused(str(error))
 
     def close(self) -> None:
-        """Send no more, and close all connections."""
+        """Stop sending and close all connections."""
         self._ended.set()
         self._some.set()
         if self._thread is not None:
@@ -138,7 +139,7 @@ class Sender(ABC):
         self._shut()
 
     def ask(self, request: Request) -> str:
-        """Hand a request to the simulation, and return "" or why it was refused."""
+        """Send a request to the simulation; return "" or the reason of its refusal."""
         self.requests.put(request, awaited=True)
         if not request.done.wait(ANSWERS) and request.take():
             return "the simulation does not answer, and does not do it: it is busy, over, or has not begun"
@@ -146,16 +147,16 @@ class Sender(ABC):
         return request.answer
 
     def call(self, name: str) -> str:
-        """Do what a service of `SERVICES` is for, and return "" or why it was refused."""
+        """Call a service of `SERVICES`; return "" or the reason of its refusal."""
         return self.ask(Request("pause", {"paused": False}) if name == "resume" else Request(name))
 
     def set(self, name: str, value: Any) -> str:
-        """Let a parameter have another value, and return "" or why the simulation does not take it."""
+        """Set a parameter; return "" or the reason of its refusal."""
         request = self.setting(name, value)
         return request if isinstance(request, str) else self.ask(request)
 
     def setting(self, name: str, value: Any) -> Request | str:
-        """Return the request that lets a parameter have another value, or, having told, why there is none."""
+        """Return the request that sets a parameter; if it is invalid, report and return the reason."""
         wrong = self._wrong(name, value)
         if wrong:
             self.refused(wrong)
@@ -172,12 +173,12 @@ class Sender(ABC):
         return ""
 
     def _send(self) -> None:
-        """Send what is shown, if somebody listens; after the end, all that was shown before."""
+        """Send shown samples that are wanted; after the end, first send the pending ones."""
         ended = False
         while not ended:
             self._some.wait()
             self._some.clear()
-            ended = self._ended.is_set()  # before the samples, so that none comes in between
+            ended = self._ended.is_set()  # read before the samples, so that none is missed
             while self._shown:
                 row, sample = self._shown.popleft()
                 wanted = self._wanted()
@@ -191,11 +192,11 @@ class Sender(ABC):
 
     @abstractmethod
     def _wanted(self) -> list[bool]:
-        """Return for each topic whether somebody listens."""
+        """Return for each topic whether it has a subscriber."""
 
     @abstractmethod
     def _put(self, time: int, messages: Iterator[tuple[int, bytes]]) -> None:
-        """Send (number of topic, bytes) each, of one simulation time, ns."""
+        """Send (topic number, bytes) pairs of one simulation time, ns."""
 
     @abstractmethod
     def _shut(self) -> None:
@@ -203,10 +204,10 @@ class Sender(ABC):
 
 
 def _known(host: str) -> str:
-    """Return the name or number of a machine, IPv6 without brackets."""
+    """Return a valid host name or address, IPv6 without brackets."""
     name = host.removeprefix("[").removesuffix("]") if host.startswith("[") else host
     try:
-        socket.getaddrinfo(name or "?", None)  # "" would be any
+        socket.getaddrinfo(name or "?", None)  # "" would mean any host
     except (OSError, UnicodeError) as error:
         text = error.strerror if isinstance(error, OSError) else error
         raise CdprError(

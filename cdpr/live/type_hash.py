@@ -1,4 +1,4 @@
-"""The hash by which ROS 2 tells a message's type: RIHS01, the SHA-256 of its description (REP 2016)."""
+"""Type hash of ROS 2 messages: RIHS01, the SHA-256 of a type's description (REP 2016)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from cdpr.log.ros2 import fields, full_name, item
 
-# type_description_interfaces/msg/FieldType: what a number stands for, and what is added for arrays and sequences.
+# type_description_interfaces/msg/FieldType: type numbers, and offsets of arrays and sequences.
 _NESTED = 1
 _KINDS = {"uint8": 3, "int32": 6, "uint32": 7, "int64": 8, "uint64": 9, "float32": 10, "float64": 11}
 _KINDS |= {"bool": 15, "byte": 16, "string": 17}
@@ -18,9 +18,9 @@ _ARRAY, _BOUNDED, _UNBOUNDED = 48, 96, 144
 
 @cache
 def type_hash(kind: str) -> str:
-    """Return the hash of a type that `cdpr.log.ros2.fields` knows, "RIHS01_" and 64 digits."""
+    """Return the hash of a type known to `cdpr.log.ros2.fields`: "RIHS01_" and 64 digits."""
     needed = [kind]
-    for known in needed:  # grows while it is walked
+    for known in needed:  # grows during the iteration
         parts = (item(part)[0] for part, _ in fields(known))
         needed += [part for part in dict.fromkeys(parts) if part not in _KINDS and part not in needed]
     described = {

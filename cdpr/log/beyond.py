@@ -1,4 +1,4 @@
-"""Limits that cables leave during a run: lengths, winding speeds, tensions, and commands of a nominal model."""
+"""Violations of cable limits during a run: lengths, winding speeds, tensions, and commands of a nominal model."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from cdpr.mechanics.reach import LENGTHS, Bounds, Kind, Reach
 from cdpr.model.robot import Array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
-# Commands beyond the limits that cables have in truth, where the controller believes in others.
+# Commands outside the true limits of the cables, if the controller uses a nominal model with others.
 OVERDRAWN = (
     Kind("below_min", "cables told to pull less", "N", "tension", upper=False, room="true_margin"),
     Kind("above_max", "cables told to pull more", "N", "tension", upper=True, room="true_margin"),
 )
 
-# True tensions of cables whose tension is not the command. (With ideal cables the solver's status reports them.)
+# True tensions, if they differ from the commands. (With ideal cables the solver's status reports them.)
 TENSIONS = (
     Kind("tension_below_min", "cable tensions lower", "N", "cable_tension", upper=False),
     Kind("tension_above_max", "cable tensions higher", "N", "cable_tension", upper=True),
@@ -26,7 +26,7 @@ TENSIONS = (
 
 KINDS = (*LENGTHS, *OVERDRAWN, *TENSIONS)
 
-# From a time (s) on: the lowest and the highest tensions (m,), N; a lowest of None where there is none.
+# Valid from a time (s) on: lowest and highest tensions (m,), N; a lowest value of None means no limit.
 LimitChanges = tuple[tuple[float, tuple[float | None, ...], tuple[float, ...]], ...]
 
 
@@ -37,14 +37,14 @@ def beyond(
     broken: Sequence[tuple[int, float]],
     changes: LimitChanges = (),
 ) -> Reach:
-    """Return the counter of samples that leave a limit.
+    """Return the counter of samples that violate a limit.
 
     Args:
         layout: columns of the run's rows.
         bounds: limits of the robot's lengths and winding speeds.
-        limits: (2, m) lowest and highest tensions, N.
-        broken: cables that break, counted from 0, and when, s.
-        changes: other limits of tensions, in the order of time.
+        limits: (2, m), lowest and highest tensions, N.
+        broken: index and time (s) of cables that break.
+        changes: changed tension limits in the order of time.
     """
     pairs = [pair for pair in (OVERDRAWN, TENSIONS) if all(_needs(kind) in layout.fields for kind in pair)]
     tolerance = LIMIT_TOLERANCE * newton(limits)
@@ -53,7 +53,7 @@ def beyond(
 
 
 def tables(changes: LimitChanges) -> list[tuple[float, dict[str, Array]]]:
-    """Return changes of tension limits by the names of the kinds that they concern."""
+    """Return changes of tension limits by the names of the affected kinds."""
     found = []
     for time, low, high in changes:
         lowest = np.array([-math.inf if value is None else value for value in low])
@@ -63,5 +63,5 @@ def tables(changes: LimitChanges) -> list[tuple[float, dict[str, Array]]]:
 
 
 def _needs(kind: Kind) -> str:
-    """Return the column without which a kind is not counted."""
+    """Return the column that a kind requires."""
     return kind.room or kind.column

@@ -1,4 +1,4 @@
-"""CRC-32, as zlib computes it: by instructions of the processor where isal is installed, twenty times as fast."""
+"""CRC-32 as in zlib; with isal by processor instructions, twenty times as fast."""
 
 try:
     from isal.isal_zlib import crc32

@@ -1,8 +1,8 @@
-"""From rows to bytes and back, many messages at a time.
+"""Conversion between rows and message bytes, many messages at a time.
 
-The messages that one row gives have constant sizes, so the records of n rows differ from a template only in
-numbers at fixed places. The template is laid out once; a block is then written by copying columns into it,
-one numpy assignment for all columns and one for all times.
+All messages of one row have constant sizes, so the records of n rows differ from a template only in numbers at fixed
+positions. The template is created once. A block is then written by copying columns into it, with one numpy assignment
+for all columns and one for all times.
 """
 
 from __future__ import annotations
@@ -23,13 +23,12 @@ from cdpr.model.robot import Array
 Bytes = NDArray[np.uint8]
 Count = TypeVar("Count", int, NDArray[np.int64])
 
-# opcode, length, first time, last time, size, crc, length of the compression's name (none), size
+# opcode, length, first time, last time, size, crc, length of the compression's name (0), size
 CHUNK_HEAD = struct.Struct("<BQQQQIIQ")
 _MESSAGE_HEAD = struct.Struct("<BQH20x")  # opcode, length, channel; then the 20 bytes of number and times
 _INDEX_HEAD = struct.Struct("<BQHI")  # opcode, length, channel, length of the entries
 _INDEX_ENTRY = 16
-# What changes with the row at the head of a message; in most messages the CDR begins with the stamp, so that
-# all of it is one run of bytes.
+# Variable part of a message's head. In most messages the CDR begins with the stamp, so that it is contiguous.
 _HEAD = np.dtype(
     [
         ("sequence", "<u4"),
@@ -40,23 +39,23 @@ _HEAD = np.dtype(
         ("nanosec", "<u4"),
     ]
 )
-_HEAD_STAMP = 24  # where the stamp stands in it
+_HEAD_STAMP = 24  # offset of the stamp
 
 
 def nanoseconds(numbers: NDArray[np.int64], step: float) -> NDArray[np.uint64]:
-    """Return the simulation time of the samples `numbers`, ns."""
+    """Return the simulation times of the sample numbers, ns."""
     times: NDArray[np.uint64] = np.rint(numbers * step * 1e9).astype(np.uint64)
     return times
 
 
 class Template:
-    """The message records of one source row: constant bytes, and where the numbers stand."""
+    """Message records of one source row: constant bytes and the positions of the numbers."""
 
     def __init__(self, group: Group) -> None:
         data = bytearray()
-        heads: list[tuple[int, int, int]] = []  # to byte, from byte, how many
+        heads: list[tuple[int, int, int]] = []  # target byte, source byte, size
         values: list[tuple[int, int, int]] = []
-        self.starts: list[int] = []  # of each message's record
+        self.starts: list[int] = []  # start of each message's record
         for channel, topic in enumerate(group.topics, group.channel):
             cdr, places = encode(topic.kind, topic.value)
             self.starts.append(len(data))
@@ -81,25 +80,25 @@ class Template:
         self.values_to, self.values_from = _view(copies, 0, len(data)), _view(copies, 1, 8 * group.width)
 
     def chunk_length(self, n: int) -> int:
-        """Return the length of a chunk's record with n rows, in bytes."""
+        """Return the length of the record of a chunk with n rows, bytes."""
         return CHUNK_HEAD.size + n * self.row.size
 
     def index_length(self, n: Count) -> Count:
-        """Return the length of the message index that each channel has after a chunk of n rows, in bytes."""
+        """Return the length of each channel's message index after a chunk of n rows, bytes."""
         return _INDEX_HEAD.size + n * _INDEX_ENTRY
 
     def numbers(self, records: bytes | memoryview) -> NDArray[np.uint32]:
-        """Return the samples that the first messages of the rows in `records` belong to, (n,)."""
+        """Return the sample numbers of the first messages of the rows in `records`, (n,)."""
         return np.frombuffer(records, np.uint8).reshape(-1, self.row.size)[:, 11:15].copy().view("<u4")[:, 0]
 
     def decode(self, records: bytes | memoryview, source: Array) -> None:
-        """Write the source rows (n, width), C-contiguous, in the records of n rows; columns of no message are NaN."""
+        """Decode the records of n rows into `source` (n, width), C-contiguous; columns without a message become NaN."""
         source[:, self.unheld] = np.nan
         source.view(self.values_from)[:, 0] = np.frombuffer(records, self.values_to)
 
 
 def _joined(copies: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
-    """The same copies (to byte, from byte, how many), neighbours on both sides in one."""
+    """Return the copies (target byte, source byte, size) with contiguous neighbours merged."""
     joined: list[tuple[int, int, int]] = []
     for to, start, size in copies:
         if joined and (to, start) == (joined[-1][0] + joined[-1][2], joined[-1][1] + joined[-1][2]):
@@ -109,7 +108,7 @@ def _joined(copies: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
 
 
 def _view(copies: list[tuple[int, int, int]], side: int, size: int) -> np.dtype[np.void]:
-    """One side of the copies as a structured type; assigning one side to the other does them all at once."""
+    """Return one side of the copies as a structured type; one assignment between two sides performs all copies."""
     names = [str(i) for i in range(len(copies))]
     formats = [f"V{copy[2]}" for copy in copies]
     offsets = [copy[side] for copy in copies]
@@ -117,7 +116,7 @@ def _view(copies: list[tuple[int, int, int]], side: int, size: int) -> np.dtype[
 
 
 class Chunk:
-    """A buffer for one MCAP chunk of n rows and the message indexes that follow it."""
+    """Buffer for one MCAP chunk of n rows and the message indexes that follow it."""
 
     def __init__(self, template: Template, n: int, step: float) -> None:
         group, row = template.group, template.row
@@ -147,9 +146,9 @@ class Chunk:
         self._step = step
 
     def messages(self, source: Array, sample: int) -> list[memoryview]:
-        """Return the messages of one source row (1, width) of a sample, one of each topic, as CDR.
+        """Return the messages of one source row (1, width) of a sample, one per topic, as CDR.
 
-        Of a chunk of one row; they are valid until the next call.
+        The chunk must have one row. The result is valid until the next call.
         """
         self._write(source, sample)
         data = self._records.data
@@ -158,7 +157,7 @@ class Chunk:
     def encode(self, source: Array, first: int) -> memoryview:
         """Return the bytes for the source rows of the samples first, first + every, ...
 
-        They are valid until the next call.
+        The result is valid until the next call.
         """
         times = self._write(source, first)
         self._index_times[:] = times

@@ -1,4 +1,4 @@
-"""The file of a log that is being written: a thread encodes, compresses and appends chunks."""
+"""File of a log during a run: a thread encodes, compresses and appends chunks."""
 
 from __future__ import annotations
 
@@ -15,32 +15,35 @@ from cdpr.log.chunk_index import Written
 from cdpr.log.files import require_process, unwritable
 from cdpr.log.mcap_file import LogFormat, Piece
 
-QUEUE = 2  # jobs that wait for the thread, or are at work in it; the caller waits before it adds another
+QUEUE = 2  # pending jobs of the thread, including the current one; the caller waits before it adds another
 
 Kind = Literal["rows", "pictures"]
 
 
 class ChunkFile:
-    """Appends chunks to a new file.
+    """New file to which chunks are appended.
 
-    All writing is done in one thread, in the order of the calls; the calls return before it is done. The file has no
-    buffer: what was written outlives this process. After a failure every further call raises the same OutputError.
-
-    `chunks`, `end` and `done` describe the content of the file; read them only after `wait`.
+    One thread writes everything in the order of the calls, which return earlier. The file is unbuffered: written data
+    survives this process. After a failure, every further call raises the same OutputError. `chunks`, `end` and `done`
+    describe the content of the file; read them only after `wait`.
 
     Attributes:
         chunks: all chunks.
-        end: byte behind the last of them.
-        done: number of rows that are in chunks, and number of those that have pictures.
+        end: end of the last chunk, byte.
+        done: number of rows in chunks, and number of rows with pictures.
     """
 
     def __init__(self, path: Path, form: LogFormat) -> None:
-        """Make the file, with its description. Raises OutputError."""
+        """Create the file with its description.
+
+        Raises:
+            OutputError: if it cannot be written.
+        """
         self._path, self._form = path, form
         self.chunks: list[Written] = []
         self.end = 0
         self.done: dict[Kind, int] = {"rows": 0, "pictures": 0}
-        self._size = 0  # of the file: more than `end` where a block that is not full stands behind it
+        self._size = 0  # of the file; larger than `end` if an incomplete block follows
         self._failure: OutputError | None = None
         self._pending: deque[Future[None]] = deque()
         try:
@@ -57,7 +60,11 @@ class ChunkFile:
         self._process = os.getpid()
 
     def wait(self, left: int = 0) -> None:
-        """Wait until at most `left` calls are still to be done. Raises OutputError where one of the others failed."""
+        """Wait until at most `left` calls are pending.
+
+        Raises:
+            OutputError: if one of the others failed.
+        """
         require_process(self._process, self._path)
         error: BaseException | None = None
         while len(self._pending) > left:
@@ -69,23 +76,23 @@ class ChunkFile:
             raise error
 
     def append(self, kind: Kind, stop: int, make: Callable[[], Sequence[Piece]]) -> None:
-        """Append the chunks that `make` returns, with which the file holds this kind up to row `stop`, excluded.
+        """Append the chunks that `make` returns; the file then contains this kind up to row `stop` (excluded).
 
-        The thread calls `make`. A second call for the same rows, after an interrupt, does nothing.
+        The thread calls `make`. A repeated call for the same rows, after an interrupt, has no effect.
         """
         self._begin(lambda: self._append(kind, stop, make))
 
     def put_tail(self, make: Callable[[], memoryview]) -> None:
-        """Write the block that `make` returns, which is not yet full, uncompressed, and wait until it is there.
+        """Write the incomplete block that `make` returns, uncompressed, and wait until it is written.
 
-        Where it gets longer, its rows are written first and then the head that says how many: killed in between, the
-        shorter block stays.
+        If the block has grown, the rows are written before the head with their number, so that a kill in between leaves
+        the shorter block valid.
         """
         self._begin(lambda: self._put_tail(make()))
         self.wait()
 
     def finish(self, ending: bytes) -> None:
-        """Write what follows the last chunk; again after an interrupt does no harm."""
+        """Write the end of the file; a repeated call after an interrupt is harmless."""
 
         def put() -> None:
             self._put(ending, self.end)
@@ -95,8 +102,12 @@ class ChunkFile:
         self.wait()
 
     def close(self) -> None:
-        """End the thread and close the file. Raises OSError."""
-        if os.getpid() == self._process:  # a fork has no such thread
+        """Stop the thread and close the file.
+
+        Raises:
+            OSError: if closing fails.
+        """
+        if os.getpid() == self._process:  # forks have no such thread
             self._thread.shutdown()
         self.file.close()
 
@@ -104,7 +115,7 @@ class ChunkFile:
         self.wait(QUEUE - 1)
         try:
             self._pending.append(self._thread.submit(self._run, job))
-        except RuntimeError:  # no thread can be started, such as while the interpreter exits
+        except RuntimeError:  # no thread can start, such as during interpreter shutdown
             self.wait()
             self._run(job)
 
@@ -135,14 +146,14 @@ class ChunkFile:
 
     def _put_tail(self, raw: memoryview) -> None:
         start, stop = self.end + self._form.gap, 9 + int.from_bytes(raw[1:9], "little")
-        if os.fstat(self.file.fileno()).st_size != self._size:  # repaired meanwhile, on a file system without locks
+        if os.fstat(self.file.fileno()).st_size != self._size:  # repaired meanwhile, without file locks
             self._cut(self.end)
         self._put(raw[CHUNK_HEAD.size : stop], start + CHUNK_HEAD.size)
         self._put(raw[: CHUNK_HEAD.size], start)
         self._size = start + stop
 
     def _cut(self, end: int) -> None:
-        """Remove all bytes from this one on: an unfinished block, whose rows a chunk now holds."""
+        """Truncate the file at a byte: removes an incomplete block whose rows are now in a chunk."""
         try:
             self.file.truncate(end)
         except OSError as error:

@@ -1,6 +1,6 @@
-"""ChunkIndex records of a log: where each chunk is, and where the messages of each channel are in it.
+"""ChunkIndex records of a log: positions of chunks and of each channel's messages in them.
 
-All records of a group of topics have the same length, so those of many chunks are made by a few numpy assignments: an
+All records of a group of topics have the same length, so that a few numpy assignments create those of many chunks: an
 hour at 1 kHz has 16 700 of them.
 """
 
@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 from cdpr.log.chunk import Bytes, Count, Template, nanoseconds
 
 RECORD_HEAD = 9  # opcode and length
-CHANNEL = RECORD_HEAD + 36  # where the first channel stands in a record
+CHANNEL = RECORD_HEAD + 36  # offset of the first channel in a record
 
 
 class Written(NamedTuple):
     """One chunk of the file."""
 
-    group: int  # which of the groups of topics
+    group: int  # index of the group of topics
     first: int  # sample of its first messages
-    n: int  # source rows in it
-    start: int  # byte where its record begins
-    size: int  # bytes of its records in the file
+    n: int  # number of source rows
+    start: int  # start of its record, byte
+    size: int  # size of its records in the file, bytes
 
 
 class ChunkIndex:
@@ -34,7 +34,7 @@ class ChunkIndex:
 
     Args:
         template: template of the group's messages.
-        head: bytes of a chunk's record before its messages.
+        head: size of a chunk's record before its messages, bytes.
         compression: name of the compression.
         step: control step, s.
     """
@@ -42,7 +42,7 @@ class ChunkIndex:
     def __init__(self, template: Template, head: int, compression: bytes, step: float) -> None:
         group = template.group
         self._template, self._head, self._step = template, head, step
-        self.channel = group.channel  # the first
+        self.channel = group.channel  # first channel
         self._channels = np.arange(group.channel, group.channel + len(group.topics))
         place = np.dtype([("channel", "<u2"), ("start", "<u8")])
         self.record = np.dtype(
@@ -71,7 +71,7 @@ class ChunkIndex:
         self._constant["name"] = list(compression)
 
     def length(self, n: Count, size: Count) -> Count:
-        """Return how many bytes chunks of `n` rows take whose messages take `size` bytes, their indexes included."""
+        """Return the size of chunks of `n` rows with `size` bytes of messages, including their indexes, bytes."""
         return self._head + size + len(self._channels) * self._template.index_length(n)
 
     def records(self, chunks: Sequence[Written]) -> Bytes:
@@ -82,7 +82,7 @@ class ChunkIndex:
         records["last_time"] = nanoseconds(first + (n - 1) * self._template.group.every, self._step)
         records["start"] = start
         records["chunk_length"] = self._head + size
-        lengths = self._template.index_length(n)  # of the message index of each channel
+        lengths = self._template.index_length(n)  # of each channel's message index
         behind = start + self._head + size
         records["places"]["start"] = behind[:, None] + lengths[:, None] * np.arange(len(self._channels))
         records["indexes_size"] = len(self._channels) * lengths
@@ -91,9 +91,10 @@ class ChunkIndex:
         return records.view(np.uint8).reshape(len(chunks), -1)
 
     def read(self, data: Bytes, places: NDArray[np.int64], group: int) -> NDArray[np.int64]:
-        """Return the numbers of Written, (chunks, 5), of the records at these places; `group` is this group's number.
+        """Return the fields of `Written`, (chunks, 5), from the records of a group at these positions.
 
-        Raises ValueError where a record is not one of this group.
+        Raises:
+            ValueError: if a record does not belong to this group.
         """
         if len(places) and places[-1] + self.record.itemsize > len(data):
             raise ValueError("cut off")
@@ -102,14 +103,14 @@ class ChunkIndex:
         if rest.any() or (n <= 0).any():
             raise ValueError("not an index of this format")
         first = self._template.group.every * (np.cumsum(n) - n)
-        if group == 0 and len(n) and n[-1] == 1:  # perhaps the last sample of a thinned run, off the grid
+        if group == 0 and len(n) and n[-1] == 1:  # possibly the last sample of a thinned run, off the grid
             first[-1] = min(first[-1], round(float(records["first_time"][-1]) / 1e9 / self._step))
         start, size = records["start"].astype(np.int64), records["size"].astype(np.int64)
         return np.stack([np.full(len(n), group), first, n, start, size], axis=1)
 
 
 def chunk_indexes(layouts: Sequence[ChunkIndex], chunks: Sequence[Written]) -> bytes:
-    """Return the records of chunks of all groups, in their order."""
+    """Return the records of chunks of all groups, in order."""
     groups = np.array([chunk.group for chunk in chunks], np.int64)
     ends = np.cumsum(np.array([layout.record.itemsize for layout in layouts])[groups])
     data = np.empty(ends[-1] if len(chunks) else 0, np.uint8)

@@ -1,8 +1,8 @@
-"""Compression of MCAP chunks by zstd, with parameters that suit the messages of a run.
+"""Compression of MCAP chunks by zstd, with parameters suited to the messages of a run.
 
 Successive rows differ in the low bytes of their numbers and repeat everything else, so a small hash table finds nearly
-all there is: 534 bytes a row of eight moving cables against 493 at zstd's level 1, in half of its time. The parameters
-are written out, so that a new default of the library does not change the bytes of a log.
+all repetitions: 534 bytes per row of eight moving cables against 493 at zstd's level 1, in half the time. The
+parameters are explicit, so that new defaults of the library do not change the bytes of a log.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import zstandard
 
 from cdpr.log.chunk import CHUNK_HEAD
 
-# As CHUNK_HEAD, with the compression's name.
+# CHUNK_HEAD with the compression's name.
 ZSTD_HEAD = struct.Struct("<BQQQQII4sQ")
 NAME = b"zstd"
 _PARAMETERS = zstandard.ZstdCompressionParameters(
@@ -35,10 +35,10 @@ class Compressor:
         self._zstd = zstandard.ZstdCompressor(compression_params=_PARAMETERS)
 
     def compress(self, raw: memoryview) -> tuple[bytes, int]:
-        """Return a chunk compressed, with the message indexes behind it, and the size of its compressed records.
+        """Return a compressed chunk with the message indexes after it, and the size of its compressed records.
 
         Args:
-            raw: the uncompressed chunk, and the message indexes that follow it.
+            raw: the uncompressed chunk, followed by its message indexes.
         """
         stop = 9 + int.from_bytes(raw[1:9], "little")
         records = self._zstd.compress(raw[CHUNK_HEAD.size : stop])
@@ -52,9 +52,13 @@ def compressed_head(raw: bytes | memoryview, size: int) -> bytes:
 
 
 def decompress(records: bytes | memoryview, size: int) -> bytes:
-    """Return the `size` bytes that were compressed. Raises ValueError where `records` are damaged."""
+    """Return the decompressed `size` bytes.
+
+    Raises:
+        ValueError: if `records` are damaged.
+    """
     try:
-        if zstandard.frame_content_size(records) == size:  # nothing is allocated for a size that cannot be right
+        if zstandard.frame_content_size(records) == size:  # checked first, so that no wrong size is allocated
             return zstandard.decompress(records, size)
     except (zstandard.ZstdError, MemoryError) as error:
         raise ValueError("damaged") from error
@@ -62,5 +66,5 @@ def decompress(records: bytes | memoryview, size: int) -> bytes:
 
 
 def largest(size: int) -> int:
-    """Return an upper bound of the size of a compressed chunk with `size` bytes of records that do not compress."""
+    """Return an upper bound of the size of a chunk with `size` bytes of incompressible records."""
     return ZSTD_HEAD.size + size + size // 256 + 64

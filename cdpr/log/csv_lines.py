@@ -1,7 +1,7 @@
-"""Numbers as lines of CSV: the bytes of `repr` in a fraction of its time.
+"""Fast formatting of numbers as lines of CSV, identical to `repr`.
 
-`repr` writes the shortest decimal number that is read back as the same float, and needs half a microsecond for it. The
-JSON writer of pydantic, which is compiled, finds the same digits, and sets most of them in the same way.
+`repr` writes the shortest decimal number that parses to the same float, which takes half a microsecond. The compiled
+JSON writer of pydantic finds the same digits and formats most numbers identically.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from cdpr.model.robot import Array
 
 ROWS = 128  # rows at a time: their numbers and text fit into the cache, which halves the time
 
-# Sizes whose exponent has one digit in JSON and two in `repr`, and other sizes that JSON writes in another way.
+# Magnitudes with a one-digit exponent in JSON and two digits in `repr`, and other magnitudes with different formats.
 _ONE_DIGIT = (1e-9, 1e-5)
 _OTHERWISE = ((1e-5, 1e-4), (1e16, np.inf))
 
 
 def csv_lines(rows: Array) -> bytes:
-    """Return a line for each row (n, width), each number as `repr` writes it."""
+    """Return one line per row (n, width), with numbers as in `repr`."""
     lines = _fast if _is_repr() else _plain
     return b"".join([lines(rows[first : first + ROWS]) for first in range(0, len(rows), ROWS)])
 
@@ -61,7 +61,7 @@ def _places(chosen: NDArray[np.bool_]) -> tuple[list[int], list[int]]:
 
 @cache
 def _is_repr() -> bool:
-    """Return whether pydantic formats all other numbers as `repr` does, tried with one of each kind and size."""
+    """Return True if pydantic formats all other numbers as `repr` does, tested with one of each kind and magnitude."""
     sizes = np.array([1.0, 1.2345678901234567, 9.5]) * 10.0 ** np.arange(-320, 308)[:, None]
     kinds = [np.nan, np.inf, -np.inf, 0.0, -0.0, 5e-324, 10.00001, 1.7976931348623157e308]
     probes = np.concatenate([sizes.ravel(), -sizes.ravel(), kinds])[:, None]

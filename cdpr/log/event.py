@@ -1,4 +1,4 @@
-"""What is told of a run beside its rows."""
+"""Events of a run."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened in a run."""
+    """Event in a run."""
 
     time: float  # s
     kind: str  # "infeasible", "diverged", "stopped", "interrupted", ...
     text: str
-    until: float | None = None  # s, where it lasted
-    cable: str | None = None  # the one that it concerns
+    until: float | None = None  # s, end of an interval
+    cable: str | None = None  # affected cable

@@ -1,4 +1,4 @@
-"""Writes a run as a file for other programs: CSV, NumPy, MATLAB, Parquet."""
+"""Export of runs: CSV, NumPy, MATLAB, Parquet."""
 
 from __future__ import annotations
 
@@ -18,19 +18,23 @@ from cdpr.log.files import make_folder, replacing
 from cdpr.log.run import Header, Run
 from cdpr.model.robot import Array
 
-PIECE = 16_384  # rows that are in memory at a time
-MAT_LIMIT = 2**31  # B, of a variable in a MATLAB file of version 5, which the run becomes
+PIECE = 16_384  # rows in memory at a time
+MAT_LIMIT = 2**31  # B, limit of a variable in a MATLAB file of version 5
 
 
 def export(run: Run, to: str, out: Path, force: bool = False) -> None:
-    """Write `run` to the file `out`, its folder made if need be.
+    """Write a run to a file; missing folders are created.
 
-    `to` is one of `EXPORTS`: "csv" and "parquet" have one column for each column of the rows, named with its
-    unit; "npz" and "mat" one array for each field, named as in `Run`, beside the run's header as JSON.
+    Args:
+        run: the run.
+        to: format, a key of `EXPORTS`. "csv" and "parquet" have one column per column of the rows, named with its unit;
+            "npz" and "mat" have one array per field, named as in `Run`, and the run's header as JSON.
+        out: the file.
+        force: replace an existing file.
 
     Raises:
-        OutputError: the file exists and not `force`, or it cannot be written.
-        PluginError: a package that this needs is not installed.
+        OutputError: if the file exists without `force`, or cannot be written.
+        PluginError: if a required package is not installed.
     """
     write = EXPORTS[to]
     if out.exists() and not out.is_file():
@@ -43,12 +47,12 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
 
 
 def column_names(header: Header) -> list[str]:
-    """Return the names of a row's columns, with their units; the time is `t`."""
+    """Return the names of a row's columns with units; the time is `t`."""
     return [name for column in header.layout.fields.values() for name in column.headings(header.cables)]
 
 
 def _pieces(run: Run) -> Iterator[Array]:
-    """Yield all rows, some at a time: a long run stands on disk."""
+    """Yield all rows in pieces: the rows of a long run are on disk."""
     for first in range(0, len(run.rows), PIECE):
         yield run.rows[first : first + PIECE]
 
@@ -64,7 +68,7 @@ def _quoted(name: str) -> str:
 
 
 def _npz(run: Run, file: BinaryIO) -> None:
-    """As numpy.savez does, but a field is written piece by piece."""
+    """Write an archive as numpy.savez does, but each field in pieces."""
     with zipfile.ZipFile(file, "w", allowZip64=True) as archive:
         for name, value in _fields(run).items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
@@ -85,7 +89,7 @@ def _mat(run: Run, file: BinaryIO) -> None:
             f"{MAT_LIMIT / 2**30:g} GiB: export as parquet or csv, or thin the log by log.step"
         )
     fields = _fields(run)
-    fields["cables"] = np.array(fields["cables"], dtype=object)  # a cell array of names
+    fields["cables"] = np.array(fields["cables"], dtype=object)  # cell array of names
     _module("scipy.io", "scipy").savemat(file, {"run": fields}, oned_as="column")
 
 
@@ -99,9 +103,10 @@ def _parquet(run: Run, file: BinaryIO) -> None:
 
 
 def to_pandas(run: Run) -> Any:
-    """Return the rows as a DataFrame, one column for each column of the rows but the time, which is the index.
+    """Return the rows as a DataFrame with the time as index.
 
-    Raises PluginError without pandas.
+    Raises:
+        PluginError: if pandas is not installed.
     """
     pandas = _module("pandas", "pandas")
     time, *names = column_names(run.header)
@@ -119,7 +124,7 @@ EXPORTS: dict[str, Callable[[Run, BinaryIO], None]] = {
 
 @dataclass(frozen=True)
 class _Field:
-    """A field of a run that becomes an array when it is written, not before."""
+    """Field of a run that becomes an array only when it is written."""
 
     run: Run
     name: str
@@ -129,7 +134,7 @@ class _Field:
         return (len(self.run.rows), *self.run.part(0, 0)[self.name].shape[1:])
 
     def pieces(self) -> Iterator[Array]:
-        """Yield its rows, some at a time."""
+        """Yield its rows in pieces."""
         for first in range(0, len(self.run.rows), PIECE):
             yield self.run.part(first, first + PIECE)[self.name]
 

@@ -1,4 +1,4 @@
-"""Files written in one step: no half of one ever bears the name. Where one must not fail, room is kept for it."""
+"""Atomic writing of files, and reserved disk space for files whose writing must not fail."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from cdpr.errors import OutputError
 from cdpr.locks import Lock, lock, open_to_lock
 
 GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
-LOCK_SECONDS = 10.0  # that a new run waits for a repair that looks into its folder, which takes milliseconds
+LOCK_SECONDS = 10.0  # s that a new run waits for a repair to inspect its folder, which takes milliseconds
 
 
 def is_name(name: object) -> bool:
-    """Whether a file may have this name: a text, or a path, that the system can write."""
+    """Return True if `name` is a text or path that is valid as a file name."""
     try:
         return b"\0" not in os.fsencode(name)  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -26,13 +26,22 @@ def is_name(name: object) -> bool:
 
 
 def replace(path: Path, content: str | bytes) -> None:
-    """Write a file, over an older one of its name; text as UTF-8. Raises OutputError."""
+    """Write or replace a file; text is encoded as UTF-8.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
     with replacing(path) as file:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
 def create(path: Path, content: str | bytes) -> None:
-    """Write a new file in one step: whole, or not there. Raises FileExistsError, and OSError as the system does."""
+    """Create a file atomically.
+
+    Raises:
+        FileExistsError: if it exists.
+        OSError: if it cannot be written.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
@@ -40,7 +49,7 @@ def create(path: Path, content: str | bytes) -> None:
             os.link(temporary, path)
         except FileExistsError:
             raise
-        except OSError:  # a file system without links
+        except OSError:  # file system without hard links
             if os.path.lexists(path):
                 raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from None
             os.replace(temporary, path)
@@ -50,16 +59,20 @@ def create(path: Path, content: str | bytes) -> None:
 
 
 def replace_markup(path: Path, text: str) -> None:
-    """The same of HTML and SVG, in which what UTF-8 has no bytes for stands as a character reference."""
+    """Write or replace an HTML or SVG file; characters without UTF-8 encoding become character references."""
     replace(path, text.encode(errors="xmlcharrefreplace"))
 
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
-    """Open a file that takes the name `path` once all of it is written. Raises OutputError."""
+    """Open a temporary file that is renamed to `path` after it was written.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
     temporary = path.with_name(f"{path.name}.tmp")
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # a device: the file would take its place
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a device: the file would replace it
             raise OutputError(f"{path}: cannot be written: it is no regular file")
         with temporary.open("wb") as file:
             yield file
@@ -72,7 +85,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
 
 
 def require_process(process: int, path: Path) -> None:
-    """Raise OutputError in any process but the one with this number, which opened `path`: a fork must not write it."""
+    """Raise OutputError in any process other than `process`, which opened `path`: forks must not write it."""
     if os.getpid() != process:
         raise OutputError(
             f"{path}: only the process that began this run may write it; begin another run after the fork"
@@ -80,16 +93,20 @@ def require_process(process: int, path: Path) -> None:
 
 
 class Reserved:
-    """Room on the disk for a file that must be written in any case, kept until it is: beside it, as NAME.new.
+    """Reserved disk space for a file that must be written: a file NAME.new next to it.
 
-    The room is locked while this process lives: so others see that it does.
+    The file is locked while this process lives, so that others can detect that.
 
     Attributes:
-        path: the file to be.
+        path: final file.
     """
 
     def __init__(self, path: Path, size: int) -> None:
-        """Keep `size` bytes; NAME.new may be there. Raises OutputError."""
+        """Reserve `size` bytes; NAME.new may exist.
+
+        Raises:
+            OutputError: if the space is not available or in use.
+        """
         try:
             self._take(path, open_to_lock(beside(path)), LOCK_SECONDS)
             if size:
@@ -99,15 +116,16 @@ class Reserved:
 
     @classmethod
     def left(cls, path: Path) -> Reserved | None:
-        """Take over the room that another process left, None where there is none.
+        """Take over the space reserved by another process; return None if there is none.
 
-        Raises OutputError where that process lives or the room is no file.
+        Raises:
+            OutputError: if that process lives, or NAME.new is not a file.
         """
         room = cls.__new__(cls)
         try:
             try:
                 file = open_to_lock(beside(path), os.O_RDWR)
-            except PermissionError:  # whether that process lives can be told all the same
+            except PermissionError:  # the lock can be tested without write permission
                 file = open_to_lock(beside(path), os.O_RDONLY)
         except FileNotFoundError:
             return None
@@ -123,7 +141,11 @@ class Reserved:
             raise OutputError(f"{path.parent}: {GOES_ON}")
 
     def write(self, content: bytes) -> None:
-        """Write the file, over an older one; once it is written, do nothing. Raises OutputError; try less then."""
+        """Write the file or replace an older one; do nothing if it is already written.
+
+        Raises:
+            OutputError: if it cannot be written; a smaller content may succeed.
+        """
         if not self._close.alive or self._written():
             return
         try:
@@ -137,30 +159,34 @@ class Reserved:
         self._close()
 
     def _written(self) -> bool:
-        """Tell whether the room has become the file: a signal may have come just then."""
+        """Return True if the reserved file was already renamed, such as before a signal."""
         try:
             return os.path.samestat(os.fstat(self._file), os.stat(self.path))
         except OSError:
             return False
 
     def release(self) -> None:
-        """Give the room back."""
+        """Free the space."""
         with contextlib.suppress(OSError):
             self._room.unlink()
         self.close()
 
     def close(self) -> None:
-        """Let others have the room."""
+        """Release the lock."""
         self._close()
 
 
 def beside(path: Path) -> Path:
-    """Return where room is kept for a file."""
+    """Return the path of the reserved space of a file."""
     return path.with_name(f"{path.name}.new")
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder with all above it, where it is not there. Raises OutputError."""
+    """Create a folder and its parents if necessary.
+
+    Raises:
+        OutputError: if it cannot be created.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -168,5 +194,5 @@ def make_folder(folder: Path) -> None:
 
 
 def unwritable(path: Path, error: OSError) -> OutputError:
-    """Return the error that says that `path` cannot be written, and why."""
+    """Return the error for a path that cannot be written, with the reason."""
     return OutputError(f"{path}: cannot be written: {error.strerror or error}")

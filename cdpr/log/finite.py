@@ -1,4 +1,4 @@
-"""Check that the samples of a run are finite, block by block."""
+"""Check of a run's samples for non-finite values, block by block."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from cdpr.model.robot import Array
 
 
 class Finite:
-    """Search for logged values that are not finite.
+    """Search for non-finite logged values.
 
-    The columns of `cdpr.columns.NEED_NOT_BE_FINITE` are not checked; in those of plugins NaN is "no value".
+    The columns of `cdpr.columns.NEED_NOT_BE_FINITE` are not checked. In columns of plugins, NaN means "no value".
 
     Args:
-        layout: columns of a run.
-        period: time from one row to the next, s.
-        names: which of the columns the rows hold, in this order; all unless given.
+        layout: columns of the run.
+        period: time between two rows, s.
+        names: columns of the rows, in this order; all by default.
 
     Attributes:
-        fault: the first such value, "" while there is none.
+        fault: description of the first such value; "" if there is none.
     """
 
     def __init__(self, layout: Layout, period: float, names: Sequence[str] = ()) -> None:
@@ -35,11 +35,11 @@ class Finite:
         self.fault = ""
 
     def rewind(self, stop: int) -> None:
-        """Go on at sample `stop`, before which all are finite."""
+        """Continue at sample `stop`; all earlier ones are finite."""
         self._count, self.fault = stop, ""
 
     def take(self, rows: Array, stop: int) -> None:
-        """Check the samples up to `stop`, excluded, that were not yet checked; sample k is in rows[k % len(rows)]."""
+        """Check the unchecked samples up to `stop` (excluded); sample k is in rows[k % len(rows)]."""
         size = len(rows)
         first, self._count = max(self._count, stop - size), stop
         while first < stop and not self.fault:

@@ -1,4 +1,4 @@
-"""Index of a complete log: the chunks that its ending names, without a look at them."""
+"""Index of a complete log: the chunks listed at its end, without reading them."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class Index:
     """Chunks of a log."""
 
     chunks: tuple[Written, ...]
-    end: int  # byte behind the last of them
-    rows: int  # in the blocks
+    end: int  # end of the last chunk, byte
+    rows: int  # total number in the blocks
 
     @property
     def blocks(self) -> list[Written]:
-        """The chunks with the rows."""
+        """Chunks with the rows."""
         return [chunk for chunk in self.chunks if chunk.group == 0]
 
 
 def read_index(file: BinaryIO, form: LogFormat) -> Index | None:
-    """Return the index of a log, None where its ending is not, to the byte, what would be written for these chunks."""
+    """Return the index of a log; None if its end is not exactly the one expected for these chunks."""
     size = os.fstat(file.fileno()).st_size
     if size < len(form.description) + _FOOTER.size:
         return None
@@ -42,7 +42,7 @@ def read_index(file: BinaryIO, form: LogFormat) -> Index | None:
     if opcode != Opcode.FOOTER or magic != MAGIC or not len(form.description) < summary < size:
         return None
     file.seek(summary - len(DATA_END))
-    if file.read(len(form.ending_start)) != form.ending_start:  # a wrong place, from which on the whole log may follow
+    if file.read(len(form.ending_start)) != form.ending_start:  # a wrong offset; the rest of the log may follow there
         return None
     file.seek(summary)
     try:
@@ -59,14 +59,15 @@ def read_index(file: BinaryIO, form: LogFormat) -> Index | None:
 
 
 def _chunks(summary: bytes, form: LogFormat) -> tuple[list[Written], int, int]:
-    """Return the chunks that a summary names, the last sample, and the byte behind the last chunk.
+    """Return the chunks in a summary, the last sample, and the end of the last chunk.
 
-    Raises ValueError where it is not one of this format.
+    Raises:
+        ValueError: if the summary does not have this format.
     """
     data = np.frombuffer(summary, np.uint8)
     places = np.array(list(_places(summary, Opcode.CHUNK_INDEX)), np.int64)
     channels = data[places[:, None] + CHANNEL + np.arange(2)].view("<u2")[:, 0]
-    table = np.full((len(places), 5), -1)  # the numbers of Written
+    table = np.full((len(places), 5), -1)  # fields of Written
     for group, layout in enumerate(form.indexes):
         chosen = np.flatnonzero(channels == layout.channel)
         table[chosen] = layout.read(data, places[chosen], group)
@@ -84,7 +85,7 @@ def _chunks(summary: bytes, form: LogFormat) -> tuple[list[Written], int, int]:
 
 
 def _places(data: bytes, kind: int) -> Iterator[int]:
-    """Yield the bytes at which the records of one kind begin."""
+    """Yield the offsets of the records of one kind."""
     place = 0
     while place + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, place)

@@ -1,4 +1,4 @@
-"""One row of a run: which quantity stands in which columns."""
+"""Columns of one row of a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cdpr.columns import FIRST, WINCHED, Column
 
 @dataclass(frozen=True)
 class Layout:
-    """Columns of a row for a robot with m cables, ideal ones or not, and what the run has beyond `FIRST`."""
+    """Columns of a row for a robot with m cables, ideal or not, and additional columns after `FIRST`."""
 
     m: int
     ideal: bool = True
@@ -18,7 +18,7 @@ class Layout:
 
     @cached_property
     def fields(self) -> dict[str, Column]:
-        """What stands in a row, in this order, by name."""
+        """Fields of a row, in order, by name."""
         fields = FIRST if self.ideal else FIRST + WINCHED
         return {column.name: column for column in fields + self.more}
 
@@ -39,7 +39,7 @@ class Layout:
         return sum(column.width or self.m for column in self.fields.values())
 
     def span(self, first: str, last: str) -> slice:
-        """Columns from the field `first` to the field `last`, both included."""
+        """Return the columns of the fields from `first` to `last`, both included."""
         return slice(self.columns[first].start, self.columns[last].stop)
 
     @property

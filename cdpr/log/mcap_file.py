@@ -1,17 +1,17 @@
 """Layout of the log file. Equal header and rows give equal bytes.
 
     description   MCAP header, metadata "cdpr" (the run's Header as JSON), schemas, channels, scenario.yaml
-    blocks        256 rows each: one chunk with every message of these rows, and its message indexes
-    pictures      after each 16 blocks and at the end: the chunks of /clock and /tf, and of /cdpr/markers, for these
-                  rows
+    blocks        256 rows each: one chunk with all messages of these rows, and its message indexes
+    pictures      after every 16 blocks and at the end: chunks of /clock, /tf and /cdpr/markers for these rows
     ending        data end, summary, footer
 
-Chunks are compressed by zstd. While a run goes on, a block that is not yet full stands behind the last chunk at a
-distance of `LogFormat.gap`, uncompressed and without indexes: the full block is written before it, and never over it.
+Chunks are compressed by zstd. During a run, an incomplete block follows the last chunk at a distance of
+`LogFormat.gap`, uncompressed and without indexes. The complete block is later written before it and never overwrites
+it.
 
-Only the description and the blocks are needed to get the run back; `FORMATS` counts the changes to them.
-In format 3 nothing was compressed, and a block that was not yet full stood where the full one would.
-In format 2 blocks held /clock, and /cdpr/cable_commands where it is what /cdpr/cable_states says, too.
+The description and the blocks suffice to restore the run; `FORMATS` counts changes to them.
+Format 3 had no compression, and an incomplete block had the same position as the complete one.
+Format 2 also had /clock in the blocks, and /cdpr/cable_commands even if equal to the efforts of /cdpr/cable_states.
 """
 
 from __future__ import annotations
@@ -35,37 +35,37 @@ from cdpr.log.topics import run_topics
 from cdpr.log.visuals import visual_topics
 from cdpr.model.robot import Array
 
-FORMATS = ("2", "3", "4")  # that are read; the last is written
+FORMATS = ("2", "3", "4")  # supported versions; the last one is written
 UNCOMPRESSED = ("2", "3")
-LOG_NAME = "log.mcap"  # of a run folder
+LOG_NAME = "log.mcap"  # in a run folder
 MAGIC = b"\x89MCAP0\r\n"
-BLOCK = 256  # rows in a full block
-PICTURE_ROWS = 16 * BLOCK  # rows of the run whose pictures share chunks: few, for they are not needed at once
+BLOCK = 256  # rows of a complete block
+PICTURE_ROWS = 16 * BLOCK  # rows of the run per group of picture chunks, which are rarely read
 METADATA = "cdpr"
 ATTACHMENT = "scenario.yaml"
 
 
 @dataclass(frozen=True)
 class Piece:
-    """One chunk that is to be written."""
+    """Chunk to be written."""
 
     group: int
     first: int
     n: int
-    raw: memoryview  # the chunk, uncompressed, and its message indexes
+    raw: memoryview  # uncompressed chunk and its message indexes
 
 
 class LogFormat:
-    """Every byte of a log that belongs to one Header.
+    """All bytes of a log that follow from its Header.
 
-    A reader gives the `text` that it found for the header, which may be an older version's, and the format.
+    Readers pass the header's `text`, possibly of an older version, and the format version.
     """
 
     def __init__(self, header: Header, text: str | None = None, version: str = FORMATS[-1]) -> None:
         repeated = version == "2"
         main = run_topics(header, repeated=repeated)
         groups = (main, *visual_topics(header, main.channel + len(main.topics), clock=not repeated))
-        self.templates = tuple(Template(group) for group in groups)  # the rows' own, then the pictures'
+        self.templates = tuple(Template(group) for group in groups)  # of the rows, then of the pictures
         self.step = header.control_step
         self.every = header.log_every
         self._time = header.layout.columns["time"].start
@@ -88,11 +88,11 @@ class LogFormat:
             METADATA, {"format": version, "header": text, "header_crc32": f"{crc32(text.encode()):08x}"}
         )
         self._attachment = records.Attachment(0, 0, ATTACHMENT, "application/yaml", header.scenario_yaml.encode())
-        # Of every ending: the first bytes, which do not depend on the chunks.
+        # Start of every ending, independent of the chunks.
         self.ending_start = b"".join([DATA_END, *self._schemas, *self._channels.values()])
         metadata = _bytes(self._metadata)
         attachment = _bytes(self._attachment)
-        # The metadata first, so that a reader finds it without looking for it.
+        # The metadata comes first, so that readers find it directly.
         self.description = b"".join([OPENING, metadata, *self._schemas, *self._channels.values(), attachment])
         attachment_start = len(self.description) - len(attachment)
         self._metadata_index = records.MetadataIndex(len(OPENING), len(metadata), METADATA)
@@ -107,13 +107,14 @@ class LogFormat:
         )
 
     def records(self, chunk: bytes, *, tail: bool = False) -> bytes | memoryview:
-        """Return the records of a chunk of the file, uncompressed, their checksum verified.
+        """Return the uncompressed records of a chunk after verifying their checksum.
 
         Args:
-            chunk: the whole chunk, without the indexes behind it.
-            tail: whether it is a block that was not yet full.
+            chunk: the whole chunk without its indexes.
+            tail: True for an incomplete block.
 
-        Raises ValueError where it is damaged or cut off.
+        Raises:
+            ValueError: if it is damaged or cut off.
         """
         if len(chunk) < self.head_length() or 9 + int.from_bytes(chunk[1:9], "little") != len(chunk):
             raise ValueError("cut off")
@@ -130,9 +131,10 @@ class LogFormat:
         return records
 
     def read_rows(self, records: bytes | memoryview, first: int, rows: Array) -> None:
-        """Write the rows (n, width), C-contiguous, whose messages are `records`, the first of them sample `first`.
+        """Decode records into `rows` (n, width), C-contiguous, the first of them for sample `first`.
 
-        Raises ValueError where the records are not those of these samples.
+        Raises:
+            ValueError: if the records do not belong to these samples.
         """
         template, numbers = self.templates[0], first + self.every * np.arange(len(rows))
         if len(records) != len(rows) * template.row.size or (template.numbers(records) != numbers).any():
@@ -142,19 +144,19 @@ class LogFormat:
 
     @property
     def gap(self) -> int:
-        """Bytes from the end of the last chunk to a block that is not yet full: room for that block once it is."""
+        """Distance from the last chunk to an incomplete block, bytes: the space of that block once complete."""
         template = self.templates[0]
         indexes = len(template.group.topics) * template.index_length(BLOCK)
         return largest(BLOCK * template.row.size) + indexes
 
     def head_length(self) -> int:
-        """Return how many bytes of a chunk's record stand before its compressed records."""
+        """Return the size of a chunk's record before its compressed records, bytes."""
         return CHUNK_HEAD.size if self.compressor is None else ZSTD_HEAD.size
 
     def block(self, rows: Array, first: int) -> memoryview:
-        """Return the chunk and the indexes of `rows`, the first of them sample `first`, uncompressed.
+        """Return the uncompressed chunk and indexes of `rows`, the first of them sample `first`.
 
-        They are valid until the next call.
+        The result is valid until the next call.
         """
         if len(rows) < BLOCK:
             return Chunk(self.templates[0], len(rows), self.step).encode(rows, first)
@@ -162,7 +164,7 @@ class LogFormat:
         return self._full_block.encode(rows, first)
 
     def pictures(self, rows: Array, first: int) -> list[Piece]:
-        """Return the chunks that show `rows`, the first of them sample `first`."""
+        """Return the picture chunks of `rows`, the first of them sample `first`."""
         pieces = []
         for i, template in enumerate(self.templates[1:], 1):
             every, source = template.group.every, template.group.source
@@ -174,7 +176,7 @@ class LogFormat:
         return pieces
 
     def stored(self, piece: Piece, start: int) -> tuple[bytes | memoryview, Written]:
-        """Return a chunk and its indexes as the file holds them, at byte `start`."""
+        """Return a chunk and its indexes as stored in the file, at byte `start`."""
         data: bytes | memoryview = piece.raw
         if self.compressor is None:
             size = piece.n * self.templates[piece.group].row.size
@@ -183,11 +185,11 @@ class LogFormat:
         return data, Written(piece.group, piece.first, piece.n, start, size)
 
     def length(self, written: Written) -> int:
-        """Return how many bytes a chunk takes, its indexes included."""
+        """Return the size of a chunk and its indexes, bytes."""
         return self.indexes[written.group].length(written.n, written.size)
 
     def ending(self, chunks: list[Written], last: int, start: int) -> bytes:
-        """Return all that follows the last chunk, to stand at byte `start`; `last` is the last sample."""
+        """Return everything after the last chunk, for byte `start`; `last` is the last sample."""
         counts = dict.fromkeys(self._channels, 0)
         for i, template in enumerate(self.templates):
             n = sum(chunk.n for chunk in chunks if chunk.group == i)
@@ -225,7 +227,7 @@ class LogFormat:
         return DATA_END + summary + offsets + footer + MAGIC
 
     def _nanoseconds(self, sample: int) -> int:
-        return round(sample * self.step * 1e9)  # as `nanoseconds` does for many
+        return round(sample * self.step * 1e9)  # same rounding as in `nanoseconds`
 
 
 def _bytes(record: records.McapRecord) -> bytes:

@@ -1,7 +1,7 @@
 """Reading of logs.
 
-A short log is read and verified at once (`cdpr.log.walk`). Of a long one that is complete only the index at its end is
-read (`cdpr.log.index`): its rows are read, and their checksums verified, when they are asked for.
+A short log is read and verified immediately (`cdpr.log.walk`). Of a long complete log, only the index at its end is
+read (`cdpr.log.index`); rows are read and verified on access.
 """
 
 from __future__ import annotations
@@ -40,12 +40,11 @@ TEXTS = ("scenario", "robot", "backend", "controller", "solver", "scenario_yaml"
 def load_run(path: str | Path) -> Run:
     """Load a run from its folder or its log.
 
-    Status, events and timings come from `run.json`; where a log stands alone, a complete one counts as
-    finished and any other as running. A log that was cut off or is damaged gives the rows before that place,
-    and a warning.
+    Status, events and timings come from `run.json`. Without it, a complete log counts as finished and any other as
+    running. A truncated or damaged log gives the rows before the damage, with a warning.
 
     Raises:
-        LogError: there is no log, it is not ours, or nothing of it can be read.
+        LogError: if there is no log, it is not from cdpr, or nothing can be read.
     """
     log, folder = locate(path)
     found = scan(log, verify=False)
@@ -81,7 +80,7 @@ def load_run(path: str | Path) -> Run:
 
 
 def amended(header: Header, known: dict[str, Any]) -> Header:
-    """Return the header with the broken cables and the limits of run.json: a log does not hold live changes."""
+    """Return the header with the broken cables and limits of run.json: a log does not contain live changes."""
     found = known.get("header")
     found = found if isinstance(found, dict) else {}
     if (rows := found.get("broken")) is not None:
@@ -93,12 +92,12 @@ def amended(header: Header, known: dict[str, Any]) -> Header:
 
 
 def _high(limit: float | None) -> float:
-    """Return a highest tension, N, of run.json, which holds no infinite numbers."""
+    """Return a highest tension, N, of run.json, which stores infinity as null."""
     return math.inf if limit is None else float(limit)
 
 
 def _counted(header: Header, known: dict[str, Any]) -> dict[str, Any] | None:
-    """The figures of all samples of a thinned run, where run.json has them; None where they are counted in the rows."""
+    """Return the figures of all samples of a thinned run from run.json; None if they must be computed from the rows."""
     figures = known.get("summary")
     if header.log_every == 1 or known["status"] == "running" or not isinstance(figures, dict):
         return None
@@ -108,20 +107,20 @@ def _counted(header: Header, known: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def _clearance(known: dict[str, Any]) -> dict[str, Any]:
-    """The least clearance, where run.json has it: how thick cables are is not in the log."""
+    """Return the smallest clearance from run.json, if known: the log has no cable diameters."""
     figures = known.get("summary")
     return {key: figures[key] for key in CLEARANCE if key in figures} if isinstance(figures, dict) else {}
 
 
 def _number(value: Any) -> Any:
-    """Undo what run.json does to numbers that are not finite."""
+    """Restore non-finite numbers, which run.json stores as null."""
     if isinstance(value, dict):
         return {key: _number(item) for key, item in value.items()}
     return math.nan if value is None else value
 
 
 def locate(path: str | Path) -> tuple[Path, Path | None]:
-    """Return the log that `path`, a run folder or a log, stands for, and the run folder if there is one."""
+    """Return the log of a path (run folder or log), and the run folder, if any."""
     if not isinstance(path, str | os.PathLike):
         raise LogError(f"the folder of a run, or a log, is expected, got {path!r}")
     path = Path(path)
@@ -141,22 +140,22 @@ class Scan:
 
     header: Header
     rows: Array | LogRows  # (K, width), up to the first damage
-    problem: str | None  # None where the log is complete
-    form: LogFormat  # what its bytes should be
-    chunks: tuple[Written, ...]  # those that are whole, up to the first damage
-    end: int  # byte behind the last of them
-    tail: int = 0  # last rows, which belong to an unfinished block
+    problem: str | None  # None if the log is complete
+    form: LogFormat  # expected format
+    chunks: tuple[Written, ...]  # valid chunks up to the first damage
+    end: int  # end of the last one, byte
+    tail: int = 0  # number of last rows in an incomplete block
 
 
 def scan(log: Path, *, verify: bool = True) -> Scan:
-    """Read a log as far as it is whole.
+    """Read the valid part of a log.
 
     Args:
-        verify: whether all rows are read. If not, the rows of a long log whose ending is sound stay unread: they are
-            verified when they are asked for.
+        log: the log.
+        verify: read all rows. Otherwise the rows of a long log with a valid end are read and verified on access.
 
     Raises:
-        LogError: it cannot be opened, is not ours, or its header is damaged.
+        LogError: if it cannot be opened, is not from cdpr, or its header is damaged.
     """
     try:
         with log.open("rb") as file:
@@ -210,7 +209,7 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
 
 
 def _unsound(header: Header) -> str:
-    """Say what of a header cannot be drawn or computed with, though its checksum is right: others write logs, too."""
+    """Return the invalid part of a header with a valid checksum, as other programs may write; "" if there is none."""
     m, bounds = len(header.cables), np.array(header.bounds, dtype=object)
     for name in TEXTS:
         if not isinstance(getattr(header, name), str):
@@ -242,7 +241,7 @@ def _sizes(header: Header) -> list[float]:
 
 
 def _numbers(value: Any) -> list[float]:
-    """The numbers in plain data."""
+    """Return the numbers in plain data."""
     if isinstance(value, dict | list | tuple):
         inner = value.values() if isinstance(value, dict) else value
         return [number for each in inner for number in _numbers(each)]
@@ -250,5 +249,5 @@ def _numbers(value: Any) -> list[float]:
 
 
 def _interpreted(loop: Any) -> tuple[str, ...] | None:
-    """What a run.json says that Python did; None where it says nothing."""
+    """Return the parts executed by Python according to run.json; None if unknown."""
     return tuple(map(str, loop.get("python", ()))) if isinstance(loop, dict) else None

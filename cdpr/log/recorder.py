@@ -1,4 +1,4 @@
-"""Keeps the rows of a run: in memory or, where they are many and a log is written, there."""
+"""Recorder of a run's rows: in memory or, for long logged runs, in the log."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ if TYPE_CHECKING:
 
 __all__ = ["BLOCK", "BLOCK_SECONDS", "Recorder"]
 
-BLOCK_SECONDS = 0.5  # wall time after which rows go to the log though the block is not full
+BLOCK_SECONDS = 0.5  # s of wall time after which rows are written even if the block is incomplete
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """Samples that are kept between two snapshots.
+    """Samples kept between two snapshots.
 
     Attributes:
-        first, rows: number of the first row among those that are kept, and the rows.
-        counted, status: likewise of the statuses that a tally has.
-        before: the piece before.
+        first, rows: index of the first row among the kept ones, and the rows.
+        counted, status: the same for the solver statuses of a tally.
+        before: previous piece.
     """
 
     first: int
@@ -46,7 +46,7 @@ class Piece:
     before: Piece | None
 
     def line(self) -> Iterator[Piece]:
-        """Yield this one and all before."""
+        """Yield this piece and all previous ones."""
         here: Piece | None = self
         while here is not None:
             yield here
@@ -55,35 +55,36 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Taken:
-    """Snapshot of a recorder: what it kept of the samples up to `stop`, excluded."""
+    """Snapshot of a recorder: its data of the samples up to `stop` (excluded)."""
 
     stop: int
     piece: Piece
-    last: Array  # (1, width) the sample before `stop`; none at the start
+    last: Array  # (1, width), sample before `stop`; empty at the start
     tally: Tally | None
     marked: dict[int, Array]
 
 
 class Recorder:
-    """Rows of a run of `steps` steps, and their log where a run folder is given.
+    """Rows of a run of `steps` steps, and their log if a run folder is given.
 
-    The loop puts sample k into `rows[k % len(rows)]` itself, one copy a step; the time in it is k * control_step. With
-    n samples done, it calls `flush(n)` when `n % BLOCK == 0`, which it must, and when half a second has passed since it
-    last did; and `close(n)` at the end. Without a folder nothing is written.
+    The loop writes sample k into `rows[k % len(rows)]` itself, one copy per step; its time is k * control_step. After n
+    samples it must call `flush(n)` if `n % BLOCK == 0`, and also half a second after the last call. At the end it calls
+    `close(n)`. Without a folder, nothing is written.
 
-    Kept is every sample, or as the header's `log_every` says every so manyth from the first on, and the last. What is
-    kept stays in memory, unless it is large (IN_MEMORY) and stands in the log. All samples are counted by the `tally`.
-
-    Raises OutputError where the log cannot be written; no sample is lost by that: the rest stays in memory. `flush`
-    raises Diverged where a sample is not finite, which `finite` reports after `close`, too.
+    Every sample is kept or, if the header has a `log_every`, every such sample from the first on, and the last. Kept
+    samples stay in memory unless they are large (IN_MEMORY) and logged. The `tally` counts all samples.
 
     Args:
-        marks: samples of which the row is kept in `marked` besides.
-        closest: makes what looks at clearances, None where they are not known; asked where there is a tally.
+        marks: samples whose rows are also kept in `marked`.
+        closest: factory of the clearance monitor, which may return None; called only if there is a tally.
 
     Attributes:
-        rows: where the loop puts the samples.
-        first: the first sample that `rows` may hold.
+        rows: table for the samples of the loop.
+        first: first sample that may be in `rows`.
+
+    Raises:
+        OutputError: if the log cannot be written; no sample is lost, because the rest stays in memory.
+        Diverged: by `flush`, if a sample is not finite; `finite` reports it after `close`, too.
     """
 
     def __init__(
@@ -107,13 +108,13 @@ class Recorder:
         self.marked: dict[int, Array] = {}
         self._marks = sorted(set(marks))
         self.first = 0
-        self._piece: Piece | None = None  # of the last snapshot on the way to the present
-        self._count = 0  # rows that are kept: row i is sample i * every, but for the last
+        self._piece: Piece | None = None  # last snapshot of the current branch
+        self._count = 0  # number of kept rows: row i is sample i * every, except for the last
         self._written = monotonic()
         self._failure: OutputError | None = None
 
     def flush(self, stop: int) -> None:
-        """Take the samples up to `stop`, excluded, and bring the log up to them."""
+        """Process the samples up to `stop` (excluded), and update the log."""
         self._take(stop)
         if self._writer is not None and (self._every == 1 or monotonic() > self._written + BLOCK_SECONDS):
             self._write()
@@ -124,13 +125,13 @@ class Recorder:
             raise Diverged(self.finite.fault)
 
     def amend(self, header: Header, marks: Iterable[int]) -> None:
-        """Go by a header in which other cables break, and by other marks, of samples that are yet to come."""
+        """Set a header with other broken cables, and the marks of future samples."""
         self._marks = sorted(set(marks))
         if self.tally is not None:
             self.tally.amend(header)
 
     def snapshot(self, stop: int) -> Taken:
-        """Return what is kept of the samples up to `stop`, excluded, for `restore`; not of what is only on disk."""
+        """Return a snapshot of the samples up to `stop` (excluded) for `restore`, without rows only on disk."""
         self._take(stop)
         tally, before = self.tally, self._piece
         first = before.first + len(before.rows) if before else 0
@@ -145,7 +146,7 @@ class Recorder:
         return Taken(stop, self._piece, self.rows[last], tally, dict(self.marked))
 
     def restore(self, taken: Taken) -> None:
-        """Go back to a snapshot of this recorder, or of one of the same run that logged elsewhere."""
+        """Restore a snapshot of this recorder, or of one of the same run with another log."""
         tally = None if taken.tally is None else taken.tally.copy()
         known = set(self._piece.line()) if self._piece else set()
         for piece in taken.piece.line():
@@ -162,7 +163,7 @@ class Recorder:
         self.finite.rewind(taken.stop)
 
     def close(self, stop: int) -> Array | LogRows:
-        """Take the last samples, up to `stop`, excluded, complete the log, and return what the run keeps."""
+        """Process the last samples up to `stop` (excluded), complete the log, and return the rows of the run."""
         self._take(stop)
         if stop and (stop - 1) % self._every and self._count <= (stop - 1) // self._every + 1:
             self._kept[self._count % len(self._kept)] = self.rows[(stop - 1) % len(self.rows)]
@@ -174,7 +175,7 @@ class Recorder:
         return self.kept
 
     def so_far(self, stop: int) -> Array | LogRows:
-        """Return what the run would keep if it ended with the samples up to `stop`, excluded; it goes on."""
+        """Return the rows that the run would have if it ended before sample `stop`; the recorder remains usable."""
         self._take(stop)
         if self.tally is not None:
             self._tally_up(stop)
@@ -186,22 +187,22 @@ class Recorder:
 
     @property
     def on_disk(self) -> bool:
-        """Whether samples are kept in the log alone."""
+        """True if samples are kept only in the log."""
         return self._on_disk
 
     @property
     def kept(self) -> Array | LogRows:
-        """What `close` returns, also where that failed."""
+        """Result of `close`, even if it failed."""
         on_disk = None if self._writer is None else self._writer.rows
         return self._kept[: self._count] if on_disk is None else on_disk
 
     @property
     def status(self) -> NDArray[np.generic]:
-        """What the solver's answer was found to be at each sample, (K,); after `close`."""
+        """Solver status of each sample, (K,); valid after `close`."""
         return self.rows[: self._count, self._status] if self.tally is None else self.tally.status
 
     def _take(self, stop: int) -> None:
-        """Keep what is to be kept of the samples up to `stop`; once more after an interrupt does no harm."""
+        """Keep samples up to `stop`; a repeated call after an interrupt is harmless."""
         size, every = len(self.rows), self._every
         self.finite.take(self.rows, stop)
         for k in self._marks:
@@ -211,7 +212,7 @@ class Recorder:
             self._count = stop
         while self._count * every < stop:
             first, at = self._count * every % size, self._count % len(self._kept)
-            there = -(-min(stop - self._count * every, size - first) // every)  # before the table begins anew
+            there = -(-min(stop - self._count * every, size - first) // every)  # before the table wraps around
             n = min(there, len(self._kept) - at, BLOCK - self._count % BLOCK)
             self._kept[at : at + n] = self.rows[first : first + (n - 1) * every + 1 : every]
             self._count += n
@@ -221,7 +222,7 @@ class Recorder:
             self._tally_up(stop)
 
     def _write(self) -> None:
-        """Bring the log up to what is kept; where that fails, `flush` and `close` say so once all is kept."""
+        """Write kept rows to the log; `flush` and `close` report a failure after all samples are kept."""
         assert self._writer is not None
         try:
             self._writer.write(self._kept, self._count)
@@ -229,7 +230,7 @@ class Recorder:
             self._failure = failure
 
     def _tally_up(self, stop: int) -> None:
-        """Count what is in the table and was not yet counted, up to `stop`."""
+        """Count the uncounted samples in the table, up to `stop`."""
         assert self.tally is not None
         first = self.tally.count % len(self.rows)
         self.tally.add(self.rows[first : first + stop - self.tally.count])

@@ -1,4 +1,4 @@
-"""Makes a complete log and a true run.json of what a killed run left, in its place: there may be no room for a copy."""
+"""Repair of killed runs: completes the log and run.json in place, because there may be no space for a copy."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ from cdpr.log.run_folder import SCENARIO_NAME
 
 @dataclass(frozen=True)
 class RepairReport:
-    """What `repair` found and did."""
+    """Result of `repair`."""
 
     log: Path
-    rows: int  # kept
-    problem: str | None  # what was wrong with the log; None where it was complete
-    torn: Path | None  # where the bytes are kept that were written over
-    lost: int  # so many of them there was no room for: a part of one block that is not whole
-    interrupted: bool  # run.json said "running", now "interrupted"
+    rows: int  # number of kept rows
+    problem: str | None  # defect of the log; None if it was complete
+    torn: Path | None  # file with the overwritten bytes
+    lost: int  # bytes not kept for lack of space: part of one incomplete block
+    interrupted: bool  # True if run.json changed from "running" to "interrupted"
 
     @property
     def changed(self) -> bool:
-        """Whether anything was written."""
+        """True if anything was written."""
         return self.problem is not None or self.interrupted
 
 
 def repair(path: str | Path) -> RepairReport:
-    """Mend a run folder or a log; where nothing is wrong, do nothing.
+    """Repair a run folder or a log; do nothing if it is valid.
 
-    A torn or damaged log is completed from its last whole block on; what stood from there on is kept as
-    `log.mcap.torn`, unless there is no room for it and it is a part of one block. Status "running" in run.json becomes
-    "interrupted", also where the run was killed before it had a log.
+    A truncated or damaged log is completed from its last complete block on. The bytes after it are kept as
+    `log.mcap.torn`, unless there is no space for them and they are part of one block. The status "running" in run.json
+    becomes "interrupted", also if the run was killed before it had a log.
 
     Raises:
-        LogError: there is no log, it is not ours, or nothing of it can be read.
-        OutputError: the run is still going on, or the folder cannot be written; all rows are still in the log.
+        LogError: if there is no log, it is not from cdpr, or nothing can be read.
+        OutputError: if the run is still active, or the folder cannot be written; all rows are still in the log.
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent if path.name == LOG_NAME else None
@@ -64,15 +64,18 @@ def repair(path: str | Path) -> RepairReport:
 
 @contextlib.contextmanager
 def _alone(path: Path, folder: Path | None) -> Iterator[Reserved | None]:
-    """Keep runs and other repairs away until the end of the block; give the room that a killed run left for run.json.
+    """Lock out runs and other repairs; yield the space that a killed run reserved for run.json.
 
-    A run locks that room before it writes anything else, and keeps it to its end. Without the room there is no run to
-    be kept away, and the log itself is locked. Raises OutputError where another is at work.
+    A run locks that space before it writes anything else, until its end. Without the space no run can be active, and
+    the log itself is locked.
+
+    Raises:
+        OutputError: if another process is active.
     """
     room = None if folder is None else Reserved.left(folder / run_json.NAME)
     file = None
     if room is None:
-        with contextlib.suppress(OSError):  # what is wrong with it is told by who reads it
+        with contextlib.suppress(OSError):  # errors are reported by the reader
             log = folder / LOG_NAME if folder is not None else path
             file = open_to_lock(log.resolve(), os.O_RDONLY)
     try:
@@ -87,7 +90,7 @@ def _alone(path: Path, folder: Path | None) -> Iterator[Reserved | None]:
 
 
 def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
-    """Complete the log from its last block on; return where what stood there is kept, and how much of it is not."""
+    """Complete the log from its last block on; return the file of overwritten bytes and the number of lost bytes."""
     end, data = _completed(found)
     form = found.form
     torn = _unused(log)
@@ -96,7 +99,8 @@ def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
             start = file.read(len(form.description))
             damaged = b"" if start == form.description else start
             rest = file.seek(0, os.SEEK_END) - end
-            # At most the last block and what a kill or a full disk left of one; else perhaps more than a damaged block.
+            # At most the last block and the rest of one after a kill or a full disk; otherwise possibly more than a
+            # damaged block.
             short = rest <= 2 * _block_size(form) + form.gap
             kept = not (damaged or rest)
 
@@ -105,7 +109,7 @@ def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
                     copy.write(damaged)
                     shutil.copyfileobj(content, copy)
                     copy.flush()
-                    os.fsync(copy.fileno())  # on the disk before anything is written over
+                    os.fsync(copy.fileno())  # on disk before anything is overwritten
 
             file.seek(end)
             spare = BytesIO(file.read()) if short else None
@@ -123,7 +127,7 @@ def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
             file.truncate()
     except OSError as error:
         raise unwritable(log, error) from error
-    if not kept and spare is not None:  # perhaps there is room now
+    if not kept and spare is not None:  # space may be available now
         try:
             keep(spare)
         except OutputError:
@@ -132,11 +136,11 @@ def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
 
 
 def _completed(found: Scan) -> tuple[int, bytes]:
-    """Return from which byte on a log is to be written, and what."""
+    """Return the start of the bytes to be written, and the bytes."""
     form, rows = found.form, found.rows
     chunks, end, pieces, sample = list(found.chunks), found.end, [], 0
     n, first = found.tail, (len(rows) - found.tail) * form.every
-    if not n:  # the last block once more, for its index may be torn, and all that follows it
+    if not n:  # repeat the last block, whose index may be incomplete, and everything after it
         last = max((i for i, chunk in enumerate(chunks) if chunk.group == 0), default=-1)
         if last >= 0:
             n, first, end = chunks[last].n, chunks[last].first, chunks[last].start
@@ -144,8 +148,8 @@ def _completed(found: Scan) -> tuple[int, bytes]:
     if n:
         pieces.append(Piece(0, first, n, form.block(rows[len(rows) - n :], first)))
         sample = first + (n - 1) * form.every
-        if sample % form.every == 0:  # a last row off the grid follows the pictures, and has none
-            begin = (len(rows) - 1) // PICTURE_ROWS * PICTURE_ROWS  # all pictures before it are there
+        if sample % form.every == 0:  # a last row off the grid follows the pictures and has none
+            begin = (len(rows) - 1) // PICTURE_ROWS * PICTURE_ROWS  # all earlier pictures exist
             pieces += form.pictures(rows[begin:], begin * form.every)
     data = b""
     for piece in pieces:
@@ -161,13 +165,13 @@ def _block_size(form: LogFormat) -> int:
 
 
 def _unused(log: Path) -> Path:
-    """Name a file for what is written over."""
+    """Return an unused name for the file of the overwritten bytes."""
     names = itertools.chain([f"{log.name}.torn"], (f"{log.name}.torn-{number}" for number in itertools.count(2)))
     return next(path for path in map(log.with_name, names) if not path.exists())
 
 
 def _never_began(folder: Path) -> bool:
-    """Tell whether a run was killed before its log held more than a part of its description."""
+    """Return True if a run was killed before its log had a complete description."""
     known = run_json.read(folder)
     if known is None or known.get("status") != "running":
         return False
@@ -181,7 +185,7 @@ def _never_began(folder: Path) -> bool:
         with log.open("rb") as file:
             found = file.read(max(map(len, begun)))
     except (OSError, KeyError, TypeError, ValueError):
-        return False  # nobody can tell; what is wrong with the log is told by who reads it
+        return False  # unknown; the reader reports defects of the log
     return any(len(found) < len(description) and description.startswith(found) for description in begun)
 
 
@@ -192,7 +196,7 @@ def _interrupt_unbegun(folder: Path, room: Reserved | None) -> RepairReport:
     message = {"message": "killed before the first sample"}
     _write(folder, room, known | status | message | {"summary": {**known.get("summary", {}), **status}})
     with contextlib.suppress(OSError):
-        log.unlink()  # a part of a description, which stands in run.json and scenario.yaml
+        log.unlink()  # part of a description, whose content is in run.json and scenario.yaml
     return RepairReport(log, 0, None, None, 0, True)
 
 
@@ -201,7 +205,7 @@ def _interrupt(folder: Path, found: Scan, room: Reserved | None) -> bool:
     if known is None:
         return False
     if known["status"] != "running":
-        if found.problem is not None:  # it has other rows now
+        if found.problem is not None:  # the rows have changed
             bound = {"log": asdict(run_json.log_of(found.header, found.rows))}
             _write(folder, room, known | bound)
         return False
@@ -214,5 +218,5 @@ def _interrupt(folder: Path, found: Scan, room: Reserved | None) -> bool:
 
 
 def _write(folder: Path, room: Reserved | None, content: dict[str, Any]) -> None:
-    """Write run.json, into the room that the run kept for it where that is there."""
+    """Write run.json, into the reserved space if there is any."""
     (room or Reserved(folder / run_json.NAME, 0)).write(run_json.encode(content))

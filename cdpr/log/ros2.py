@@ -1,4 +1,4 @@
-"""The standard ROS 2 messages that a log holds and a live link hears: their fields, schema text and bytes (CDR)."""
+"""Standard ROS 2 messages of logs and live links: fields, schema text and bytes (CDR)."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ DEFINITIONS = {
     "visualization_msgs/UVCoordinate": "float32 u\nfloat32 v",
 }
 
-# Services, request and response, and what they alone are made of: as in the .srv and .msg files of Jazzy.
+# Services (request, response) and the types that only they use, as in the .srv and .msg files of Jazzy.
 SERVICES = {
     "rcl_interfaces/srv/DescribeParameters": ("string[] names", "rcl_interfaces/ParameterDescriptor[] descriptors"),
     "rcl_interfaces/srv/GetParameters": ("string[] names", "rcl_interfaces/ParameterValue[] values"),
@@ -91,7 +91,7 @@ _PARTS = {
         "uint8 event_type\nbuiltin_interfaces/Time stamp\nuint8[16] client_gid\nint64 sequence_number"
     ),
 }
-_ALONE = "uint8 structure_needs_at_least_one_member"  # what ROS 2 puts into a message without fields
+_ALONE = "uint8 structure_needs_at_least_one_member"  # member of ROS 2 messages without fields
 
 _FORMATS = {"bool": "?", "byte": "B", "uint8": "B", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q"}
 _FORMATS |= {"float32": "f", "float64": "d"}
@@ -114,8 +114,8 @@ def _definition(kind: str) -> str:
 def fields(kind: str) -> tuple[tuple[str, str], ...]:
     """Return (type, name) of each field of a message type such as "geometry_msgs/Pose".
 
-    Of a service, "std_srvs/srv/Trigger", those of what ROS 2 describes it by; of its messages, "..._Request",
-    "..._Response" and "..._Event", theirs.
+    For a service, such as "std_srvs/srv/Trigger", return the fields of its ROS 2 description; its messages are
+    "..._Request", "..._Response" and "..._Event".
     """
     if kind in SERVICES:
         return tuple((f"{kind}_{name}", f"{name.lower()}_message") for name in ("Request", "Response", "Event"))
@@ -125,9 +125,9 @@ def fields(kind: str) -> tuple[tuple[str, str], ...]:
 
 @cache
 def item(kind: str) -> tuple[str, int | None, bool]:
-    """Return what a field's type is made of: "T[]" (T, 0, True), "T[<=4]" (T, 4, True), "T[4]" (T, 4, False).
+    """Return (element type, size, variable): "T[]" gives (T, 0, True), "T[<=4]" (T, 4, True), "T[4]" (T, 4, False).
 
-    Of what is no sequence and no array (T, None, False).
+    Other types T give (T, None, False).
     """
     found = _SEQUENCE.fullmatch(kind)
     if found is None:
@@ -136,15 +136,15 @@ def item(kind: str) -> tuple[str, int | None, bool]:
 
 
 def full_name(kind: str) -> str:
-    """Return how ROS 2 names a type: "geometry_msgs/msg/Pose"; services have theirs already."""
+    """Return the ROS 2 name of a type: "geometry_msgs/msg/Pose"; services already have it."""
     return kind if kind.count("/") == 2 else kind.replace("/", "/msg/")
 
 
 @cache
 def schema_text(kind: str) -> str:
-    """Return the definition of a type and of all that it is made of, in MCAP's `ros2msg` form."""
+    """Return the definition of a type and of all types that it contains, in MCAP's `ros2msg` form."""
     needed = [kind]
-    for known in needed:  # grows while it is walked
+    for known in needed:  # grows during the iteration
         parts = (item(part)[0] for part, _ in fields(known))
         needed += [part for part in dict.fromkeys(parts) if part in DEFINITIONS and part not in needed]
     rule = "=" * 80
@@ -152,17 +152,17 @@ def schema_text(kind: str) -> str:
 
 
 def encode(kind: str, value: Mapping[str, Any]) -> tuple[bytes, Mapping[str, int]]:
-    """Return the CDR bytes of a message, and where in them each field begins.
+    """Return the CDR bytes of a message, and the offset of each field.
 
-    Fields left out of `value` are zero or empty. A field is named by its path, "pose.position.x" or
-    "markers.0.points"; of a message or a sequence, the place is that of its first number.
+    Fields missing in `value` are zero or empty. A field is named by its path, such as "pose.position.x" or
+    "markers.0.points"; the offset of a message or a sequence is that of its first number.
     """
     return _encoded(kind, json.dumps(value))
 
 
 @lru_cache(maxsize=64)
 def _encoded(kind: str, content: str) -> tuple[bytes, Mapping[str, int]]:
-    """Encode a message's content, given as JSON: the cases of a study share what is constant in theirs."""
+    """Encode a message given as JSON; the cases of a study share the constant content."""
     data = bytearray(ENCAPSULATION)
     places: dict[str, int] = {}
 
@@ -195,9 +195,10 @@ def _encoded(kind: str, content: str) -> tuple[bytes, Mapping[str, int]]:
 
 
 def decode(kind: str, data: bytes) -> dict[str, Any]:
-    """Return a message's content by its CDR bytes: what `encode` takes.
+    """Return the content of a message from its CDR bytes, in the form of `encode`.
 
-    Raises ValueError where they are not such a message.
+    Raises:
+        ValueError: if the bytes are no such message.
     """
     if len(data) < len(ENCAPSULATION) or data[:2] not in (ENCAPSULATION[:2], _BIG_ENDIAN):
         raise ValueError("plain CDR is expected")
@@ -226,7 +227,7 @@ def decode(kind: str, data: bytes) -> dict[str, Any]:
         part, size, counted = item(kind)
         if size is not None:
             count = number("I") if counted else size
-            if count > len(data) - at or 0 < size < count:  # each takes a byte at least
+            if count > len(data) - at or 0 < size < count:  # each element has at least one byte
                 raise ValueError("it ends too early" if count > len(data) - at else f"{count} of {kind}")
             return [get(part) for _ in range(count)]
         if kind == "string":

@@ -1,4 +1,4 @@
-"""Rows that stay in their log: read when they are asked for, a block at a time."""
+"""Rows of a log on disk, read on access, a block at a time."""
 
 from __future__ import annotations
 
@@ -14,23 +14,27 @@ from cdpr.log.chunk_index import Written
 from cdpr.log.mcap_file import LogFormat
 from cdpr.model.robot import Array
 
-# Tables up to this size are kept in memory, B: 55 s of eight cables at 1 kHz. Larger ones of logged runs stay on disk.
+# Tables up to this size are kept in memory, B: 55 s of eight cables at 1 kHz. Larger tables of logged runs stay on
+# disk.
 IN_MEMORY = 2**25
 
 
 class LogRows:
-    """The table (K, width) of a logged run, as long as somebody asks for it on disk.
+    """Table (K, width) of a logged run on disk.
 
-    It is indexed like an array, without new axes: `rows[:]` is the whole, `rows[k, 3]` a number, and
-    `rows[:, columns]` reads no more than these columns into memory. What is read is verified: raises LogError where the
-    log is damaged, or was changed since it was written or loaded; IndexError as numpy does.
+    It is indexed like an array, without new axes: `rows[:]` is the whole table, `rows[k, 3]` a number, and `rows[:,
+    columns]` reads only these columns into memory. All data is verified when read.
 
     Args:
-        file: descriptor of the open log; it is closed with the object, and outlives the log's name.
+        file: descriptor of the open log, closed with the object; it remains valid if the log is renamed or removed.
         form: format of the log.
-        blocks: where the chunks with the rows stand.
-        rest: what follows them, in memory, for the log could not take it.
-        name: of the log, for messages.
+        blocks: chunks with the rows.
+        rest: rows in memory after these, which could not be written.
+        name: name of the log for messages.
+
+    Raises:
+        LogError: on access, if the log is damaged or has changed since it was written or loaded.
+        IndexError: as in numpy.
     """
 
     ndim = 2
@@ -44,7 +48,7 @@ class LogRows:
         self._blocks = blocks
         self._rest = np.empty((0, self._template.group.width)) if rest is None else rest
         self._stops = np.cumsum([*(block.n for block in blocks), len(self._rest)], dtype=np.int64)
-        self._last: tuple[int, Array] | None = None  # the block that was read last
+        self._last: tuple[int, Array] | None = None  # last block read
         self.shape = (int(self._stops[-1]), self._template.group.width)
 
     def __len__(self) -> int:
@@ -60,7 +64,7 @@ class LogRows:
             parts = [self._range(int(k), int(k) + 1, columns) for k in picked.flat]
             table = np.concatenate([self._range(0, 0, columns), *parts])
             return table.reshape(picked.shape + table.shape[1:])
-        pairs = np.broadcast(picked, np.arange(self.shape[1])[columns])  # lists of both go side by side
+        pairs = np.broadcast(picked, np.arange(self.shape[1])[columns])  # lists of both are paired
         return np.array([self._range(k, k + 1, j)[0] for k, j in pairs], dtype=float).reshape(pairs.shape)[()]
 
     def __iter__(self) -> Iterator[Array]:
@@ -73,7 +77,7 @@ class LogRows:
         return np.asarray, (self[:],)
 
     def _range(self, first: int, stop: int, columns: Any) -> Array:
-        """Rows `first` to `stop`, excluded."""
+        """Return rows `first` to `stop` (excluded)."""
         table = np.empty((stop - first, *np.empty((0, self.shape[1]))[:, columns].shape[1:]))
         straight, k = isinstance(columns, slice) and columns == slice(None), first
         while k < stop:
@@ -89,7 +93,7 @@ class LogRows:
         return table
 
     def _begin(self, i: int) -> int:
-        """First row of a block."""
+        """Return the first row of a block."""
         return int(self._stops[i - 1]) if i else 0
 
     def _block(self, i: int) -> Array:
@@ -102,7 +106,7 @@ class LogRows:
         return self._last[1]
 
     def _read(self, i: int, rows: Array) -> None:
-        """Write the rows of a block that is on disk."""
+        """Read a block from disk into `rows`."""
         block = self._blocks[i]
         length = self._form.head_length() + block.size
         data = os.pread(self._file, length, block.start)
@@ -118,7 +122,11 @@ class LogRows:
 
 
 def _split(key: Any) -> tuple[Any, Any]:
-    """Rows and columns that a key means; IndexError where it means other axes."""
+    """Return the row and column indices in a key.
+
+    Raises:
+        IndexError: if it refers to other axes.
+    """
     parts = key if isinstance(key, tuple) else (key,)
     parts = tuple(slice(None) if part is Ellipsis else part for part in parts)
     if len(parts) > 2 or any(part is None for part in parts):

@@ -1,4 +1,4 @@
-"""A run in memory: arrays with documented shapes, and what was run."""
+"""Run in memory: documented arrays and a description of the setup."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Header:
-    """What was run, known before the first step; the same for equal scenario, seed and versions."""
+    """Description of a run, known before its first step; identical for equal scenario, seed and versions."""
 
     scenario: str
     robot: str
@@ -44,36 +44,36 @@ class Header:
     physics_step: float  # s
     seed: int
     gravity: tuple[float, ...]  # (3,), m/s^2
-    mass: float  # kg, of the platform
+    mass: float  # kg, mass of the platform
     cables: tuple[str, ...]  # names
     anchors: tuple[tuple[float, ...], ...]  # (m, 6): A_i in the world, B_i on the platform, m
     tension_min: tuple[float, ...]  # (m,), N
     tension_max: tuple[float, ...]  # (m,), N
     characteristic_length: float  # m
-    shape: dict[str, Any] | None  # {kind: size} of the platform, m, as `cdpr.model.shapes` says
-    versions: dict[str, str]  # of cdpr, Python and the libraries that computed
+    shape: dict[str, Any] | None  # {kind: size} of the platform, m, as in `cdpr.model.shapes`
+    versions: dict[str, str]  # versions of cdpr, Python and the numerical libraries
     scenario_yaml: str  # the resolved scenario
-    controlled: tuple[str, ...] = ()  # directions in which the wrench is to be balanced, where not all of the robot's
+    controlled: tuple[str, ...] = ()  # controlled degrees of freedom, if not all
     cable_model: str = COMMANDED
-    log_every: int = 1  # samples from one row of the run to the next
-    bounds: Bounds = ()  # of lengths and winding speeds, where there are any
-    broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
-    exits: tuple[dict[str, Any] | None, ...] = ()  # where cables leave the frame, where not all do at their anchors
-    columns: tuple[Column, ...] = ()  # what the rows hold beyond `cdpr.columns.FIRST`
+    log_every: int = 1  # samples per row of the run
+    bounds: Bounds = ()  # limits of lengths and winding speeds, if any
+    broken: tuple[tuple[int, float], ...] = ()  # index and time (s) of cables that break
+    exits: tuple[dict[str, Any] | None, ...] = ()  # exits of cables, if not all leave the frame at their anchors
+    columns: tuple[Column, ...] = ()  # additional columns of the rows after `cdpr.columns.FIRST`
     frame: tuple[tuple[float, ...], ...] = ()  # (k, 6), edges of the robot's frame: two ends each, m, world
-    colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", where they are given
-    path: tuple[tuple[float, ...], ...] = ()  # (k, 3), m, points of the desired path that the scenario foresees
-    tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) of the platform, m, its axes
-    tool: str = ""  # which of them the desired motion leads; "" for the platform's origin
-    believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
-    limit_changes: LimitChanges = ()  # tension limits that events change
+    colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", if given
+    path: tuple[tuple[float, ...], ...] = ()  # (k, 3), m, points of the planned path
+    tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) of the platform, m, in its axes
+    tool: str = ""  # tool guided by the desired motion; "" for the platform's origin
+    believed: str = ""  # differences of the nominal model of controller and solver, in one line
+    limit_changes: LimitChanges = ()  # changes of tension limits by events
 
     def __repr__(self) -> str:
         return printable(f"<Header of {self.scenario} on {self.backend}: {len(self.cables)} cables, seed {self.seed}>")
 
     @property
     def log_step(self) -> float:
-        """Time from one row of the run to the next, s."""
+        """Time between two rows of the run, s."""
         return self.log_every * self.control_step
 
     @cached_property
@@ -83,17 +83,17 @@ class Header:
 
     @property
     def ideal_cables(self) -> bool:
-        """Whether the tensions of all cables are their commands."""
+        """True if the tensions of all cables equal their commands."""
         return ideal(self.cable_model)
 
     @property
     def true_tension(self) -> str:
-        """Column of the tensions that the cables have."""
+        """Column of the true tensions."""
         return "tension" if self.ideal_cables else "cable_tension"
 
     @cached_property
     def subject(self) -> Subject:
-        """What of the robot is drawn."""
+        """Display data of the robot."""
         from cdpr.cables import read_exits  # takes long to import
         from cdpr.view import Subject
 
@@ -112,14 +112,14 @@ class Header:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return a dictionary for JSON; what is new only where it says something: older versions read the rest."""
+        """Return a dictionary for JSON; newer keys are omitted at their defaults for older versions."""
         data = {each.name: getattr(self, each.name) for each in fields(self)}
         data["columns"] = tuple(asdict(column) for column in self.columns)
         return {key: value for key, value in data.items() if key not in NEWER or value != NEWER[key]}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Header:
-        """Undo `to_dict` after a passage through JSON."""
+        """Return the header of a dictionary that was stored as JSON."""
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
         tables: dict[str, Any] = {
             key: data[key] for key in ("anchors", "bounds", "broken", "frame", "path") if key in data
@@ -136,7 +136,7 @@ class Header:
         return cls(**{**data, **tuples, **tables, "exits": exits, "columns": tuple(columns)})
 
 
-# Keys that logs of earlier versions have not, and what that meant.
+# Keys missing in logs of earlier versions, and their defaults.
 NEWER: dict[str, object] = {
     "log_every": 1,
     "bounds": (),
@@ -153,10 +153,10 @@ NEWER: dict[str, object] = {
 }
 
 
-# Ends that the scenario foresees: what such a run holds is a whole result.
+# Ends that the scenario foresees; such runs are complete results.
 FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits", "touched")
 
-# Of the least clearance in the summary: how much it is, when, and of what.
+# Smallest clearance in the summary: value, time and pair.
 CLEARANCE = ("clearance_min_m", "clearance_min_at_s", "clearance_min_by")
 
 
@@ -164,10 +164,7 @@ _OWN = {column.name: column for column in (*FIRST, *BELIEVED)}
 
 
 class Quantity(property):
-    """An array of a run by the name of its column, documented by the table of columns.
-
-    AttributeError where the run has no such column, as those of a belief where the controller knows the robot.
-    """
+    """Documented column of a run; AttributeError if the run lacks it, such as those of a nominal model."""
 
     def __init__(self, name: str) -> None:
         def read(run: Run) -> Array:
@@ -191,28 +188,30 @@ class Quantity(property):
 class Run(Frozen):
     """One run, K rows of a robot with m cables; row k was sampled at time k * control_step.
 
-    Where the scenario's `log.step` thins the log, row k was sampled at k * log_step, the last one at the end of the
-    run; `summary` and `events` count every sample all the same. Frames and signs as `cdpr.model` says. `status` is
-    "finished", "ended" (as the plant asked), "diverged", "infeasible" (no admissible tensions, and the scenario says to
-    stop then), "unanswered" (likewise where the solver gave no valid answer), "beyond_limits" (likewise for a cable's
-    length or speed or the tension that is commanded; these two are "infeasible" in logs of earlier versions),
-    "touched" (likewise where cables come too near to something), "interrupted", "failed" or
-    "running" (killed while it ran). Arrays are read-only: copy what is to be changed.
+    If the scenario's `log.step` thins the log, row k was sampled at k * log_step and the last one at the end of the
+    run; `summary` and `events` still count every sample. Frames and signs are those of `cdpr.model`. Arrays are
+    read-only; copy them to change them.
+
+    Values of `status`: "finished"; "ended" (requested by the plant); "diverged"; "infeasible" (no admissible tensions,
+    if the scenario stops then); "unanswered" (likewise, no valid answer of the solver); "beyond_limits" (likewise,
+    limit violation of a length, speed or commanded tension); "touched" (likewise, too small a clearance);
+    "interrupted"; "failed"; "running" (killed while it ran). Logs of earlier versions have "infeasible" instead of
+    "unanswered" and "beyond_limits".
     """
 
     header: Header
-    rows: Array | LogRows  # (K, width), columns as header.layout; of a long run they are read from its log when asked
+    rows: Array | LogRows  # (K, width), columns as in header.layout; for long runs, read from the log on access
     status: str = "finished"
     message: str = ""
     events: tuple[Event, ...] = ()
-    timings: dict[str, float] = field(default_factory=dict)  # s of wall time; empty when not known
+    timings: dict[str, float] = field(default_factory=dict)  # s of wall time; empty if unknown
     unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
-    interpreted: tuple[str, ...] | None = None  # what of its steps Python did; of none they were whole blocks
-    plugins: dict[str, Any] = field(default_factory=dict)  # by role, what a plugin says of itself in this run
+    interpreted: tuple[str, ...] | None = None  # parts of its steps executed by Python; if empty, all compiled
+    plugins: dict[str, Any] = field(default_factory=dict)  # by role, data reported by a plugin for this run
     folder: str | None = None
-    counted: dict[str, Any] | None = field(default=None, repr=False)  # figures of all samples, where rows are not all
-    clearance: dict[str, Any] = field(default_factory=dict)  # the least, when and of what, as in the summary; if known
-    start: Array | None = field(default=None, repr=False)  # first row of the run that this is a part of
+    counted: dict[str, Any] | None = field(default=None, repr=False)  # figures of all samples, if the rows are thinned
+    clearance: dict[str, Any] = field(default_factory=dict)  # smallest clearance, time and pair, if known
+    start: Array | None = field(default=None, repr=False)  # first row of the run of which this is a part
 
     time = Quantity("time")
     position = Quantity("position")
@@ -229,7 +228,7 @@ class Run(Frozen):
     tension = Quantity("tension")
     length = Quantity("length")
     rate = Quantity("rate")
-    solver_status = Quantity("status")  # not of the run, but of the solver's answer
+    solver_status = Quantity("status")  # status of the solver's answer, not of the run
     residual = Quantity("residual")
     margin = Quantity("margin")
     at_limit = Quantity("at_limit")
@@ -242,7 +241,7 @@ class Run(Frozen):
     true_margin = Quantity("true_margin")
 
     def __post_init__(self) -> None:
-        """Protect the rows: who edits a result edits a copy."""
+        """Make the rows read-only."""
         if isinstance(self.rows, np.ndarray):
             object.__setattr__(self, "rows", read_only(self.rows))
 
@@ -251,22 +250,22 @@ class Run(Frozen):
         return printable(f"<Run of {header.scenario} on {header.backend}: {len(self.rows)} samples, {self.status}>")
 
     def part(self, first: int, stop: int) -> Run:
-        """Return the rows from `first` to `stop` (excluded); energies still count from the first row of all."""
+        """Return rows `first` to `stop` (excluded); energies still count from the first row of the whole run."""
         start = self.start if self.start is not None or not len(self.rows) else self.rows[0]
         return Run(self.header, self.rows[first:stop], self.status, start=start)
 
     def picked(self, rows: NDArray[np.int64]) -> Run:
-        """Return the rows with these numbers (n,); what counts on their being neighbours does not hold of it."""
+        """Return the rows with these indices (n,); quantities that require neighbouring rows are invalid."""
         start = self.start if self.start is not None or not len(self.rows) else self.rows[0]
         return Run(self.header, self.rows[rows], self.status, start=start)
 
     @property
     def span(self) -> tuple[float, float]:
-        """Times of the first and the last row, s; zeros where there is none."""
+        """Times of the first and the last row, s; zeros if there is none."""
         return (float(self.rows[0][0]), float(self.rows[-1][0])) if len(self.rows) else (0.0, 0.0)
 
     def __getitem__(self, name: str) -> Array:
-        """Return a field by name: (K,) where it has one column, else (K, columns)."""
+        """Return a field by name: (K,) if it has one column, else (K, columns)."""
         layout = self.header.layout
         if name not in layout.fields:
             raise KeyError(f"no field is named {name!r}; there are {', '.join(layout.fields)}")
@@ -291,11 +290,15 @@ class Run(Frozen):
 
     @property
     def orientation_error(self) -> Array:
-        """Rotation vector that turns the actual into the desired attitude, (K, 3), rad, world."""
+        """Rotation vector from the actual to the desired attitude, (K, 3), rad, world."""
         return rotations.between(self.orientation, self.desired_orientation)
 
     def tool(self, name: str) -> Array:
-        """Return where a tool of the platform is, (K, 3), m, world. CdprError where there is none of this name."""
+        """Return the position of a tool, (K, 3), m, world.
+
+        Raises:
+            CdprError: if there is no such tool.
+        """
         tools = self.header.tools
         if name not in tools:
             known = f"one of {', '.join(tools)}" if tools else "none: name tools in robot.platform.tools; one"
@@ -304,7 +307,7 @@ class Run(Frozen):
 
     @property
     def cable_tension(self) -> Array:
-        """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
+        """Tension of each cable at the sample, (K, m), N; the commanded one for ideal cables."""
         return self[self.header.true_tension]
 
     @property
@@ -324,9 +327,10 @@ class Run(Frozen):
 
     @property
     def energy_residual(self) -> Array:
-        """Energy gained since the first sample that no work explains, (K,), J.
+        """Energy gained since the first sample that is not explained by work, (K,), J.
 
-        0 but for round-off under exact integration with massless cables; of the order of the backend in its step.
+        It is zero up to round-off for exact integration with massless cables; otherwise it decreases with the step at
+        the order of the backend.
         """
         stored = self.kinetic + self.potential
         first = self._at_first("kinetic") + self._at_first("potential")
@@ -343,44 +347,48 @@ class Run(Frozen):
         cables: str | int | Sequence[str | int] | None = None,
         width: str | float | None = None,
     ) -> Figure:
-        """Draw panels of the run under one another; needs the extra `plot`.
+        """Plot panels of the run below each other; requires the extra `plot`.
 
-        Saved (`savefig("name.pdf")`), PDF has its fonts embedded as TrueType and SVG its letters as outlines; the same
-        run gives the same bytes.
+        In files (`savefig("name.pdf")`), PDF embeds fonts as TrueType and SVG has letters as outlines. The same run
+        gives the same bytes.
 
         Args:
-            names: "tension", "position_error", ...: quantities as they are called here, "attitude", "energy", "power",
-                "external_force", "external_moment", and columns of plugins; an overview unless given.
-            cables: which are shown where there is a line for each, by name or by number, counted from 1; all unless
-                given.
-            width: for print, with letters of 8 pt: "ieee" (3.5 in, a column), "ieee-wide" (7.16 in), a number of
-                inches, or one with its unit, "88 mm"; for the screen unless given.
+            names: quantities by their attribute names ("tension", "position_error", ...), "attitude", "energy",
+                "power", "external_force", "external_moment", and columns of plugins; an overview by default.
+            cables: cables to show in panels with a line per cable, by name or by number from 1; all by default.
+            width: width for print, with 8 pt text: "ieee" (3.5 in, one column), "ieee-wide" (7.16 in), a number of
+                inches, or a number with its unit, such as "88 mm"; for the screen by default.
 
-        Raises CdprError, which says what there is, for what there is not, and PluginError without matplotlib.
+        Raises:
+            CdprError: for unknown names, with the available ones.
+            PluginError: if matplotlib is not installed.
         """
         drawn: Figure = late("Run.plot")(self, names, cables, width)
         return drawn
 
     def to_pandas(self) -> DataFrame:
-        """Return the rows as a pandas DataFrame: a column for each number, named with its unit, over the time `t`, s.
+        """Return the rows as a pandas DataFrame, one column per number named with its unit, over the time `t`, s.
 
-        Names are those of `cdpr export --to csv`: docs/columns.md. Raises PluginError without pandas.
+        The names are those of `cdpr export --to csv`: docs/columns.md.
+
+        Raises:
+            PluginError: if pandas is not installed.
         """
         frame: DataFrame = late("Run.to_pandas")(self)
         return frame
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the representation in notebooks."""
         html: str = late("Run._repr_html_")(self)
         return html
 
     def _at_first(self, name: str) -> Array:
-        """A field of one column at the first sample of all, (1,); of no rows (0,)."""
+        """Return a one-column field at the first sample of the whole run, (1,); (0,) without rows."""
         row = self.rows[:1] if self.start is None else self.start[None]
         return row[:, self.header.layout.columns[name]][:, 0]
 
     def _quotient(self, values: Array) -> Array:
-        """Changes of `values` (K, ...) from each row to the next, by the time between; the last NaN."""
+        """Return the difference quotients of `values` (K, ...) from each row to the next; the last is NaN."""
         quotient = np.full_like(values, np.nan)
         changes = np.diff(values, axis=0)
         if self.header.log_every == 1:

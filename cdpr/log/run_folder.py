@@ -1,4 +1,4 @@
-"""The folder of a run: scenario.yaml as resolved, run.json and, written by the recorder, log.mcap."""
+"""Folder of a run: resolved scenario.yaml, run.json and, written by the recorder, log.mcap."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from cdpr.log.run import Header, Run
 RUNS = Path("runs")
 SCENARIO_NAME = "scenario.yaml"
 
-ROOM = 65536  # bytes that run.json may need in the end beyond twice what it needs at the start: events, timings
+ROOM = 65536  # bytes reserved for the final run.json in addition to twice its initial size: events, timings
 
 
 class RunFolder:
-    """A new folder for one run, with its run.json, for whose end there is room from the start.
+    """New folder for one run with its run.json, for which the final space is reserved from the start.
 
     Args:
-        out: the folder, which must be empty or not exist; None for `runs/<UTC>_<scenario>_<backend>`, with
-            -2, -3, ... where that exists.
-        header: what will be run.
-        argv: the command line, for the record.
-        first: where a series of branches began, itself unless given.
-        scenario: makes the text of scenario.yaml for the folder where it stands, as its names of files are relative to
-            that; the header's unless given.
-        branch: of a run that goes on from another: the folder and the time of that, for the record.
+        out: folder, which must be empty or not exist; None for `runs/<UTC>_<scenario>_<backend>`, with -2, -3, ... if
+            that exists.
+        header: description of the run.
+        argv: command line, for the record.
+        branch: folder and time of the parent run, for the record of a branch.
+        first: folder of the first run of a series of branches; this folder by default.
+        scenario: function that returns the text of scenario.yaml for a folder, to which its file names are relative;
+            the header's text by default.
 
-    Raises OutputError where the folder is taken or cannot be written.
+    Raises:
+        OutputError: if the folder is in use or cannot be written.
     """
 
     def __init__(
@@ -73,21 +74,26 @@ class RunFolder:
             raise
 
     def _begun(self, header: Header) -> bytes:
-        """Return run.json of a run that has not ended."""
+        """Return run.json of a running run."""
         no_rows = Run(header, np.empty((0, header.layout.width)), status="running")
         return run_json.encode(run_json.describe(no_rows) | self._started)
 
     def revise(self, header: Header) -> None:
-        """Write a header that a live change has changed, which is not in the log, for the case of a kill.
+        """Write a header with a live change, which the log does not contain, in case the run is killed.
 
-        Raises OutputError; run.json is as before then.
+        Raises:
+            OutputError: if it cannot be written; run.json is then unchanged.
         """
         if header != self.header:
             replace(self.path / run_json.NAME, self._begun(header))
             self.header = header
 
     def finish(self, run: Run) -> None:
-        """Write to run.json how the run ended. Raises OutputError, after writing as much as there is room for."""
+        """Write the end of the run to run.json.
+
+        Raises:
+            OutputError: if it does not fit; a shorter version is then written.
+        """
         require_process(self._process, self.path)
         finished = {"finished": run_json.now().isoformat(timespec="seconds")}
         content = run_json.describe(run) | self._started | finished
@@ -101,7 +107,7 @@ class RunFolder:
             raise
 
     def withdraw(self, *others: str) -> None:
-        """Leave nothing of a run without a sample, nor its other files; a folder that was given stays, empty."""
+        """Remove all files of a run without a sample, and `others`; a folder given by the user remains, empty."""
         if os.getpid() != self._process:
             return
         for name in (run_json.NAME, SCENARIO_NAME, beside(self.path / run_json.NAME).name, *others):
@@ -113,21 +119,29 @@ class RunFolder:
 
 
 def folder_name(out: object) -> Path:
-    """Return the path of a run folder; OutputError where it is none."""
+    """Return the path of a run folder.
+
+    Raises:
+        OutputError: if `out` is no file name.
+    """
     if not isinstance(out, str | os.PathLike) or not is_name(out):
         raise OutputError(f"out: the name of a folder is expected, got {out!r}")
     return Path(out)
 
 
 def next_folder(path: Path) -> Path:
-    """Return PATH-2, PATH-3, ..., the first that does not exist."""
+    """Return the first of PATH-2, PATH-3, ... that does not exist."""
     return next(
         folder for number in itertools.count(2) if not (folder := path.with_name(f"{path.name}-{number}")).exists()
     )
 
 
 def new_folder(*names: str) -> Path:
-    """Make `runs/<UTC>_<names>`, with -2, -3, ... where that exists. Raises OutputError."""
+    """Create `runs/<UTC>_<names>`, with -2, -3, ... if that exists.
+
+    Raises:
+        OutputError: if it cannot be created.
+    """
     path = RUNS / "_".join([f"{run_json.now():%Y%m%d-%H%M%S}", *map(safe_name, names)])
     try:
         for number in itertools.count(1):
@@ -143,9 +157,10 @@ def new_folder(*names: str) -> Path:
 
 
 def claim(folder: Path, first: str) -> None:
-    """Make a folder, or take an empty one, by the empty file `first`: of several processes at most one gets it.
+    """Create a folder or claim an empty one with the empty file `first`; at most one of several processes succeeds.
 
-    Raises OutputError where it is not empty, is another's or cannot be made.
+    Raises:
+        OutputError: if it is not empty, claimed by another process, or cannot be created.
     """
     taken = OutputError(f"{folder}: exists and is not empty; choose another --out or remove it")
     try:
@@ -158,7 +173,7 @@ def claim(folder: Path, first: str) -> None:
         if os.listdir(folder):
             raise taken
         os.close(os.open(folder / first, os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))
-        if os.listdir(folder) != [first]:  # another came at the same moment, with another file
+        if os.listdir(folder) != [first]:  # another process created a file at the same moment
             (folder / first).unlink()
             raise taken
     except FileExistsError:
@@ -168,5 +183,5 @@ def claim(folder: Path, first: str) -> None:
 
 
 def safe_name(name: str) -> str:
-    """`name` as part of a file name."""
+    """Return `name` as part of a file name."""
     return re.sub(r"[^\w.-]+", "-", name).strip(".-")[:80] or "run"

@@ -1,4 +1,4 @@
-"""run.json: how a run went. It is always whole, and says "running" until the run has ended."""
+"""run.json: status and summary of a run. The file is always valid; its status is "running" until the run has ended."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ WITHOUT = "without that file the log still loads"
 
 @dataclass(frozen=True)
 class LogOf:
-    """The log that a run.json belongs to.
+    """Identity of the log that belongs to a run.json.
 
     Attributes:
         scenario: checksum of the resolved scenario in its header.
         rows: number of its rows.
-        last_row: checksum of the last one, which depends on all before it; None where there is none.
+        last_row: checksum of the last row, which depends on all earlier ones; None without rows.
     """
 
     scenario: str
@@ -54,9 +54,9 @@ class Recorded:
 
 
 def describe(run: Run) -> dict[str, Any]:
-    """Return what run.json says of a run, apart from when and how it was started."""
+    """Return the content of run.json for a run, without its start and command line."""
     header = run.header.to_dict()
-    del header["scenario_yaml"]  # stands beside it as scenario.yaml
+    del header["scenario_yaml"]  # stored as scenario.yaml
     return {
         "status": run.status,
         "message": run.message,
@@ -72,49 +72,49 @@ def describe(run: Run) -> dict[str, Any]:
 
 
 def log_of(header: Header, rows: Any) -> LogOf:
-    """Return what binds run.json to a log with these rows."""
+    """Return the identity of a log with these rows."""
     try:
         last = checksum(np.ascontiguousarray(rows[-1], dtype="<f8").tobytes()) if len(rows) else None
-    except LogError:  # the log has changed meanwhile
+    except LogError:  # the log has changed in the meantime
         last = None
     return LogOf(checksum(header.scenario_yaml.encode(errors="backslashreplace")), len(rows), last)
 
 
 def check_log(known: Mapping[str, Any], folder: Path, header: Header, rows: Any | None) -> None:
-    """Raise LogError where run.json belongs to another log; `rows` are None of a log that is not complete."""
+    """Raise LogError if run.json belongs to another log; `rows` is None for an incomplete log."""
     found = log_of(header, () if rows is None else rows)
     there = known["log"]
     same = there["scenario"] == found.scenario
     if rows is not None and known["status"] != "running":
-        last = there["last_row"], found.last_row  # None: damaged, which is reported where rows are read
+        last = there["last_row"], found.last_row  # None: damaged, reported when rows are read
         same = same and there["rows"] == found.rows and (None in last or last[0] == last[1])
     if not same:
         raise LogError(f"{folder / NAME}: belongs to another log than the one beside it; {WITHOUT}")
 
 
 def loop(run: Run) -> dict[str, Any] | None:
-    """Return whether the steps of a run were compiled as whole blocks, and what of them Python did."""
+    """Return whether the steps of a run were compiled as whole blocks, and the parts executed by Python."""
     return None if run.interpreted is None else {"blocks": not run.interpreted, "python": list(run.interpreted)}
 
 
 def now() -> datetime:
-    """Return the time of day in UTC."""
+    """Return the current time in UTC."""
     return datetime.now(UTC)
 
 
 def encode(content: dict[str, Any]) -> bytes:
-    """Return the bytes of run.json. Numbers that are not finite become null."""
+    """Return the bytes of run.json. Non-finite numbers become null."""
     text = json.dumps(sealed(plain(content)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    return text.encode(errors="backslashreplace")  # \udcff is such an escape in JSON, too
+    return text.encode(errors="backslashreplace")  # \udcff is a valid escape in JSON, too
 
 
 def write(folder: Path, content: dict[str, Any]) -> None:
-    """Replace run.json in one step."""
+    """Replace run.json atomically."""
     replace(folder / NAME, encode(content))
 
 
 def read(folder: Path) -> dict[str, Any] | None:
-    """Return the content of run.json, None where there is none."""
+    """Return the content of run.json; None if it does not exist."""
     path = folder / NAME
     try:
         content = unsealed(path.read_bytes())
@@ -127,7 +127,7 @@ def read(folder: Path) -> dict[str, Any] | None:
 
 
 def plain(value: Any) -> Any:
-    """Return `value` in the types of strict JSON; numbers that are not finite become None."""
+    """Return `value` in the types of strict JSON; non-finite numbers become None."""
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""A run that was kept in memory, written after all."""
+"""Saving of a run that was kept in memory."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from cdpr.log.writer import LogWriter
 
 
 def save(run: Run, out: Path | None, argv: Sequence[str] = (), scenario: Callable[[str], str] | None = None) -> Run:
-    """Write a run as the folder that it would have, had it logged from the start; return it with that folder.
+    """Write a run as the folder of a run logged from the start; return the run with that folder.
 
     Args:
-        run: finished, or as far as it has come.
-        out: a new or empty folder; None for one in `runs/`.
-        argv: the command line, for the record.
-        scenario: makes the text of scenario.yaml, as for a `RunFolder`.
+        run: finished or partial run.
+        out: new or empty folder; None for one in `runs/`.
+        argv: command line, for the record.
+        scenario: function that returns the text of scenario.yaml, as in `RunFolder`.
 
-    Raises OutputError where the folder is taken or cannot be written.
+    Raises:
+        OutputError: if the folder is in use or cannot be written.
     """
     folder = RunFolder(out, run.header, argv, scenario=scenario)
     saved = replace(run, folder=str(folder.path))

@@ -1,4 +1,4 @@
-"""Passages of cables by their anchors and swivel axes, where no energy balance can be judged."""
+"""Cables that pass their anchors or swivel axes, where the energy balance is not meaningful."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from cdpr.cables import read_exits
 from cdpr.log.run import Header, Run
 from cdpr.model.robot import Array
 
-STRIDE = 32  # samples from one that is looked at to the next, where no axis is near
+STRIDE = 32  # samples between two checks far from axes
 
 WHERE = {"through_anchor_s": "anchor", "through_axis_s": "swivel axis"}  # by figure
-PASSED = "passed"  # the figure that holds the sentence
+PASSED = "passed"  # figure with the sentence
 
 
 class Singular(NamedTuple):
     """First passages so far.
 
     Attributes:
-        found: cable, counted from 0, and time, s, by the figure that reports it.
-        last: pose (7,) of the sample before, None before the first.
+        found: cable index and time, s, by figure.
+        last: pose (7,) of the previous sample; None before the first.
     """
 
     found: Mapping[str, tuple[int, float]] = {}
     last: Array | None = None
 
     def added(self, part: Run, intact: NDArray[np.bool_]) -> Singular:
-        """Return the passages with those of the samples (n,) that follow, by cables (n, m) that are intact."""
+        """Return the passages including those of the next samples (n,); `intact` (n, m) marks unbroken cables."""
         found = dict(self.found)
         poses = part.rows[:, part.header.layout.span("position", "orientation")]
         if "through_anchor_s" not in found:
-            # What a cable is longer than it may shorten until the next sample: none where it passes its anchor.
+            # Length minus the possible shortening until the next sample; not positive if the cable passes its anchor.
             reach = np.where(intact, part.length - np.abs(part.rate) * part.header.control_step, np.inf)
             _keep(found, "through_anchor_s", reach <= 0.0, part.time)
         if "through_axis_s" not in found and (cables := swivelling(part.header)):
@@ -45,7 +45,7 @@ class Singular(NamedTuple):
         return Singular(found, poses[-1].copy())
 
     def figures(self, cables: tuple[str, ...]) -> dict[str, Any]:
-        """Return when a cable first passes its anchor and its axis, s, and a sentence; nothing where none does."""
+        """Return the first times of passages through an anchor and an axis, s, and a sentence; empty if none."""
         if not self.found:
             return {}
         told = [(time, cables[i], WHERE[name]) for name, (i, time) in self.found.items()]
@@ -54,7 +54,7 @@ class Singular(NamedTuple):
 
 
 def swivelling(header: Header) -> list[tuple[int, Array]]:
-    """Return the cables with a swivel axis, counted from 0, each with its direction (3,)."""
+    """Return index and direction (3,) of each cable with a swivel axis."""
     swivels = [each.swivel() if each else None for each in read_exits(header.exits)]
     return [(i, np.array(swivel)) for i, swivel in enumerate(swivels) if swivel is not None]
 
@@ -66,11 +66,11 @@ def _keep(found: dict[str, tuple[int, float]], name: str, where: NDArray[np.bool
 
 
 def _turned_over(part: Run, poses: Array, cables: list[tuple[int, Array]]) -> NDArray[np.bool_]:
-    """Return where a swivel turns by more than 90 degrees from one of the poses (n, 7) to the next, (n - 1, cables)."""
+    """Return where a swivel turns by more than 90 degrees from one pose (n, 7) to the next, (n - 1, cables)."""
     over = np.zeros((len(poses) - 1, len(cables)), bool)
     anchors = np.array(part.header.anchors)[[i for i, _ in cables]]
     axes = np.array([axis for _, axis in cables])
-    # No end of a cable moves farther between two of the poses that are looked at first.
+    # Upper bound of the speed of the cables' ends between the coarse poses.
     spin, arm = np.linalg.norm(part.angular_velocity, axis=1).max(), np.linalg.norm(anchors[:, 3:], axis=1).max()
     speed = float(np.linalg.norm(part.velocity, axis=1).max() + spin * arm)
     coarse = np.linalg.norm(_square(poses[::STRIDE], anchors, axes), axis=2)
@@ -83,7 +83,7 @@ def _turned_over(part: Run, poses: Array, cables: list[tuple[int, Array]]) -> ND
 
 
 def _square(poses: Array, anchors: Array, axes: Array) -> Array:
-    """Return the parts square to the axes of the ways from anchors to the platform's, (n, m, 3), m."""
+    """Return the parts, perpendicular to the axes, of the vectors between the cables' anchors, (n, m, 3), m."""
     q = poses[:, None, 3:]
     b = anchors[:, 3:]
     t = 2.0 * np.cross(q[..., 1:], b)

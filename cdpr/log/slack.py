@@ -1,4 +1,4 @@
-"""Intervals in which cables are slack, counted while a run goes on."""
+"""Intervals with slack cables, counted during a run."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from cdpr.log.run import Header
 from cdpr.model.robot import Array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
-MOST = 200  # intervals that are kept; of a cable that chatters the rest is only counted
-MOST_EVENTS = 20  # lines that are read
+MOST = 200  # intervals that are kept; further ones, such as of a chattering cable, are only counted
+MOST_EVENTS = 20  # maximum number of events
 
 
 class Interval(NamedTuple):
-    """Interval, s, from the first slack sample of a cable, counted from 0, to the next taut one or the run's end."""
+    """Interval, s, from the first slack sample of a cable (index) to the next taut one or the run's end."""
 
     start: float
     stop: float
@@ -30,11 +30,11 @@ class Slack(NamedTuple):
     """Intervals so far.
 
     Attributes:
-        samples: at how many samples one or more cables were slack.
-        time: of the last sample, s.
-        kept: complete intervals, MOST at most.
-        more: how many further ones there were.
-        open: those that last until the last sample.
+        samples: number of samples with one or more slack cables.
+        time: time of the last sample, s.
+        kept: complete intervals, at most MOST.
+        more: number of further intervals.
+        open: intervals that include the last sample.
     """
 
     samples: int = 0
@@ -44,14 +44,14 @@ class Slack(NamedTuple):
     open: tuple[Interval, ...] = ()
 
     def added(self, time: Array, slack: NDArray[np.bool_]) -> Slack:
-        """Return the intervals with those of the samples that follow: their times (n,), s, and (n, m)."""
+        """Return the intervals including the next samples: times (n,), s, and slack flags (n, m)."""
         last = float(time[-1])
         if not (self.open or slack.any()):
             return self._replace(time=last)
         lasting = {one.cable: one for one in self.open}
         before = np.zeros((1, slack.shape[1]), bool)
         before[0, list(lasting)] = True
-        since, found = dict.fromkeys(lasting, 0), []  # the row of these from which on they are slack
+        since, found = dict.fromkeys(lasting, 0), []  # start row of each interval
         for k, cable in np.argwhere(np.diff(np.concatenate([before, slack]), axis=0)).tolist():
             if slack[k, cable]:
                 lasting[cable], since[cable] = Interval(float(time[k]), 0.0, cable, 0), k
@@ -64,7 +64,7 @@ class Slack(NamedTuple):
         return Slack(samples, last, kept[:MOST], self.more + max(len(kept) - MOST, 0), tuple(still))
 
     def intervals(self) -> list[Interval]:
-        """Return all that are kept, in the order of time."""
+        """Return the kept intervals in the order of time."""
         return sorted((*self.kept, *self.open))[:MOST]
 
     def figures(self, names: Sequence[str]) -> dict[str, Any]:
@@ -90,7 +90,7 @@ class Slack(NamedTuple):
 
 
 def slack(tension: Array, header: Header) -> NDArray[np.bool_]:
-    """Return which tensions (n, m) are those of slack cables; a robot that may push, by its limits, has none."""
+    """Return True for slack tensions (n, m); never for robots whose limits allow compression."""
     limits = np.array([header.tension_min, header.tension_max])
     if (limits[0] < 0.0).any():
         return np.zeros(tension.shape, bool)

@@ -1,4 +1,4 @@
-"""The figures by which a run is judged at a glance, counted while it goes on: rows are seen once and forgotten."""
+"""Summary figures of a run, counted during the run with each row seen only once."""
 
 from __future__ import annotations
 
@@ -20,35 +20,39 @@ from cdpr.tension.status import Status
 if TYPE_CHECKING:
     from cdpr.mechanics.closest import Closest
 
-# Energy counts as balanced where what no work explains is below this share of what was turned over: engines of first
-# order reach a thousandth at their usual steps, and damping or a wrong mass that matters is above it.
+# Energy counts as balanced if the unexplained part is below this share of the energy turned over: first-order engines
+# reach a thousandth at usual steps, and significant damping or mass errors exceed it.
 BALANCED = 0.01
 
-# Energy that round-off may make or lose at rest, as a share of the work of the largest tension along the characteristic
-# length: about 2e-6 J for the example robots, and the same share for robots of any size and force.
+# Round-off of the energy at rest, as a share of the work of the largest tension along the characteristic length: about
+# 2e-6 J for the example robots, scaled with size and force.
 AT_REST = 1e-8
 
-PIECE = 4096  # rows that are looked at together: enough that a call of numpy costs little for each
-SUMMED = 4096  # samples whose squares are added up as one block
+PIECE = 4096  # rows per batch, large enough to make numpy's call overhead negligible
+SUMMED = 4096  # samples per block of summed squares
 
 
-# Of runs that do not bring them: a page asks for them four times, and of a long run they take a walk through its log.
+# Cache for runs without stored figures: pages need them four times, and long logs are slow to read.
 _COUNTED: WeakKeyDictionary[Run, dict[str, Any]] = WeakKeyDictionary()
 
 
 def summarise(run: Run) -> dict[str, Any]:
     """Return errors, tensions, infeasible steps and speed of a run as plain numbers.
 
-    Errors are norms over the sample's three components; `largest_step` is the largest change of one tension from one
-    sample to the next; a cable that is broken does not count any more. `infeasible_steps` are samples whose wrench no
-    tensions within the limits balance, as the solver says; `unanswered_steps` those at which it had no valid answer.
-    `beyond_limits_steps`, where the robot has such limits, are samples with cables shorter or longer than allowed, or
-    wound faster, and where the controller believes the robot to be another, told to pull less or more; where cables are
-    not ideal, those whose true tension leaves the limits. `slack_samples` are those at which a cable has no tension,
-    `slack_intervals` when which cable has none. `through_anchor_s`, `through_axis_s` and `passed`, a sentence, are
-    there where one passes its anchor or its swivel axis: its force turns round within a step, no energy is balanced.
-    `clearance_min_m`, where all cables have diameters, is the least clearance, with its time and pair. All samples are
-    counted. Of a thinned log that stands alone only the rows in it can be: then `samples` is `logged_samples`.
+    All samples are counted. Of a thinned log without run.json, only its rows can be: `samples` then equals
+    `logged_samples`.
+
+    - Errors are norms over the three components of a sample.
+    - `largest_step` is the largest change of a tension between two samples. Broken cables do not count.
+    - `infeasible_steps` are samples whose wrench no tensions within the limits balance, according to the solver;
+      `unanswered_steps` are solver failures.
+    - `beyond_limits_steps`, if the robot has such limits, are samples with too short, too long or too fast cables. With
+      a nominal model they include commands outside the true limits, and with non-ideal cables true tensions outside
+      them.
+    - `slack_samples` are samples with a slack cable, `slack_intervals` the intervals by cable.
+    - `through_anchor_s`, `through_axis_s` and the sentence `passed` exist if a cable passes its anchor or swivel axis:
+      its force reverses within a step, and energy is not balanced.
+    - `clearance_min_m`, if all cables have diameters, is the smallest clearance, with its time and pair.
     """
     counted = run.counted
     if counted is None:
@@ -74,7 +78,7 @@ def _count(run: Run) -> dict[str, Any]:
 
 
 def left_and_slack(header: Header, rows: Array) -> tuple[Reach, Slack]:
-    """Return which limits cables left, and when they were slack, in rows that are all samples of a run."""
+    """Return the limit violations and slack intervals in rows that are all samples of a run."""
     reach, loose = beyond_of(header), Slack()
     reach.add(rows)
     if len(rows):
@@ -84,7 +88,7 @@ def left_and_slack(header: Header, rows: Array) -> tuple[Reach, Slack]:
 
 
 def sound(header: Header, time: Array) -> NDArray[np.bool_]:
-    """Return which cables are not broken at these times (K,), (K, m): of the others nothing is asked any more."""
+    """Return True for cables that are not broken at these times (K,), (K, m)."""
     found = np.ones((len(time), len(header.cables)), bool)
     for cable, since in header.broken:
         found[:, cable] &= time < since
@@ -92,72 +96,72 @@ def sound(header: Header, time: Array) -> NDArray[np.bool_]:
 
 
 def beyond_of(header: Header) -> Reach:
-    """Return what counts where the cables of a run leave their limits."""
+    """Return the counter of limit violations of a run."""
     limits = np.array([header.tension_min, header.tension_max])
     return beyond(header.layout, header.bounds, limits, header.broken, header.limit_changes)
 
 
 class Tally:
-    """Counts the samples of a run as they come, in pieces of any size, to the same bits.
+    """Counter of a run's samples in batches of any size, with bit-identical results.
 
-    Extremes and counts need one number each. How a sum is rounded depends on what is added first: squared errors are
-    added up in blocks of always the same samples. Of each sample its status is kept, one byte.
+    Extremes and counts need one number each. The rounding of a sum depends on the order, so squared errors are summed
+    in fixed blocks of samples. The status of each sample is stored in one byte.
 
     Attributes:
-        count: how many samples were counted.
-        beyond: where cables left their limits.
-        closest: how near they came to what they may touch, where somebody looks.
+        count: number of counted samples.
+        beyond: limit violations.
+        closest: clearance monitor; None if clearances are unknown.
     """
 
     def __init__(self, header: Header, samples: int, closest: Closest | None = None) -> None:
         self._header = header
         self._status = np.empty(samples, np.int8)
-        self._squares = np.empty((2, 0))  # of the norms of position and orientation error, in the present block
-        self._sums: list[Array] = []  # of the blocks before, (2,) each
+        self._squares = np.empty((2, 0))  # squared norms of position and orientation error in the current block
+        self._sums: list[Array] = []  # (2,) of each complete block
         self.beyond = beyond_of(header)
         self._found = Slack(), Singular()
         self.closest = closest
         self.count = 0
-        self._start: Array | None = None  # the first row
-        self._before: Array | None = None  # the tensions of the last sample
+        self._start: Array | None = None  # first row
+        self._before: Array | None = None  # tensions of the last sample
         self._final: dict[str, float] = {}
         self._low: dict[str, float] = {}
         self._high: dict[str, float] = {}
 
     @property
     def slack(self) -> Slack:
-        """When cables were slack."""
+        """Intervals with slack cables."""
         return self._found[0]
 
     @property
     def singular(self) -> Singular:
-        """Cables whose direction turned over within a step."""
+        """Passages through anchors and axes."""
         return self._found[1]
 
     @property
     def status(self) -> NDArray[np.int8]:
-        """What the solver's answer was found to be at each sample so far, a `cdpr.tension.Status`, (K,)."""
+        """Solver status of each sample so far, a `cdpr.tension.Status`, (K,)."""
         return self._status[: self.count]
 
     def copy(self) -> Tally:
-        """Return one that has counted as much; they share the table of statuses. `amend` comes next."""
+        """Return a copy that shares the table of statuses; call `amend` next."""
         other = copy(self)
         other._final, other._low, other._high = dict(self._final), dict(self._low), dict(self._high)
         return other
 
     def put(self, first: int, status: NDArray[np.int8]) -> None:
-        """Write the statuses of samples from `first` on, which were counted before."""
+        """Restore the statuses of counted samples from `first` on."""
         self._status[first : first + len(status)] = status
 
     def amend(self, header: Header) -> None:
-        """Go by a header in which other cables break, after the samples that were counted."""
+        """Set a header with other broken cables, effective after the counted samples."""
         self._header = header
         self.beyond.lose(header.broken, tables(header.limit_changes))
         if self.closest is not None:
             self.closest.lose(header.broken)
 
     def add(self, rows: Array) -> None:
-        """Count the samples that follow, (n, width); those that an interrupt cut short are given once more."""
+        """Count the next samples, (n, width); samples cut short by an interrupt are passed again."""
         if not len(rows):
             return
         if self._start is None:
@@ -166,7 +170,7 @@ class Tally:
         now = slice(self.count, self.count + len(rows))
         self._status[now] = np.nan_to_num(part.solver_status, nan=-1.0)
         squares = np.empty((2, len(rows)))
-        with np.errstate(over="ignore", invalid="ignore"):  # a diverged run is summed up too
+        with np.errstate(over="ignore", invalid="ignore"):  # diverged runs are counted, too
             for i, error in enumerate((part.position_error, part.orientation_error)):
                 norms = np.linalg.norm(error, axis=1)
                 squares[i] = norms**2
@@ -191,19 +195,19 @@ class Tally:
             self._look("unexplained", np.abs(part.energy_residual))
         self._final["time"] = float(part.time[-1])
         before = part.tension[-1:].copy()
-        # What would be counted twice, last and at one go: between plain assignments there is no interrupt.
+        # State that must not be counted twice is assigned last: no interrupt occurs between plain assignments.
         told = sums, squares, beyond, (loose, singular), closest, before, now.stop
         self._sums, self._squares, self.beyond, self._found, self.closest, self._before, self.count = told
 
     def _added(self, squares: Array) -> tuple[list[Array], Array]:
-        """Return the sums of whole blocks, and the squares of the last one, with those (2, n) that follow."""
+        """Return the sums of complete blocks and the squares of the current one, including the next squares (2, n)."""
         squares = np.concatenate([self._squares, squares], axis=1)
         whole = squares.shape[1] - squares.shape[1] % SUMMED
         blocks = np.split(squares[:, :whole], whole // SUMMED, axis=1) if whole else []
         return [*self._sums, *(block.sum(axis=1) for block in blocks)], squares[:, whole:]
 
     def figures(self) -> dict[str, Any]:
-        """Return what `summarise` says of the samples."""
+        """Return the figures of the samples, see `summarise`."""
         figures: dict[str, Any] = {
             "samples": self.count,
             "simulated_s": self._final.get("time", 0.0),
@@ -216,7 +220,7 @@ class Tally:
         figures["position_error_m"] = self._error(0)
         figures["orientation_error_rad"] = self._error(1)
         figures["tension_N"] = {
-            "min": low.get("tension", 0.0),  # where all cables are broken from the first sample on
+            "min": low.get("tension", 0.0),  # default if all cables are broken from the first sample on
             "max": high.get("tension", 0.0),
             "largest_step": high.get("step", 0.0),
         }
@@ -235,7 +239,7 @@ class Tally:
         return figures
 
     def _look(self, name: str, values: Array) -> None:
-        """Keep extremes and the last value; NaN stays."""
+        """Update extremes and the last value; NaN persists."""
         if values.size:
             low, high = float(values.min()), float(values.max())
             self._low[name] = float(np.minimum(low, self._low.get(name, low)))
@@ -249,10 +253,10 @@ class Tally:
         return {"max": self._high[f"error {i}"], "rms": rms, "final": self._final[f"error {i}"]}
 
     def _energy(self) -> dict[str, float | bool]:
-        """Largest kinetic energy, works, and the largest residual of their balance beside the energy turned over.
+        """Return the figures of the energy balance.
 
-        That is the largest of kinetic energy, change of potential energy and works at any time; less than AT_REST
-        counts as balanced.
+        The energy turned over is the largest of kinetic energy, change of potential energy and works at any time.
+        Residuals below AT_REST count as balanced.
         """
         turned_over, residual = self._high["turned over"], self._high["unexplained"]
         rest = AT_REST * self._high.get("tension", 0.0) * self._header.characteristic_length

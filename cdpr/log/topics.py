@@ -1,4 +1,4 @@
-"""Which message holds which columns of a row."""
+"""Mapping of the columns of a row to messages."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from cdpr.log.layout import Layout
 from cdpr.log.run import Header
 from cdpr.model.robot import Array
 
-WORLD = "world"  # the frame of all that a log holds
+WORLD = "world"  # frame of all data in a log
 STAMPED: dict[str, Any] = {"header": {"frame_id": WORLD}}
 
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic: its constant content, and which columns of a source row fill which fields."""
+    """Topic with its constant content and the columns of a source row that fill its fields."""
 
     name: str
     kind: str  # message type, "package/Type"
     value: dict[str, Any]  # constant fields, and sequences of the right length
-    columns: dict[str, tuple[slice, ...]] = field(default_factory=dict)  # by path; one after the other
+    columns: dict[str, tuple[slice, ...]] = field(default_factory=dict)  # by path, in order
     stamps: tuple[str, ...] = ("header.stamp",)  # paths of the times
 
 
@@ -31,20 +31,20 @@ CLOCK = Topic("/clock", "rosgraph_msgs/Clock", {}, stamps=("clock",))
 
 @dataclass(frozen=True)
 class Group:
-    """Topics that are written for the same rows and stand in the same chunks."""
+    """Topics written for the same rows and in the same chunks."""
 
     topics: tuple[Topic, ...]
-    channel: int  # of the first topic; the others follow
+    channel: int  # channel of the first topic; the others follow
     width: int  # columns of a source row
-    every: int  # samples from one message to the next
+    every: int  # samples per message
     source: Callable[[Array], Array]  # rows (n, row width) -> source rows (n, width), C-contiguous
 
 
 def run_topics(header: Header, *, repeated: bool = False) -> Group:
-    """Return the topics that together hold every column of every row, as `cdpr.columns` places them.
+    """Return the topics that together hold all columns of all rows, as defined in `cdpr.columns`.
 
-    The time column is not among them: it is k * control_step, k the sequence number of the messages. Commands of ideal
-    cables have no topic: they are the efforts of the states. Where `repeated`, as in logs of format 2, both have one.
+    The time has no topic: it is k * control_step, with k the sequence number of the messages. Commands of ideal cables
+    have no topic: they equal the efforts of the cable states. With `repeated`, as in logs of format 2, both have one.
     """
     layout = header.layout
     held: dict[str, dict[str, list[Column]]] = {topic: {} for topic in TOPICS}
@@ -81,7 +81,7 @@ def _topic(name: str, held: dict[str, list[Column]], header: Header) -> Topic:
 
 
 def _runs(column: Column, layout: Layout, kind: str) -> tuple[slice, ...]:
-    """Columns of a field in the order of the message: ROS has a quaternion as x, y, z, w."""
+    """Return the columns of a field in the order of the message: ROS orders quaternions as x, y, z, w."""
     place = layout.columns[column.name]
     if kind == ARRAY or not (column.width == 4 and column.frame):
         return (place,)
@@ -89,6 +89,6 @@ def _runs(column: Column, layout: Layout, kind: str) -> tuple[slice, ...]:
 
 
 def ros_pose(layout: Layout, which: str = "") -> tuple[slice, ...]:
-    """Columns of position and attitude, or of those "desired_", in the order of ROS: x, y, z; x, y, z, w."""
+    """Return the columns of the actual or "desired_" pose in the order of ROS: x, y, z; x, y, z, w."""
     kind, fields = "geometry_msgs/Pose", layout.fields
     return *_runs(fields[f"{which}position"], layout, kind), *_runs(fields[f"{which}orientation"], layout, kind)

@@ -15,13 +15,13 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 
-MOST = 4001  # rows that are checked of a longer run
+MOST = 4001  # rows that are checked in longer runs
 
 
 def touched(robot: Robot, run: Run, obstacles: Sequence[Obstacle] = ()) -> str | None:
-    """Return which cables touch in a run of a robot that does not give their diameters, None where none do."""
+    """Return a description of cables in contact, for a robot without all cable diameters; None if there are none."""
     if all(cable.diameter is not None for cable in robot.cables) or not robot.unilateral:
-        return None  # the summary has it, and rigid legs are no cables
+        return None  # reported by the summary, or rigid legs
     rows = some_rows(run)
     closest = Closest(clearance(with_diameters(robot), obstacles), run.header.broken)
     if len(rows):
@@ -35,6 +35,6 @@ def touched(robot: Robot, run: Run, obstacles: Sequence[Obstacle] = ()) -> str |
 
 
 def some_rows(run: Run) -> Array:
-    """Return `MOST` rows of a run, evenly spread; all of a shorter one."""
+    """Return `MOST` evenly spread rows of a run; all rows of a shorter one."""
     count = len(run.rows)
     return np.asarray(run.rows[np.linspace(0, max(count - 1, 0), min(count, MOST)).round().astype(np.int64)])

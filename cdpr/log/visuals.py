@@ -1,8 +1,8 @@
-"""What a 3D viewer shows of a run: the platform's frame and shape, and the cables, coloured by tension; and the clock.
+"""3D display of a run: the platform's frame and shape, cables coloured by tension, and the clock.
 
-While a log is written the run's own range of tensions is not known yet: colours go logarithmically over the range that
-the platform's weight lets expect, `cdpr.view.pictures.weight_range`, from dark blue to yellow. Cables that hang slack
-are grey, those at a limit magenta, broken ones invisible.
+The run's range of tensions is unknown while a log is written. Colours therefore use a logarithmic scale over the range
+expected from the platform's weight, `cdpr.view.pictures.weight_range`, from dark blue to yellow. Slack cables are grey,
+cables at a limit magenta, and broken ones invisible.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from cdpr.model.robot import Array
 from cdpr.view import Pictures, State, colours, pictures
 from cdpr.view.pictures import weight_range
 
-TRANSFORM_RATE = 60.0  # Hz of simulation time, at most; of the clock, too: players make 40 where a log has none
+TRANSFORM_RATE = 60.0  # Hz of simulation time, maximum; also of the clock, as players otherwise use 40
 MARKER_RATE = 30.0
-PATH_RATE = 1.0  # it does not change: only for who joins later
+PATH_RATE = 1.0  # constant; repeated only for later subscribers
 PATH = "/cdpr/desired_path"
 _CUBE, _SPHERE, _CYLINDER, _LINE_STRIP, _LINE_LIST = 1, 2, 3, 4, 5  # visualization_msgs/Marker
 _AT_ORIGIN = {"orientation": {"w": 1.0}}
@@ -34,10 +34,10 @@ _GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
 
 
 def visual_topics(header: Header, channel: int, *, clock: bool = True) -> tuple[Group, ...]:
-    """Return /tf, /cdpr/markers and, where a path is foreseen, /cdpr/desired_path, on the channels from `channel` on.
+    """Return the topics /tf, /cdpr/markers and, with a planned path, /cdpr/desired_path, on channels from `channel` on.
 
-    They follow from the rows and the header. Logs of earlier versions have no path in theirs, and no desired pose among
-    the markers. Beside /tf stands the `clock` by which ROS plays a log, which those of format 2 have among their rows.
+    They depend only on the rows and the header. Headers of earlier versions have no path, and their markers no desired
+    pose. With `clock`, /clock accompanies /tf; ROS plays logs by it. Logs of format 2 have it among their rows.
     """
     layout = header.layout
     tools = [
@@ -76,14 +76,14 @@ def _markers(header: Header, channel: int) -> Group:
         "colors": [{}] * (2 * m),
     }
     markers: list[dict[str, Any]] = [cables]
-    # A source row: 2 m points, 2 m colours (four float32 stand in two float64), pose of the platform, desired pose.
+    # A source row: 2 m points, 2 m colours (four float32 in two float64), pose of the platform, desired pose.
     points, colour, pose = slice(0, 6 * m), slice(6 * m, 10 * m), slice(10 * m, 10 * m + 7)
     desired = slice(pose.stop, pose.stop + 7)
     columns: dict[str, tuple[slice, ...]] = {"markers.0.points": (points,), "markers.0.colors": (colour,)}
     if header.shape is not None:
         kind, size, middle = _platform(header.shape)
         platform = {"ns": "platform", "type": kind, "scale": _xyz(size), "color": _colour(header, "platform")}
-        if any(middle):  # it stands off the origin in the platform's own frame, which moves
+        if any(middle):  # off the origin of the platform's frame, which moves
             there = {"pose": {**_AT_ORIGIN, "position": _xyz(middle)}, "frame_locked": True}
             markers.append({"header": {"frame_id": "platform"}, **platform, **there})
         else:
@@ -109,9 +109,9 @@ def _markers(header: Header, channel: int) -> Group:
 
 
 def _platform(shape: dict[str, Any]) -> tuple[int, list[float], list[float]]:
-    """Marker, extent along the platform's axes and middle of its shape, m."""
+    """Return marker type, extent along the platform's axes and centre of its shape, m."""
     (kind, size), middle = next(iter(shape.items())), [0.0] * 3
-    if kind == "mesh":  # the box around it
+    if kind == "mesh":  # bounding box
         lower, upper = size
         middle = [0.5 * (low + high) for low, high in zip(lower, upper, strict=True)]
         return _CUBE, [high - low for low, high in zip(lower, upper, strict=True)], middle
@@ -126,7 +126,7 @@ def _xyz(values: Sequence[float]) -> dict[str, float]:
 
 
 def _colour(header: Header, part: str) -> dict[str, float]:
-    """The colour of a part, grey unless it is given."""
+    """Return the colour of a part; grey by default."""
     if part not in header.colours:
         return _GREY
     return {**_parts(header.colours[part]), "a": 1.0}
@@ -137,7 +137,7 @@ def _parts(colour: str) -> dict[str, float]:
 
 
 def _path(header: Header, channel: int) -> Group:
-    """The desired path as one line, the same each time."""
+    """Return the desired path as a constant line."""
     line = {
         **STAMPED,
         "ns": "desired path",
@@ -156,7 +156,7 @@ def _path(header: Header, channel: int) -> Group:
 
 
 def _every(rate: float, header: Header) -> int:
-    """Samples from one message to the next: whole rows."""
+    """Return the number of samples per message, a multiple of a row's."""
     return header.log_every * max(1, math.ceil(1.0 / (rate * header.log_step) - 1e-9))
 
 
@@ -183,11 +183,11 @@ def _marker_rows(header: Header, rows: Array) -> Array:
 
 
 def _cable_colours(header: Header, shown: Pictures) -> Array:
-    """Colours (n, m, 4) of cables by tension, over a range that is known before the run is."""
+    """Return the colours (n, m, 4) of cables by tension, over a range that is known before the run."""
     assert shown.tension is not None
     assert shown.state is not None
     low, high = weight_range(header.subject, header.mass * float(np.linalg.norm(header.gravity)))
-    with np.errstate(all="ignore"):  # a diverged run is drawn too, as far as it goes
+    with np.errstate(all="ignore"):  # diverged runs are drawn, too
         share = np.log(shown.tension / low) / np.log(high / low)
     rgba = np.ones((*share.shape, 4))
     rgba[..., :3] = colours.tension_colours(share)

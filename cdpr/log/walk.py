@@ -1,7 +1,7 @@
 """Verification of a log, chunk by chunk.
 
-A row is accepted only if its chunk holds, bit for bit, what would be written for the rows in it: that one test covers
-checksum, numbers, times and every constant byte.
+A row is accepted only if its chunk equals, bit for bit, the chunk that would be written for its rows. This test covers
+the checksum, numbers, times and all constant bytes.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from cdpr.log.mcap_file import BLOCK, LogFormat
 from cdpr.log.rows import LogRows
 from cdpr.model.robot import Array
 
-_CHANNEL, _NUMBER = slice(9, 11), slice(11, 15)  # of the first message of a chunk
+_CHANNEL, _NUMBER = slice(9, 11), slice(11, 15)  # in the first message of a chunk
 
 
 class _DamageError(Exception):
-    """The log ends or goes wrong here."""
+    """Damage or premature end of the log."""
 
 
 class Walk:
-    """Goes through the chunks of a log, from the first to the ending or to the first damage.
+    """Traversal of the chunks of a log, from the first to the ending or to the first damage.
 
     Args:
         file: the log.
         form: its format.
-        memory: bytes that its rows may take in memory; more stay in the file.
+        memory: limit of the rows in memory, bytes; larger tables stay in the file.
 
     Attributes:
-        chunks: those that are whole.
-        position: byte behind the last of them.
-        tail: rows of a block that was not yet full, behind them.
+        chunks: valid chunks.
+        position: end of the last chunk, byte.
+        tail: number of rows in an incomplete block after them.
     """
 
     def __init__(self, file: BinaryIO, form: LogFormat, memory: int) -> None:
@@ -49,19 +49,19 @@ class Walk:
         self.chunks: list[Written] = []
         self.tail = 0
         self._counts = [0] * len(form.templates)  # source rows so far, by group
-        self._last = -1  # the sample that was read last
-        self._blocks: list[Array] | None = []  # None where they are too many for the memory
+        self._last = -1  # last sample read
+        self._blocks: list[Array] | None = []  # None if they exceed the memory limit
         self._tail = np.empty((0, form.templates[0].group.width))
 
     def rows(self, name: str) -> Array | LogRows:
-        """Return the rows that were found, in the log of this name."""
+        """Return the rows found; `name` is the log's name for messages."""
         if self._blocks is None:
             chunks = [chunk for chunk in self.chunks if chunk.group == 0]
             return LogRows(os.dup(self._file.fileno()), self._form, chunks, self._tail, name=name)
         return np.concatenate([self._tail[:0], *self._blocks, self._tail])
 
     def run(self) -> str | None:
-        """Look for chunks; return what is wrong, None if nothing is."""
+        """Read all chunks; return the defect, or None if the log is valid."""
         self._file.seek(self.position)
         try:
             while True:
@@ -108,7 +108,7 @@ class Walk:
         self.position += length + index_length
 
     def _verified(self, data: bytes, records: bytes | memoryview, written: Written) -> memoryview:
-        """Keep the rows of a block that holds what would be written for them, and return that, uncompressed."""
+        """Keep the rows of a valid block, and return the block as it would be written, uncompressed."""
         block = np.empty((written.n, self._form.templates[0].group.width))
         try:
             self._form.read_rows(records, written.first, block)
@@ -124,7 +124,7 @@ class Walk:
         return raw
 
     def _sampled(self, written: Written, records: bytes | memoryview) -> Written:
-        """Say which sample a block begins with: the next of the grid, but for the last of a thinned run."""
+        """Return the chunk with its first sample: the next of the grid, except for the last sample of a thinned run."""
         every = self._form.every
         if self._last >= 0 and self._last % every:
             raise _DamageError("damaged")
@@ -133,7 +133,7 @@ class Walk:
         return written._replace(first=number) if off_grid else written
 
     def _read_tail(self) -> None:
-        """Look for a block that was not yet full, behind the last chunk."""
+        """Read an incomplete block after the last chunk."""
         form, template = self._form, self._form.templates[0]
         start = self.position + form.gap
         if form.compressor is None or self._last % form.every or start + CHUNK_HEAD.size > self._size:

@@ -1,4 +1,4 @@
-"""Writes a log while the run goes on, such that a killed run leaves a readable file."""
+"""Log writer for a running simulation; a killed run leaves a readable file."""
 
 from __future__ import annotations
 
@@ -18,20 +18,19 @@ from cdpr.model.robot import Array
 
 
 class LogWriter:
-    """Appends rows to a log file.
+    """Log file to which rows are appended.
 
-    Full blocks are written by a thread while the run goes on, at most QUEUE of them later. A block that is not yet full
-    is written before `write` returns, and again as a longer one the next time; so the finished file does not depend on
-    when it was flushed. What the thread meets is raised by a later call, at the latest by `close`, and by every further
-    one.
+    A thread writes complete blocks during the run, at most QUEUE blocks late. An incomplete block is written before
+    `write` returns, and again with more rows the next time, so that the finished file does not depend on the times of
+    flushing. Errors of the thread are raised by a later call, at the latest by `close`, and by every further one.
 
-    `rows` is a C-contiguous table of all rows, or of the last ones: row k stands at k % len(rows), and a multiple of
-    PICTURE_ROWS of them are there: no row is overwritten while the thread reads it. The last row may have been sampled
-    off the grid of `log_every`; the others not.
+    `rows` is a C-contiguous table of all rows, or of the last ones: row k is at k % len(rows), and the table's length
+    is then a multiple of PICTURE_ROWS, so that no row is overwritten while the thread reads it. Only the last row may
+    be off the grid of `log_every`.
 
     Attributes:
-        rows: once the file is closed, all rows, to be read from there when asked for; None unless `readable`. Those
-            that it could not take are in memory.
+        rows: after closing, all rows, read from the file on access; None unless `readable`. Rows that could not be
+            written are in memory.
     """
 
     def __init__(self, path: Path, header: Header, *, readable: bool = False) -> None:
@@ -40,13 +39,13 @@ class LogWriter:
         self._readable = readable
         self._format = LogFormat(header)
         self._every, self._step = header.log_every, header.control_step
-        self._rows = 0  # so many rows were handed over as blocks, ...
-        self._pictured = 0  # ... so many as pictures
+        self._rows = 0  # rows passed on as blocks
+        self._pictured = 0  # rows passed on as pictures
         self.out = ChunkFile(path, self._format)
         self._closed = False
 
     def write(self, rows: Array | LogRows, stop: int) -> None:
-        """Bring the file up to row `stop` (excluded), which is not the last of a thinned run."""
+        """Write the rows up to `stop` (excluded), which must not include the last one of a thinned run."""
         while stop - self._rows >= BLOCK:
             self._append_block(rows, self._rows + BLOCK)
         if stop > self._rows:
@@ -54,8 +53,8 @@ class LogWriter:
             self.out.put_tail(lambda: self._format.block(part, first))
 
     def so_far(self, rows: Array | LogRows, stop: int, last: Array) -> LogRows:
-        """Return all rows up to row `stop` (excluded), and `last` (n, width) after them; the file is gone on with."""
-        with contextlib.suppress(OutputError):  # what could not be written is in memory
+        """Return all rows up to `stop` (excluded), followed by `last` (n, width); the file remains open."""
+        with contextlib.suppress(OutputError):  # rows that could not be written are in memory
             self.out.wait()
         blocks = [chunk for chunk in self.out.chunks if chunk.group == 0]
         rest = rows[np.arange(self.out.done["rows"], stop) % len(rows)]
@@ -63,12 +62,12 @@ class LogWriter:
         return LogRows(file, self._format, blocks, np.concatenate([rest, last]), name=str(self.path))
 
     def close(self, rows: Array | LogRows, stop: int) -> None:
-        """Bring the file up to row `stop` (excluded) and make it complete; the second time, do nothing.
+        """Write the rows up to `stop` (excluded) and complete the file; do nothing if it is complete.
 
-        What an exception cut short is gone on with by the next call.
+        After an exception, the next call continues.
         """
         if self._closed:
-            self.out.wait()  # raises what it met
+            self.out.wait()  # raises pending errors
             return
         try:
             self._complete(rows, stop)
@@ -94,7 +93,7 @@ class LogWriter:
         self.out.finish(self._format.ending(self.out.chunks, last, self.out.end))
 
     def _sample(self, rows: Array | LogRows, k: int) -> int:
-        """Sample that row k is."""
+        """Return the sample number of row k."""
         return k if self._every == 1 else round(float(rows[k % len(rows)][0]) / self._step)
 
     def _append_block(self, rows: Array | LogRows, stop: int) -> None:
@@ -118,6 +117,6 @@ class LogWriter:
 
 
 def _cut(rows: Array | LogRows, first: int, stop: int) -> Array:
-    """Rows first to stop - 1 of the run, which lie side by side in the table."""
+    """Return rows first to stop - 1 of the run, which are contiguous in the table."""
     begin = first % len(rows)
     return rows[begin : begin + stop - first]

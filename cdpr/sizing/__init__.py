@@ -1,7 +1,7 @@
-"""What cables, drums and motors must bear: figures to buy by, of motions that are foreseen and of runs.
+"""Sizing of cables, drums and motors from planned motions and runs.
 
-A `Duty` is what a robot's cables do over time; `demands` makes of it the figures of each cable, and a `Sizing` holds
-those of several duties and the worst of each.
+A `Duty` is the motion and load of a robot's cables. `demands` computes the figures of each cable from it, and a
+`Sizing` holds those of several duties and the worst of each.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The figures of each cable, its drum and its motor over a duty."""
+"""Figures of each cable, its drum and its motor over a duty."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from cdpr.sizing.duty import Duty
 
 @dataclass(frozen=True, eq=False)
 class Demands:
-    """Figures of m cables, each (m,); NaN where there is none, such as of a cable without a drum.
+    """Figures of m cables, each (m,); NaN if there is none, such as for a cable without a drum.
 
-    Power is what a cable does to the platform: -tension x rate of its length. That of a motor has in it what the drum's
-    inertia and friction take: torque x speed, where wound in counts as positive.
+    The power of a cable is the power delivered to the platform: -tension x rate of its length. The power of a motor
+    includes the drum's inertia and friction: torque x speed, positive when winding in.
 
     Attributes:
-        tension, tension_rms, tension_least: N.
-        speed, acceleration: largest magnitudes of rate and of what its differences show, m/s and m/s^2.
-        driving, braking: largest power given and taken by the cable, W, both positive.
-        given, taken: energy, J.
+        tension, tension_rms, tension_least: largest, root mean square and smallest tension, N.
+        speed, acceleration: largest magnitudes of the rate and of its finite differences, m/s and m/s^2.
+        driving, braking: largest power delivered and absorbed by the cable, W, both positive.
+        given, taken: energy out and energy in, J.
         shortest, longest: length from exit to platform, m.
-        turns: of the drum from the shortest to the longest.
-        drum_speed: rad/s.
-        torque, torque_rms: of the motor at the drum, N m.
+        turns: turns of the drum from the shortest to the longest length.
+        drum_speed: largest magnitude, rad/s.
+        torque, torque_rms: motor torque at the drum, N m.
         motor_power: largest magnitude, W.
     """
 
@@ -49,13 +49,13 @@ class Demands:
     motor_power: Array
 
 
-ROUNDING = 1e-12  # share of the largest power that is round-off of rates
+ROUNDING = 1e-12  # share of the largest power that is round-off of the rates
 
-LEAST = {"tension_least", "shortest"}  # of several duties the least is the worst; of the others the largest
+LEAST = {"tension_least", "shortest"}  # the worst of several duties is the smallest value; of all others the largest
 
 
 def demands(duty: Duty) -> Demands:
-    """Return the figures of a duty; samples without tensions that do what was asked do not count."""
+    """Return the figures of a duty; infeasible samples are ignored."""
     nothing, good = np.full(duty.robot.m, np.nan), duty.feasible
     radius = drum_radii(duty.robot)
     known: dict[str, Array] = {}
@@ -73,14 +73,17 @@ def demands(duty: Duty) -> Demands:
 
 
 def drum_radii(robot: Robot) -> Array:
-    """Return the radii of drums, (m,), m; NaN of a cable without one."""
+    """Return the drum radii, (m,), m; NaN for cables without a drum."""
     return np.array([math.nan if cable.winch is None else cable.winch.drum_radius for cable in robot.cables])
 
 
 def _in_motion(
     robot: Robot, tension: Array, rate: Array, time: Array, radius: Array, good: NDArray[np.bool_]
 ) -> dict[str, Array]:
-    """Return the figures that need time; tensions (K, m) are NaN where they do not count, as are samples not `good`."""
+    """Return the figures that require time.
+
+    Tensions (K, m) are NaN at ignored samples, for which `good` (K,) is False.
+    """
     acceleration = np.gradient(rate, time, axis=0)
     speed, change = np.abs(rate[good]).max(axis=0), np.abs(acceleration[good]).max(axis=0)
     power = -tension * rate
@@ -103,7 +106,7 @@ def _in_motion(
 
 
 def _torque(robot: Robot, tension: Array, rate: Array, acceleration: Array) -> Array:
-    """Return what the motors exert at their drums, (K, m), N m: cable, inertia and friction, wound in as positive."""
+    """Return the motor torques at the drums, (K, m), N m: cable, inertia and friction, positive when winding in."""
     torque = np.full(tension.shape, np.nan)
     for i, cable in enumerate(robot.cables):
         winch = cable.winch
@@ -117,17 +120,17 @@ def _torque(robot: Robot, tension: Array, rate: Array, acceleration: Array) -> A
 
 
 def _largest(values: Array) -> Array:
-    """Largest of each column, NaN of one without any."""
+    """Return the largest value of each column; NaN if there is none."""
     return np.asarray(np.where(np.isnan(values).all(axis=0), np.nan, np.nan_to_num(values, nan=-np.inf).max(axis=0)))
 
 
 def _integral(values: Array, time: Array) -> Array:
-    """Integral over time of each column, by trapezoids; what is unknown counts as 0."""
+    """Return the integral over time of each column by the trapezoidal rule; unknown values count as 0."""
     return np.asarray(np.trapezoid(np.nan_to_num(values), time, axis=0))
 
 
 def _rms(values: Array, time: Array) -> Array:
-    """Root of the mean square over the time of which it is known, of each column."""
+    """Return the root mean square of each column over the time in which it is known."""
     known = np.trapezoid(np.isfinite(values).astype(float), time, axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(np.where(known > 0.0, np.sqrt(_integral(values**2, time) / known), np.nan))

@@ -1,4 +1,4 @@
-"""What the cables of a robot do: along a motion, in a run, over a workspace, with one of them broken."""
+"""Duties of a robot's cables: motions, runs, whole workspaces, and the same with a broken cable."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ from cdpr.simulation.portrait import follow
 from cdpr.workspace.regions import Region
 from cdpr.workspace.required import Required
 
-MOST_CORNERS = 4096  # of a set of wrenches
-MOST_SAMPLES = 2_000_000  # of a workspace: with 8 cables half a gigabyte
+MOST_CORNERS = 4096  # corners of a set of wrenches
+MOST_SAMPLES = 2_000_000  # samples of a workspace; half a gigabyte with 8 cables
 
 
 @dataclass(frozen=True, eq=False)
 class Duty:
-    """What the cables of a robot do, K samples.
+    """Motion and load of a robot's cables, K samples.
 
     Attributes:
-        name: where it comes from.
-        robot: whose cables.
-        tension: (K, m), N; NaN of a cable that is broken.
+        name: name of the source.
+        robot: the robot.
+        tension: (K, m), N; NaN for broken cables.
         length: (K, m), m, from exit to platform.
-        feasible: (K,), whether tensions within the limits did what was asked; the others' do not count.
-        time: (K,), s; None of poses that do not follow each other.
-        rate: (K, m), m/s, of the lengths; None likewise.
-        poses, wrenches: (K, 7) and (K, 6), where the platform was and what the cables had to exert.
+        feasible: (K,), True if tensions within the limits provide the wrench; other samples are ignored.
+        time: (K,), s; None for unordered poses.
+        rate: (K, m), m/s, rates of the lengths; None likewise.
+        poses, wrenches: (K, 7) and (K, 6), platform poses and required wrenches.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Duty:
 
     @classmethod
     def of_scenario(cls, scenario: Scenario, name: str) -> Duty:
-        """Follow the motion of a scenario, without simulating it, with the tensions of least 2-norm (`qp`)."""
+        """Return the duty of a scenario's motion, without simulation, with the tensions of least 2-norm (`qp`)."""
         entry = registry().get("solver", defaults.SOLVER)
         motion = follow(scenario, entry.load()(scenario.controlled, entry.info.options()).solve)
         names = [cable.name for cable in scenario.robot.cables]
@@ -73,7 +73,11 @@ class Duty:
 
     @classmethod
     def of_run(cls, run: Run, name: str) -> Duty:
-        """Take what happened in a run. Raises CdprError where it has no two samples."""
+        """Return the duty of a run.
+
+        Raises:
+            CdprError: if it has fewer than two samples.
+        """
         if len(run.rows) < 2:
             raise CdprError(f"{name}: has no two samples: there is nothing to size by")
         robot = load_scenario(f"scenario of {name}", text=run.header.scenario_yaml).robot
@@ -84,10 +88,11 @@ class Duty:
 
 
 def over_workspace(robot: Robot, region: Region, required: Required, gravity: Array) -> Duty:
-    """Ask at rest, in all cells and attitudes of a region, for the weight and each corner of a set besides.
+    """Return the static duty in all cells and attitudes of a region, with the weight and each corner of a wrench set.
 
-    Raises CdprError of a set without corners, such as an ellipsoid, or with more than `MOST_CORNERS`, and of more than
-    `MOST_SAMPLES` together.
+    Raises:
+        CdprError: if the set has no corners, as an ellipsoid, or more than `MOST_CORNERS`, or if there are more than
+            `MOST_SAMPLES` samples.
     """
     corners = _corners(required)
     count = region.cells * len(region.orientations) * len(corners)
@@ -109,7 +114,7 @@ def over_workspace(robot: Robot, region: Region, required: Required, gravity: Ar
 
 
 def with_one_broken(duty: Duty) -> Iterator[Duty]:
-    """Yield the same for each cable broken: the tensions of the others, by the solver `qp`."""
+    """Yield the same duty for each cable broken, with tensions of the other cables by the solver `qp`."""
     robot = duty.robot
     for i, cable in enumerate(robot.cables):
         lost = np.isnan(duty.tension)
@@ -123,7 +128,7 @@ def with_one_broken(duty: Duty) -> Iterator[Duty]:
 
 
 def _without(tension: Array, time: Array, broken: Sequence[tuple[int, float]]) -> Array:
-    """Return tensions (K, m) without those of cables after they broke."""
+    """Return tensions (K, m) with NaN for cables after they broke."""
     left = tension.copy()
     for i, at in broken:
         left[time >= at, i] = np.nan

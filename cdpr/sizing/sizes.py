@@ -1,4 +1,4 @@
-"""Sizes of cables, drums and motors: the worst of several duties, and which limits of the robot are left."""
+"""Sizes of cables, drums and motors: the worst of several duties, and the exceeded limits."""
 
 from __future__ import annotations
 
@@ -15,24 +15,23 @@ from cdpr.model import Robot
 from cdpr.sizing.demands import LEAST, Demands, demands, drum_radii
 from cdpr.sizing.duty import Duty
 
-SAFETY = 5.0  # of a cable's breaking load over its largest tension, unless said
+SAFETY = 5.0  # default ratio of a cable's breaking load to its largest tension
 
-# A tension that is told in decimals meets its limit to this share, as solvers see it.
+# Relative tolerance of tension limits, as in solvers: logged tensions are decimal.
 REACHED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
-    """What several duties ask of the cables of a robot.
+    """Requirements of several duties on the cables of a robot.
 
     Attributes:
         robot: name.
         cables: names, (m,).
-        safety: by what the largest tension is multiplied.
-        parts: name of each duty, its figures, samples, those of them without tensions that do what was asked, and which
-            limits of the robot it leaves.
-        worst: of all.
-        source: (m,), by which duty the largest tension is.
+        safety: factor on the largest tension.
+        parts: name, figures, number of samples, number of infeasible samples, and exceeded limits of each duty.
+        worst: worst figures of all duties.
+        source: (m,), name of the duty with the largest tension.
     """
 
     robot: str
@@ -43,7 +42,7 @@ class Sizing:
     source: tuple[str, ...]
 
     def plain(self) -> dict[str, Any]:
-        """Return it as plain data, units in the names; None where there is no figure."""
+        """Return the sizing as plain data with units in the names; None for missing figures."""
         return {
             "robot": self.robot,
             "safety": self.safety,
@@ -86,9 +85,10 @@ NAMES = {
 
 
 def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
-    """Return what duties ask of the cables of a robot.
+    """Return the sizing for several duties.
 
-    Raises CdprError where there is none, they are of robots with other cables, or `safety` is below 1.
+    Raises:
+        CdprError: if there is no duty, the robots have different cables, or `safety` is below 1.
     """
     if not duties:
         raise CdprError("nothing to size by: a scenario or a run is expected")
@@ -109,7 +109,7 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
         pick = np.fmin if part.name in LEAST else np.fmax
         worst[part.name] = pick.reduce(values, axis=0)
     radius = drum_radii(first)
-    worst["turns"] = (worst["longest"] - worst["shortest"]) / (2.0 * math.pi * radius)  # of all: no one need have both
+    worst["turns"] = (worst["longest"] - worst["shortest"]) / (2.0 * math.pi * radius)  # over all
     peaks = np.array([np.nan_to_num(each.tension, nan=-np.inf) for each in found])
     source = tuple(duties[k].name if math.isfinite(peaks[k, i]) else "" for i, k in enumerate(peaks.argmax(axis=0)))
     parts = tuple(
@@ -120,7 +120,7 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
 
 
 def _exceeded(duty: Duty, found: Demands) -> tuple[str, ...]:
-    """Say which limits of the robot's cables are left."""
+    """Return descriptions of the exceeded limits of the robot's cables."""
     robot, names = duty.robot, [cable.name for cable in duty.robot.cables]
     told = []
     for limit, values, sign, words in (

@@ -1,9 +1,9 @@
-"""Studies: one scenario run many times with any of its keys changed, each case in a worker process.
+"""Parameter studies: one scenario run many times with changed keys, each case in a worker process.
 
-A study file names axes, and their product is the cases (`schema`, `points`, `plan`). Each is checked before the first
-one runs, and has an identity of its own: what it changes, in which scenario. What has ended stands in the folder's
-ledger (`folder`), so that a study goes on where it was stopped (`run`, `cluster`). The table (`table`) depends on the
-study alone, not on who computed it, when, or beside how many others.
+A study file defines axes, whose product is the cases (`schema`, `points`, `plan`). All cases are checked before the
+first one runs. Each has an identifier computed from its scenario and changes. The folder's ledger records finished
+cases (`folder`), so that an interrupted study can be resumed (`run`, `cluster`). The table (`table`) depends on the
+study alone, not on the machine, the time or the number of workers.
 """
 
 from typing import TYPE_CHECKING

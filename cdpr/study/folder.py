@@ -1,4 +1,4 @@
-"""The folder of a study: that of its cases, and the runs that are kept."""
+"""Folder of a study, with the ledger of its cases and the kept runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RUNS_NAME = "runs"
 
 @dataclass(frozen=True)
 class Described:
-    """Schema of the parts of study.json that are read before the study itself."""
+    """Parts of study.json that are read before the study itself."""
 
     digest: str
     checked: Mapping[str, Checked]
@@ -29,7 +29,7 @@ DESCRIBED = TypeAdapter(Described)
 
 
 class StudyFolder(JobFolder):
-    """A folder for one study, new or with some of its cases."""
+    """Folder of one study, new or with some of its cases."""
 
     def __init__(self, path: Path, study: Study) -> None:
         checked = {case.id: asdict(case.checked) for case in study.cases}
@@ -37,16 +37,16 @@ class StudyFolder(JobFolder):
         super().__init__(path, KIND, about)
 
     def run_folder(self, case: str) -> Path:
-        """Where the run of a case is kept; nothing is there."""
+        """Return the run folder of a case, after removing old content."""
         folder = self.path / RUNS_NAME / case
-        clear(folder)  # of a case that did not end
+        clear(folder)  # left by a case that did not end
         return folder
 
 
 def ended(path: Path) -> dict[str, tuple[Checked, Mapping[str, str]]]:
-    """Return, for `load_study`, the cases of the folder `path` that have their result; none where it is no study's.
+    """Return the cases of a study folder that have a result, for `load_study`; empty if there is no study.
 
-    What is wrong with the folder is told by StudyFolder.
+    Errors of the folder are reported later by StudyFolder.
     """
     try:
         known = opened((path / f"{KIND}.json").read_bytes(), DESCRIBED)

@@ -1,4 +1,4 @@
-"""From a study file to its cases, all of them checked."""
+"""Plan of a study: from the study file to its checked cases."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Checked:
-    """What a check found of a case."""
+    """Result of checking a case."""
 
-    given: str  # digest of what was checked: the scenario and all that the case changes
-    resolved: str  # digest of the scenario as resolved
+    given: str  # digest of the input: the scenario and all changes of the case
+    resolved: str  # digest of the resolved scenario
     plugins: tuple[str, str, str]  # backend, controller, solver
 
 
@@ -47,12 +47,12 @@ class Checked:
 class StudyCase:
     """One run of a study."""
 
-    id: str  # of what it changes in which scenario, whatever that is called there
+    id: str  # hash of the scenario and its changes, independent of labels
     block: str | None
     labels: Mapping[str, Label]  # by axis
     scenario: str  # path, for messages and relative file names
-    text: str = field(repr=False)  # the scenario as resolved; empty where the case has its result and was checked then
-    versions: Mapping[str, str] = field(repr=False)  # of what would compute it here
+    text: str = field(repr=False)  # resolved scenario; empty if the case has a result that is still valid
+    versions: Mapping[str, str] = field(repr=False)  # versions of the software that would compute it here
     checked: Checked = field(repr=False)
 
     def __str__(self) -> str:
@@ -63,34 +63,34 @@ class StudyCase:
 
 @dataclass(frozen=True)
 class Study:
-    """A checked study."""
+    """Checked study."""
 
     name: str
     source: str
     keep: Keep
     blocks: tuple[Grid, ...]
     cases: tuple[StudyCase, ...]
-    notes: tuple[str, ...] = ()  # what became of the options of a controller or solver that cases replace, each once
+    notes: tuple[str, ...] = ()  # messages on replaced controller or solver options, without duplicates
 
     def __repr__(self) -> str:
         return f"<Study {self.name}: {len(self.cases)} cases>"
 
     @property
     def digest(self) -> str:
-        """Identity of the study: what is run."""
+        """Hash of the study, which identifies it."""
         return _digest([[case.id, case.checked.resolved] for case in self.cases])
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A part of a study: a scenario, and the axes that are multiplied. A study without blocks is one of no name."""
+    """Part of a study: a scenario and its axes. A study without blocks has one part without a name."""
 
     name: str | None
     scenario: Scenario
-    base: str  # the scenario before any change, as resolved
+    base: str  # resolved scenario before any change
     changes: tuple[Change, ...]
     axes: tuple[Axis, ...]
-    columns: tuple[list[Point], ...]  # the points of each axis
+    columns: tuple[list[Point], ...]  # points of each axis
 
     @property
     def size(self) -> int:
@@ -105,14 +105,19 @@ def load_study(
     progress: Progress = lambda done, total: None,
     ended: Mapping[str, tuple[Checked, Mapping[str, str]]] = MappingProxyType({}),
 ) -> Study:
-    """Load a study and check every case of it.
+    """Load a study and check all its cases.
 
-    `overrides` change keys of the scenario in all cases, as those of `load_scenario` do, and come after the study's own
-    `changes`; what an axis varies they cannot change. `ended` holds, by id, the cases that have their result, as they
-    were checked, and by which versions it was computed: where both are those of today, they are not checked again.
+    Args:
+        path: the study file.
+        overrides: changes of the scenario in all cases, as in `load_scenario`, applied after the study's own `changes`.
+            They cannot change keys that an axis varies.
+        progress: called with the number of checked cases and their total.
+        ended: cases with a result, by id: their check and the versions that computed them. If both are unchanged, a
+            case is not checked again.
 
-    Raises ScenarioError with all that is wrong in the file or in any case, or PluginError if nothing but plugins is
-    missing. `progress` is called with the number of cases checked and their total.
+    Raises:
+        ScenarioError: with all errors of the file and the cases.
+        PluginError: if the only errors are missing plugins.
     """
     problems = Problems()
     document = open_document(file_name(path), "study", problems)
@@ -132,7 +137,7 @@ def load_study(
 
 
 def _grids(section: StudyFile, document: Document, given: list[Change], problems: Problems) -> Iterator[Grid]:
-    """Yield the parts of a study, each with the changes `given` besides; what is wrong goes to `problems`."""
+    """Yield the parts of a study, with the changes `given` added; errors are collected in `problems`."""
     reader = Reader(document, problems, section.seed)
     loaded: dict[str, Scenario] = {}
     names: set[str] = set()
@@ -167,7 +172,7 @@ def _grids(section: StudyFile, document: Document, given: list[Change], problems
 
 
 def _unreadable(path: str) -> str:
-    """Say why a file cannot be read; nothing where it can."""
+    """Return why a file cannot be read; "" if it can."""
     try:
         read(path)
     except UnreadableError as error:
@@ -176,7 +181,7 @@ def _unreadable(path: str) -> str:
 
 
 def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problems) -> set[str]:
-    """Each axis has a name of its own, and no key is set by two of them; return the keys."""
+    """Check that axis names are unique and that no key is set by two axes; return the keys."""
     names: set[str] = set()
     targets: set[str] = set()
     for place, axis in [(place, leaf) for place, given in axes.items() for leaf in given.leaves()]:
@@ -201,9 +206,13 @@ def _checked(
     ended: Mapping[str, tuple[Checked, Mapping[str, str]]],
     notes: dict[str, None],
 ) -> tuple[StudyCase, ...]:
-    """Make all cases; raises with what is wrong in any, each thing once with the first case that has it."""
+    """Return all cases.
+
+    Raises:
+        ScenarioError or PluginError: with each distinct error and the first case that has it.
+    """
     cases: list[StudyCase] = []
-    wrong: dict[str, tuple[int, Point]] = {}  # line -> the first case that it is told of
+    wrong: dict[str, tuple[int, Point]] = {}  # error line -> first case with it
     counts: Counter[str] = Counter()
     only_plugins = True
     known: Counter[str] = Counter()
@@ -236,9 +245,12 @@ def _case(
     ended: Mapping[str, tuple[Checked, Mapping[str, str]]],
     notes: dict[str, None],
 ) -> StudyCase:
-    """Make one case; CdprError says what is wrong with it.
+    """Return one case.
 
-    `known` counts the cases that change the same, `notes` collects those of the scenarios.
+    `known` counts the cases with identical changes; `notes` collects the notes of the scenarios.
+
+    Raises:
+        CdprError: if the case is invalid.
     """
     changes = [*grid.changes, *point.changes]
     same = _digest([{dotted(change.path): change.value for change in changes}, grid.base])
@@ -266,7 +278,7 @@ def _case(
 
 
 def _names_a_file(value: object, scenario: str) -> bool:
-    """Whether a change names a file, such as another robot's: what is in it may be something else by now."""
+    """Return True if a change names an existing file, whose content may have changed."""
     if isinstance(value, str):
         return os.path.exists(os.path.join(os.path.dirname(scenario), value))
     inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()

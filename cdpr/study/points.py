@@ -1,4 +1,4 @@
-"""From an axis of a study to its points: what each is called and what it sets."""
+"""Points of a study's axes: labels and changes."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from cdpr.scenario.overrides import Change, marked_changes
 from cdpr.scenario.problems import Problems
 from cdpr.study.schema import Axis, Range, Spaced
 
-DIGITS = 12  # of the values of ranges: 0.1 + 2 * 0.1 is meant to be 0.3
+DIGITS = 12  # significant digits of computed values: 0.1 + 2 * 0.1 must give 0.3
 
 Label = bool | int | float | str | None
 
 
 @dataclass(frozen=True)
 class Point:
-    """One place on an axis, or on the product of several."""
+    """Point on an axis, or on the product of several."""
 
     labels: dict[str, Label] = field(default_factory=dict)  # by axis
     changes: tuple[Change, ...] = ()
@@ -35,21 +35,21 @@ class Point:
 
 
 def product_of(columns: Sequence[Sequence[Point]]) -> Iterator[Point]:
-    """Yield the points of a grid, the last axis fastest."""
+    """Yield the points of a grid; the last axis varies fastest."""
     for points in product(*columns):
         yield reduce(Point.__add__, points, Point())
 
 
 @dataclass(frozen=True)
 class Reader:
-    """Reads the axes of one study file; what is wrong goes to `problems`."""
+    """Reader of the axes of one study file; errors are collected in `problems`."""
 
     document: Document
     problems: Problems
     seed: int
 
     def axis(self, axis: Axis, path: Path) -> list[Point]:
-        """Return the points of an axis, whose section stands at `path`."""
+        """Return the points of an axis with its section at `path`."""
         seen: set[tuple[str, ...]] = set()
         points = self._points(axis, path)
         for place, point in points:
@@ -60,12 +60,12 @@ class Reader:
         return [point for _, point in points]
 
     def changes(self, given: dict[str, Any], path: Path) -> tuple[Change, ...]:
-        """Return the changes that a mapping at `path` asks for."""
+        """Return the changes in a mapping at `path`."""
         rows = [(key, value, self.document.mark((*path, key))) for key, value in given.items()]
         return tuple(marked_changes(rows, self.problems))
 
     def _points(self, axis: Axis, path: Path) -> list[tuple[Path, Point]]:
-        """Return the points of an axis, each with the place where it comes from."""
+        """Return the points of an axis, each with its position in the file."""
         points = []
         if axis.zip is not None:
             return self._zipped(axis.zip, (*path, "zip"))
@@ -89,7 +89,7 @@ class Reader:
         return [(path, reduce(Point.__add__, points)) for points in zip(*columns, strict=False)]
 
     def _values(self, axis: Axis, path: Path) -> list[tuple[Path, Any]]:
-        """Return the values of an axis, each with the place where it comes from."""
+        """Return the values of an axis, each with its position in the file."""
         if axis.values is not None:
             return [((*path, "values", i), value) for i, value in enumerate(axis.values)]
         found: Sequence[float]
@@ -114,7 +114,7 @@ def _stepped(given: Range) -> list[float]:
     steps = (stop - start) / step if step else -1.0
     if steps < 0:
         raise ValueError(f"steps of {step:g} do not lead from {start:g} to {stop:g}")
-    if steps > MAX_COUNT:  # perhaps infinitely many: of the smallest steps there are
+    if steps > MAX_COUNT:  # perhaps infinite, with a denormal step
         raise ValueError(f"{steps:g} steps; at most {MAX_COUNT} values are allowed")
     count = math.floor(steps + tolerances.TIME) + 1
     if all(isinstance(value, int) for value in (start, stop, step)):

@@ -1,4 +1,4 @@
-"""Runs the cases of a study that have not ended yet, and keeps how each does."""
+"""Execution of the remaining cases of a study."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cdpr.study.table import Table, make_table, times, to_csv, to_parquet
 
 @dataclass(frozen=True)
 class Results:
-    """What a study found; `rows` are the ledger's, by id."""
+    """Result of a study; `rows` are the ledger's entries by case id."""
 
     study: Study
     folder: Path
@@ -39,20 +39,20 @@ class Results:
 
     @property
     def told(self) -> str:
-        """How the cases ended, in words, and how many went on without admissible tensions now and then."""
+        """Summary of the outcomes in words."""
         text = ", ".join(f"{count} {status}" for status, count in self.counts.items())
         return text + (f"; {self.strained} with samples without valid tensions" if self.strained else "")
 
     @property
     def strained(self) -> int:
-        """Number of finished cases with samples at which no tensions balanced the wrench, or the solver found none."""
+        """Number of finished cases with infeasible samples or solver failures."""
         rows = [self.rows[case.id] for case in self.study.cases]
         figures = ("infeasible_steps", "unanswered_steps")
         return sum(row.status == "finished" and any(row.summary.get(figure) for figure in figures) for row in rows)
 
     @property
     def exit_code(self) -> ExitCode:
-        """OK where every case has a result, whatever it is."""
+        """OK if every case has a result, of whatever kind."""
         lost = [self.rows[case.id] for case in self.study.cases if self.rows[case.id].status not in RESULTS]
         if any(row.status != "failed" for row in lost):
             return ExitCode.BACKEND_DIED
@@ -69,15 +69,22 @@ def run_study(
     progress: Callable[[int, int, Mapping[str, int]], None] = lambda done, total, counts: None,
     say: Callable[[str], None] = lambda text: None,
 ) -> Results:
-    """Run what `out` does not hold yet, and write the tables.
+    """Run the remaining cases of a study and write the tables.
 
-    Cases that failed, died or hung are tried again; one that dies is retried once before it counts as dead. The
-    results do not depend on `jobs`, on the executor or on how often the study was interrupted. `progress` is called
-    with the number of cases that have ended, their total and how many of them ended how; `say` with what the user
-    should know.
+    Failed, died and hung cases are run again. A case that dies is retried once before it counts as died. The results do
+    not depend on `jobs`, the executor or interruptions. KeyboardInterrupt ends the workers; finished cases are kept.
 
-    Raises OutputError where `out` holds another study or cannot be written. KeyboardInterrupt ends the workers; what
-    has ended by then is kept, and in the tables.
+    Args:
+        study: the study.
+        out: its folder.
+        jobs: number of worker processes.
+        timeout: time limit of a case, s.
+        executor: replacement of the worker pool, such as a cluster.
+        progress: called with the number of ended cases, their total, and their number by status.
+        say: called with messages for the user.
+
+    Raises:
+        OutputError: if `out` holds another study or cannot be written.
     """
     out = folder_name(out)
     folder = StudyFolder(out, study)
@@ -96,7 +103,7 @@ def run_study(
             if study.keep == "failed" and outcome.status == "finished":
                 shutil.rmtree(outcome.folder, ignore_errors=True)
                 outcome = replace(outcome, folder="")
-            if outcome.key in ended:  # the second try
+            if outcome.key in ended:  # second attempt
                 counts["died"] -= 1
             folder.record(outcome)
             ended.add(outcome.key)
@@ -122,7 +129,7 @@ def run_study(
 
 
 def other_versions(study: Study, rows: Mapping[str, Outcome]) -> str:
-    """Say which cases were computed by other versions than this process would use; empty if none was."""
+    """Return which cases were computed by versions other than those here, in words; "" if none."""
     found: Counter[str] = Counter()
     for case in study.cases:
         theirs = rows[case.id].versions if case.id in rows else {}

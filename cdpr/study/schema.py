@@ -1,4 +1,4 @@
-"""The sections of a study file."""
+"""Sections of a study file."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Axis(Section):
         return self.name or self.key or (self.keys or [""])[0]
 
     def leaves(self) -> list[Axis]:
-        """The axis itself, or those that are zipped in it."""
+        """Return the axis itself, or the axes inside its `zip`."""
         return [self] if self.zip is None else [leaf for axis in self.zip for leaf in axis.leaves()]
 
     @property

@@ -1,4 +1,4 @@
-"""The table of a study: one row a case, the same to the bit whoever computed it."""
+"""Table of a study: one row per case, bit-identical whatever machine computed it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from cdpr.study.plan import Study
 
 NOT_RUN = "not run"
 
-INT64 = 2**63 - 1  # beyond, a whole number becomes a float
+INT64 = 2**63 - 1  # larger whole numbers become floats
 
 Cell = bool | int | float | str | None
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns, and rows of as many cells; what a case does not have is None."""
+    """Columns and rows of equal length; missing values are None."""
 
     axes: tuple[str, ...]
     figures: tuple[str, ...]
@@ -32,12 +32,12 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]
 
     def records(self) -> list[dict[str, Cell]]:
-        """The rows by column."""
+        """Return the rows as dictionaries by column."""
         return [dict(zip(self.columns, row, strict=True)) for row in self.rows]
 
 
 def make_table(study: Study, rows: Mapping[str, Outcome]) -> Table:
-    """Return the table of a study; `rows` holds how its cases ended, by id."""
+    """Return the table of a study; `rows` are the outcomes of its cases by id."""
     blocks = any(case.block is not None for case in study.cases)
     axes = tuple(dict.fromkeys(axis for case in study.cases for axis in case.labels))
     found = [figures(rows[case.id].summary) if case.id in rows else {} for case in study.cases]
@@ -53,7 +53,7 @@ def make_table(study: Study, rows: Mapping[str, Outcome]) -> Table:
 
 
 def times(study: Study, rows: Mapping[str, Outcome]) -> Table:
-    """Wall-clock times, which differ from run to run."""
+    """Return the wall-clock times, which differ from run to run."""
     names = ("setup_s", "loop_s", "case_s")
     found = {case.id: rows[case.id].timings for case in study.cases if case.id in rows}
     cells = [(key, *(seconds.get(name) for name in names)) for key, seconds in found.items()]
@@ -61,7 +61,7 @@ def times(study: Study, rows: Mapping[str, Outcome]) -> Table:
 
 
 def to_csv(table: Table) -> bytes:
-    """CSV with shortest exact decimals; an empty cell is None."""
+    """Return the table as CSV with shortest exact decimals; None is an empty cell."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table.columns)
@@ -70,7 +70,11 @@ def to_csv(table: Table) -> bytes:
 
 
 def to_parquet(table: Table) -> bytes:
-    """Parquet; a column of numbers stays one. Raises PluginError without pyarrow."""
+    """Return the table as Parquet with typed columns.
+
+    Raises:
+        PluginError: if pyarrow is not installed.
+    """
     try:
         import pyarrow
         from pyarrow import parquet
@@ -83,9 +87,9 @@ def to_parquet(table: Table) -> bytes:
 
 
 def _arrow(pyarrow: Any, cells: Sequence[Cell]) -> Any:
-    """Cells as Arrow's array of one type: numbers where all are, else texts.
+    """Return cells as an Arrow array of one type: numbers if all cells are numeric, else text.
 
-    From memory as the format has it: for what is in lists pyarrow imports pandas, which takes as long as thirty cases.
+    The buffers are built directly: for lists, pyarrow would import pandas, which takes as long as thirty cases.
     """
     known = np.array([cell is not None for cell in cells])
     kinds = {type(cell) for cell in cells if cell is not None}
