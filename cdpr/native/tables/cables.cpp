@@ -17,9 +17,7 @@ static constexpr cdpr_entry entries[] = {
     entry<Geometry<double>, geometry<double>>("geometry"),
     entry<Geometry<Lanes>, geometry<Lanes>>("geometry_lanes"),
     entry<MatrixRate<double>, matrix_rate<double>>("matrix_rate"),
-    entry<MatrixRate<Lanes>, matrix_rate<Lanes>>("matrix_rate_lanes"),
     entry<CableWrench<double>, cable_wrench<double>>("cable_wrench"),
-    entry<CableWrench<Lanes>, cable_wrench<Lanes>>("cable_wrench_lanes"),
 };
 
 extern const cdpr_group cables = group(entries);
