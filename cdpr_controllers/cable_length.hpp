@@ -58,8 +58,7 @@ inline void estimate(const CableLengthControl& p) {
     if (*p.tracking == 0.0)
         for (int i = 0; i < 7; i++) p.pose[i] = p.desired[i];
     if (!p.estimates) return;
-    ForwardKinematics fit = p.fit();
-    *p.tracking = forward_kinematics(fit) > 0;
+    *p.tracking = fit_pose(p.fit()) > 0;
     if (*p.tracking == 0.0)
         for (int i = 0; i < 7; i++) p.pose[i] = p.desired[i];
 }

@@ -45,9 +45,9 @@ struct ForwardKinematics {
     CDPR_INLINE Matrix<double> A() const { return {normal_matrix, n}; }
 
     inline double cost(const double* at) const;
-    inline double linearise() const;
+    inline void linearise() const;
     inline void move() const;
-    inline bool iterate(double& damping) const;
+    inline bool iterate(double& squares, double& damping) const;
     inline void invert() const;
 };
 
@@ -61,16 +61,14 @@ inline double ForwardKinematics::cost(const double* at) const {
     });
 }
 
-// Write J^T J and J^T r at the state; return |r|^2. A length shrinks along +u.
-inline double ForwardKinematics::linearise() const {
-    const double squares = cost(state);
+// Write J^T J and J^T r at the state whose cost was computed last. A length shrinks along +u.
+inline void ForwardKinematics::linearise() const {
     const Matrix<double> W = {matrix, m};
     for (int64_t k = 0; k < n; k++) {
         const double* row = W[rows[k]];
         gradient[k] = difference(0.0, 0, m, [&](int64_t i) { return row[i] * (target[i] - length[i]); });
         for (int64_t j = 0; j <= k; j++) A()(k, j) = sum(0.0, 0, m, [&](int64_t i) { return row[i] * W(rows[j], i); });
     }
-    return squares;
 }
 
 // Write into `trial` the state moved by the step.
@@ -88,9 +86,9 @@ inline void ForwardKinematics::move() const {
     store(Quaternion<double>{q.w / norm, q.x / norm, q.y / norm, q.z / norm}, trial + 3);
 }
 
-// Make one step where it reduces the differences, else raise the damping; return whether it is the last one.
-inline bool ForwardKinematics::iterate(double& damping) const {
-    const double before = linearise();
+// Make one step where it reduces the squared differences, else raise the damping; return whether it is the last one.
+inline bool ForwardKinematics::iterate(double& squares, double& damping) const {
+    linearise();
     if (factorise(A(), n, damping)) {
         solve(A(), gradient, step, n);
         const double size = sum(0.0, 0, n, [&](int64_t k) {
@@ -99,13 +97,16 @@ inline bool ForwardKinematics::iterate(double& damping) const {
         });
         move();
         const bool converged = damping == 0.0 && size <= LAST_STEP * LAST_STEP;
-        if (converged || cost(trial) <= before * (1.0 + ROUND_OFF)) {
+        const double then = converged ? 0.0 : cost(trial);
+        if (converged || then <= squares * (1.0 + ROUND_OFF)) {
             for (int i = 0; i < 7; i++) state[i] = trial[i];
+            squares = then;
             damping = damping > LEAST_DAMPING ? 0.1 * damping : 0.0;
             return converged;
         }
     }
     damping = larger(10.0 * damping, FIRST_DAMPING);
+    squares = cost(state);
     return false;
 }
 
@@ -119,23 +120,32 @@ inline void ForwardKinematics::invert() const {
     }
 }
 
-// Fit the pose to the lengths. Return the iterations, negative where it did not converge; 0 for bad input.
-inline int forward_kinematics(ForwardKinematics& fit) {
+// Fit the pose to the lengths, without its covariance and residual. Return the iterations, negative where it did not
+// converge; 0 for bad input.
+inline int fit_pose(const ForwardKinematics& fit) {
     for (int64_t k = 0; k < fit.n; k++)
         if (fit.rows[k] < 0 || fit.rows[k] > 5) return 0;
     if (!has_anchors<double>(fit.w)) return 0;
     for (int i = 0; i < 13; i++) fit.state[i] = fit.trial[i] = i < 7 ? fit.pose[i] : 0.0;
-    double damping = 0.0;
+    double squares = fit.cost(fit.state), damping = 0.0;
     int count = 0;
     bool converged = false;
     while (count < fit.MOST_ITERATIONS && damping <= fit.MOST_DAMPING && !converged) {
         count++;
-        converged = fit.iterate(damping);
+        converged = fit.iterate(squares, damping);
     }
     for (int i = 0; i < 7; i++) fit.pose[i] = fit.state[i];
-    fit.residual[0] = square_root(fit.linearise());
-    fit.invert();
     return converged ? count : -count;
+}
+
+// Fit the pose to the lengths, and write its covariance and residual, too. Return as `fit_pose`.
+inline int forward_kinematics(ForwardKinematics& fit) {
+    const int count = fit_pose(fit);
+    if (count == 0) return 0;
+    fit.residual[0] = square_root(fit.cost(fit.state));
+    fit.linearise();
+    fit.invert();
+    return count;
 }
 
 }  // namespace cdpr::CDPR_TARGET
