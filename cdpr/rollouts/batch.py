@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.errors import CdprError, PluginError
+from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.native.operations import LANES
 from cdpr.nearest import did_you_mean
@@ -137,7 +138,7 @@ class Batch:
         at = known[name]
         return self.rows[at if isinstance(at, slice) else slice(at, at + 1)]
 
-    def step(self, n: int = 1, *, mask: ArrayLike | None = None) -> None:
+    def step(self, n: int = 1, *, mask: ArrayLike | None = None, wrench: ArrayLike | None = None) -> None:
         """Take active lanes n control steps further, or as many as are left to them.
 
         With its last step a lane completes the last sample, and is no longer active.
@@ -145,6 +146,8 @@ class Batch:
         Args:
             n: Number of steps, at least 1.
             mask: (lanes,) True for the lanes that are stepped; all unless given.
+            wrench: (lanes, 6) wrenches that the cables are to exert during these steps, N and N m, in place of the
+                controllers' answers, as for `Simulation.step`.
 
         Raises:
             CdprError: An argument is wrong. What ends a lane is in `errors`.
@@ -152,11 +155,12 @@ class Batch:
         if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
             raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
         with self._alone("step"):
+            given = None if wrench is None else checked(wrench, (len(self), 6), "wrench", finite=True)
             chosen = self._active if mask is None else self._active & self._mask(mask)
             for first in range(0, len(self), LANES):
                 lanes = [i for i in range(first, min(first + LANES, len(self))) if chosen[i]]
                 if lanes:
-                    self._go(lanes, int(n))
+                    self._go(lanes, int(n), None if given is None else given[lanes])
 
     def reset(self, *lanes: int) -> None:
         """Begin these lanes anew, all unless given, also those that have ended.
@@ -243,10 +247,10 @@ class Batch:
         if case.begun:
             self._show([lane])
 
-    def _go(self, lanes: Sequence[int], n: int) -> None:
+    def _go(self, lanes: Sequence[int], n: int, wrenches: Array | None) -> None:
         """Take lanes of one group further."""
         cases, last = [self._cases[lane] for lane in lanes], self._plan.steps
-        self._groups[lanes[0] // LANES].go(cases, [min(case.count + n, last) for case in cases])
+        self._groups[lanes[0] // LANES].go(cases, [min(case.count + n, last) for case in cases], wrenches)
         for case in cases:
             if case.count == last and case.going:
                 case.finish()

@@ -95,6 +95,7 @@ class Block:
             every=plan.every,
             n=len(case.out),
         )
+        self._given = None if case.wrench is None else recipe.rows(case.wrench, self._starts)
         self._moving, self._moved = np.zeros_like(self._roots), np.zeros(3, dtype=np.int64)
         self._mover = bind("move_lane", arrays=self._moving, moved=self._moved, block=self.lanes)
         self._words = self._words_of(case)
@@ -122,6 +123,9 @@ class Block:
     def _forward(self, cases: list[Case], steps: int) -> int:
         """Take cases so many steps further, or fewer; return the bits of the lanes that have to leave."""
         self._enter(cases)
+        for lane, case in enumerate(self._cases):
+            if case is not None and self._given is not None and case.wrench is not None:
+                self.lanes[self._given, lane] = case.wrench
         self._progress[ways.STEPS], self._progress[ways.ALIVE] = min(steps, SPAN), self._alive
         self._advance.unlocked()
         return self._progress[ways.LEFT]
@@ -156,19 +160,19 @@ class Block:
         self._present = going
 
     def _take(self, case: Case, lane: int) -> None:
-        loop, words = case.loop, case.known[self]
+        loop, (_, words) = case.loop, case.known[self]
         assert words is not None
         placed = self._placed(words)
         self._move(placed, lane, into=True)
         self._arrays[lane] = placed[self._recipe.moved]
-        whole, (standing, time) = loop.program.whole, loop.program.standing
+        whole, (standing, time) = case.program.whole, case.program.standing
         self._programs[lane] = whole.operation, whole.place, address(standing), address(time)
-        motion = _compiled(loop.program.bound[self._motion])
+        motion = _compiled(case.program.bound[self._motion])
         self._motions[lane] = motion.operation, motion.place
         desired = address(loop.desired)
         self._desired[lane] = desired, loop.desired.size, (desired - int(placed[0, 0])) // ways.WORD  # of the row
         self._kept[lane] = address(case.out)
-        needed, bit = loop.program.when != NEVER, 1 << lane
+        needed, bit = case.program.when != NEVER, 1 << lane
         column = self._table[:-1, ways.IN]
         column[:] = np.where(needed, column | bit, column & ~bit)
         self._cases[lane], case.home, case.joined = case, self, case.count
@@ -207,7 +211,7 @@ class Block:
 
     def _asked(self, case: Case) -> Words:
         """Return the struct of the motion of a case, but for where it writes."""
-        words = _words(case.loop.program.bound[self._motion])
+        words = _words(case.program.bound[self._motion])
         asked: Words = words[words != address(case.loop.desired)]
         return asked
 
@@ -220,10 +224,12 @@ class Block:
 
     def _fits(self, case: Case) -> bool:
         """Return whether a case has the structure of this block."""
-        if self not in case.known:
+        found = case.known.get(self)
+        if found is None or found[0] is not case.program:
             words = self._words_of(case) if case.going and case.loop.memory is not None else None
-            case.known[self] = words if words is not None and self._alike_in_structure(case, words) else None
-        return case.known[self] is not None
+            fitting = words is not None and self._alike_in_structure(case, words)
+            found = case.known[self] = case.program, words if fitting else None
+        return found[1] is not None
 
     def _alike_in_structure(self, case: Case, words: Words) -> bool:
         recipe, mine, acts = self._recipe, self._words, _acts(case)
@@ -257,27 +263,41 @@ class Group:
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
-        self._block: Block | None = None
-        self._fit = True
+        self._blocks: dict[bool, Block | None] = {}  # by whether wrenches are given; None where cases do not fit
 
-    def go(self, cases: Sequence[Case], stops: Sequence[int]) -> None:
-        """Take up to eight cases to a sample of their own each, as far as they do not end before."""
-        going = [case for case, stop in zip(cases, stops, strict=True) if case.ready(stop)]
-        if self._block is None and self._fit and len(going) >= WORTHWHILE:
-            try:
-                self._block = Block(self._plan, going[0])
-            except UnfitError:
-                self._fit = False
-        if self._block is not None:
-            self._block.go(cases, stops)
-        for case, stop in zip(cases, stops, strict=True):
-            if self._block is None and case.ready(stop):
+    def go(self, cases: Sequence[Case], stops: Sequence[int], wrenches: Array | None = None) -> None:
+        """Take up to eight cases to a sample of their own each, as far as they do not end before.
+
+        Args:
+            cases: Of which each has begun.
+            stops: Number of the sample.
+            wrenches: (cases, 6) N and N m, in place of the controller's answers.
+        """
+        ready = [(case, stop) for case, stop in zip(cases, stops, strict=True) if case.ready(stop)]
+        for k, case in enumerate(cases):
+            if case.begun:
+                case.give(None if wrenches is None else wrenches[k])
+        block = self._block(wrenches is not None, [case for case, _ in ready])
+        if block is not None:
+            block.go(*zip(*ready, strict=True))
+        for case, stop in ready:
+            if block is None and case.ready(stop):
                 case.go(stop)
+
+    def _block(self, given: bool, cases: Sequence[Case]) -> Block | None:
+        """Return the block; None where these cases are too few, or go alone."""
+        if given not in self._blocks and len(cases) >= WORTHWHILE:
+            try:
+                self._blocks[given] = Block(self._plan, cases[0])
+            except UnfitError:
+                self._blocks[given] = None
+        return self._blocks.get(given) if cases else None
 
     def show(self, cases: Sequence[Case], rows: Array, columns: Sequence[int]) -> None:
         """Write the rows of those cases that have lanes into columns of `rows`."""
-        if self._block is not None:
-            self._block.show(cases, rows, columns)
+        for block in self._blocks.values():
+            if block is not None:
+                block.show(cases, rows, columns)
 
 
 def _memory(case: Case) -> list[Array]:
@@ -290,11 +310,11 @@ def _memory(case: Case) -> list[Array]:
 
 def _acts(case: Case) -> list[Act]:
     """Return the operations of a step, and last the one that counts each complete sample."""
-    return [*case.loop.program.acts, Act("", case.figures.counting)]
+    return [*case.program.acts, Act("", case.figures.counting)]
 
 
 def _bounds(case: Case) -> list[Compiled | None]:
-    return [*case.loop.program.bound, case.figures.counting]
+    return [*case.program.bound, case.figures.counting]
 
 
 def _way(act: Act, found: Compiled | None, case: Case) -> int:

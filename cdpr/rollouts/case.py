@@ -29,6 +29,7 @@ from cdpr.simulation.moment import Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.proceed import SAMPLE
+from cdpr.simulation.program import Program
 
 BLOCK = 1024  # samples of a case that are looked at together: few turns to Python, and they stay in the cache
 
@@ -110,16 +111,19 @@ class Case:
     Attributes:
         loop: once it has begun.
         figures: likewise.
+        program: its steps: those of the loop, or those in which a wrench from outside replaces the controller's.
+        wrench: (6,) N and N m, which that program reads; None before the first one.
         going: whether it has begun, and has not ended early.
         error: that ended it, if it is one of ours.
         home: holds the lane in which its state is; None while that is in its own arrays.
-        known: how each block knows it: addresses of its arrays, None where it does not fit.
+        known: how each block knows it: its program, and the addresses of its arrays, None where it does not fit.
         joined: sample at which it took its lane.
         rest: samples that it goes on alone after it left.
     """
 
     loop: Loop
     figures: Figures
+    program: Program
     _place: memoryview  # as `Program.standing`
     _time: memoryview
 
@@ -132,8 +136,9 @@ class Case:
         self._ended = "finished", "", ExitCode.OK
         self.going = False
         self.error: CdprError | None = None
+        self.wrench: Array | None = None
         self.home: Home | None = None
-        self.known: dict[Home, NDArray[np.int64] | None] = {}
+        self.known: dict[Home, tuple[Program, NDArray[np.int64] | None]] = {}
         self.joined = self.rest = 0
 
     @property
@@ -168,6 +173,7 @@ class Case:
             scenario = self._plan.changed(self._number, self._values)
             self._parts = parts = build(scenario)
             self.loop = loop = Loop(parts)
+            self.program = loop.program
             self._place, self._time = (each.data for each in loop.program.standing)
             self.figures = Figures(loop.layout, loop.row, _broken(scenario))
             loop.program.apart()
@@ -185,21 +191,30 @@ class Case:
         if self.home is not None:
             self.home.release(self)
 
+    def give(self, wrench: Array | None) -> None:
+        """Let a wrench (6,) replace the controller's answer from now on; None for the controller."""
+        if wrench is None:
+            self.program = self.loop.program
+        else:
+            command = self.loop.outside.command("wrench")
+            self.program, self.wrench = command.program, command.values
+            self.wrench[:] = wrench
+
     def come(self, complete: int) -> None:
         """Go on from within a step to its end; `complete` is the place of the act that completes a sample."""
-        sample, act, _, _ = self.loop.program.place
+        sample, act, _, _ = self.program.place
         if act > complete:  # the next sample is looked at, and compared with this one
             self._ring[(sample - 1) % len(self._ring)] = self.loop.row
         with self._attempt():
             with self.loop.timed():
-                self.loop.program.look(sample + (act <= complete))
+                self.program.look(sample + (act <= complete))
             self._take(self.loop.count)
 
     def go(self, sample: int) -> None:
         """Complete the samples before this one, and look at it."""
         self.stand()
         with self._attempt():
-            self.loop.go(sample, Pace(self._take, block=BLOCK))
+            self.loop.go(sample, Pace(self._take, block=BLOCK), self._given)
             self._take(self.loop.count)
 
     def finish(self) -> None:
@@ -209,7 +224,7 @@ class Case:
             self.go(self._plan.steps)
         if self.going:
             with self._attempt(), self.loop.timed():
-                self.loop.decide()
+                self.loop.decide(self._given)
                 self._take(self.loop.count)
         if self.going and len(self.out):
             plan = self._plan
@@ -238,6 +253,10 @@ class Case:
         self.figures.samples = moment.count
         self._ended = "finished", "", ExitCode.OK
         self.error, self.going = None, True
+
+    @property
+    def _given(self) -> Program | None:
+        return None if self.program is self.loop.program else self.program
 
     @contextmanager
     def _attempt(self) -> Iterator[None]:

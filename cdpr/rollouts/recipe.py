@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
 from cdpr.native.bind import Compiled
@@ -117,6 +118,11 @@ class Recipe:
         else:
             self.again.append((self._word, known, offset))
         return View(known, offset // array.itemsize, array.shape)
+
+    def rows(self, array: Array, starts: NDArray[np.int64]) -> slice | None:
+        """Return the rows of a block in which a root is, if it is one."""
+        root = self._known.get(id(array))
+        return None if root is None else slice(int(starts[root]), int(starts[root + 1]))
 
     @property
     def words(self) -> list[int]:

@@ -282,3 +282,30 @@ def test_a_closed_batch_has_no_lanes():
     batch.step()
     with pytest.raises(cdpr.CdprError, match="the batch is closed"):
         batch.snapshot(0)
+
+
+@pytest.mark.parametrize("controller", ["computed_torque", "cable_length"])
+def test_wrenches_from_outside(controller, calls):
+    """One from outside for each lane, held for the steps; after a controller whose answers are commands they go alone."""
+    gravity = np.array([0.0, 0.0, 9.81 * 25.0, 0.0, 0.0, 0.0])
+    wrenches = gravity * np.linspace(0.95, 1.05, 4)[:, None]
+    own = {"controller.type": controller}
+    batch = make(n=4, vary=None, overrides={**BRIEF, **own})
+    batch.step(5, wrench=wrenches)
+    batch.step(7)
+    batch.step(3, wrench=wrenches[::-1], mask=np.array([True, True, True, False]))
+    batch.step(1, wrench=wrenches)
+    for lane in range(4):
+        simulation = alone(0, **own)
+        simulation.step(5, wrench=wrenches[lane])
+        simulation.step(7)
+        if lane < 3:
+            simulation.step(3, wrench=wrenches[3 - lane])
+        simulation.step(1, wrench=wrenches[lane])
+        assert_same(batch, lane, simulation)
+    if controller == "computed_torque":
+        assert calls == [4, 4, 3, 4]
+    with pytest.raises(cdpr.CdprError, match="wrench"):
+        batch.step(wrench=wrenches[:2])
+    with pytest.raises(cdpr.CdprError, match="finite"):
+        batch.step(wrench=np.full((4, 6), np.nan))
