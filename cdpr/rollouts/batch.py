@@ -157,10 +157,13 @@ class Batch:
         with self._alone("step"):
             given = None if wrench is None else checked(wrench, (len(self), 6), "wrench", finite=True)
             chosen = self._active if mask is None else self._active & self._mask(mask)
+            bits = chosen.tolist()
             for first in range(0, len(self), LANES):
-                lanes = [i for i in range(first, min(first + LANES, len(self))) if chosen[i]]
+                stop = min(first + LANES, len(self))
+                lanes = [lane for lane in range(first, stop) if bits[lane]]
                 if lanes:
-                    self._go(lanes, int(n), None if given is None else given[lanes])
+                    at = slice(first, stop) if len(lanes) == stop - first else lanes
+                    self._go(lanes, at, int(n), None if given is None else given[at])
 
     def reset(self, *lanes: int) -> None:
         """Begin these lanes anew, all unless given, also those that have ended.
@@ -247,10 +250,15 @@ class Batch:
         if case.begun:
             self._show([lane])
 
-    def _go(self, lanes: Sequence[int], n: int, wrenches: Array | None) -> None:
-        """Take lanes of one group further."""
+    def _go(self, lanes: list[int], at: slice | list[int], n: int, wrenches: Array | None) -> None:
+        """Take lanes of one group further; `at` are the same lanes as an index."""
         cases, last = [self._cases[lane] for lane in lanes], self._plan.steps
-        self._groups[lanes[0] // LANES].go(cases, [min(case.count + n, last) for case in cases], wrenches)
+        group, samples = self._groups[lanes[0] // LANES], self._samples[at] + n
+        stops = [min(case.count + n, last) for case in cases]
+        if samples.max() < last and group.again(cases, stops, wrenches, self._rows, at):
+            self._samples[at], self._time[at] = samples, self._rows[0, at]
+            return
+        group.go(cases, stops, wrenches)
         for case in cases:
             if case.count == last and case.going:
                 case.finish()

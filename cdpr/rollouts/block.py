@@ -55,8 +55,12 @@ class Block:
         given = [recipe.read(at, _native(self._bound[at])) for at in self._wide]
         for bound in self._bound:
             recipe.note(bound)
+        own = None if case.wrench is None else recipe.known(case.wrench)
+        if own is not None and own not in recipe.moved:
+            recipe.moved.append(own)
         self._starts = np.cumsum([0, *(root.size for root in recipe.roots)])
         self.lanes = np.zeros((int(self._starts[-1]), LANES))
+        self._wrench = None if own is None else slice(int(self._starts[own]), int(self._starts[own + 1]))
         self._table = np.zeros((len(found), 5), dtype=np.int64)
         self._table[:, ways.WAY], self._table[:, ways.IN] = found, -1
         complete = found.index(ways.COMPLETE)
@@ -72,7 +76,8 @@ class Block:
         self._roots[:, 1], self._roots[:, 2] = [root.size for root in recipe.roots], self._starts[:-1]
         self._cases: list[Case | None] = [None] * LANES
         self._present: list[Case] = []  # those that the last call took further
-        self._alive = 0  # their bits
+        self._alive = 0  # bits of their lanes
+        self._order: slice | list[int] = []  # their lanes
         self._alike, self._place = np.zeros(1, dtype=np.int64), np.zeros(3, dtype=np.int64)
         self._progress = self._place.data  # quicker
         self._programs, self._motions = np.zeros((LANES, 4), dtype=np.int64), np.zeros((LANES, 2), dtype=np.int64)
@@ -95,7 +100,6 @@ class Block:
             every=plan.every,
             n=len(case.out),
         )
-        self._given = None if case.wrench is None else recipe.rows(case.wrench, self._starts)
         self._moving, self._moved = np.zeros_like(self._roots), np.zeros(3, dtype=np.int64)
         self._mover = bind("move_lane", arrays=self._moving, moved=self._moved, block=self.lanes)
         self._words = self._words_of(case)
@@ -110,22 +114,44 @@ class Block:
         pairs = list(zip(cases, stops, strict=True))
         fitting = [(case, stop) for case, stop in pairs if self._fits(case)]
         while len(going := [pair for pair in fitting if pair[0].ready(pair[1])]) >= WORTHWHILE:
-            if left := self._forward([case for case, _ in going], min([stop - case.count for case, stop in going])):
-                for case, stop in going:
-                    if left >> self._cases.index(case) & 1:
-                        self._leave(case, stop)
+            present, goals = [case for case, _ in going], [stop for _, stop in going]
+            steps = min([stop - case.count for case, stop in going])
+            if left := self._forward(present, steps):
+                self._leaving(present, goals, left)
             if going[0][0].stopped():
                 break
         for case, stop in pairs:
             if case.ready(stop):
                 case.go(stop)
 
+    def again(self, cases: list[Case], stops: Sequence[int], rows: Array, at: slice | list[int]) -> bool:
+        """Take the cases of the last call all so many steps further, and write their rows into columns `at`.
+
+        Return False where that is for `go` to do or to go on with.
+        """
+        if cases != self._present or stops[0] > cases[0].count + SPAN:
+            return False
+        if left := self._forward(cases, stops[0] - cases[0].count):
+            self._leaving(cases, stops, left)
+            return False
+        rows[:, at] = self.lanes[: len(rows), self._order]
+        return True
+
+    def give(self, cases: list[Case], wrenches: Array) -> bool:
+        """Write the wrenches (cases, 6) of the cases of the last call; return whether these are they."""
+        if cases != self._present or self._wrench is None:
+            return False
+        self.lanes[self._wrench, self._order] = wrenches.T
+        return True
+
+    def _leaving(self, cases: Sequence[Case], stops: Sequence[int], left: int) -> None:
+        for case, stop in zip(cases, stops, strict=True):
+            if left >> self._cases.index(case) & 1:
+                self._leave(case, stop)
+
     def _forward(self, cases: list[Case], steps: int) -> int:
         """Take cases so many steps further, or fewer; return the bits of the lanes that have to leave."""
         self._enter(cases)
-        for lane, case in enumerate(self._cases):
-            if case is not None and self._given is not None and case.wrench is not None:
-                self.lanes[self._given, lane] = case.wrench
         self._progress[ways.STEPS], self._progress[ways.ALIVE] = min(steps, SPAN), self._alive
         self._advance.unlocked()
         return self._progress[ways.LEFT]
@@ -157,7 +183,8 @@ class Block:
         motions = [self._asked(case) for case in going]
         self._alike[0] = all(np.array_equal(motion, motions[0]) for motion in motions[1:])
         self._alive = sum(1 << lane for lane, case in enumerate(self._cases) if case is not None)
-        self._present = going
+        lanes = [self._cases.index(case) for case in going]
+        self._present, self._order = going, slice(len(going)) if lanes == list(range(len(going))) else lanes
 
     def _take(self, case: Case, lane: int) -> None:
         loop, (_, words) = case.loop, case.known[self]
@@ -283,6 +310,23 @@ class Group:
         for case, stop in ready:
             if block is None and case.ready(stop):
                 case.go(stop)
+
+    def again(
+        self,
+        cases: list[Case],
+        stops: Sequence[int],
+        wrenches: Array | None,
+        rows: Array,
+        at: slice | list[int],
+    ) -> bool:
+        """Take the cases of the last call all so many steps further, and write their rows into columns `at`.
+
+        Return False where that is for `go` to do or to go on with.
+        """
+        block = self._blocks.get(wrenches is not None)
+        if block is None or (wrenches is not None and not block.give(cases, wrenches)):
+            return False
+        return block.again(cases, stops, rows, at)
 
     def _block(self, given: bool, cases: Sequence[Case]) -> Block | None:
         """Return the block; None where these cases are too few, or go alone."""

@@ -196,6 +196,7 @@ class Case:
         if wrench is None:
             self.program = self.loop.program
         else:
+            self.stand()
             command = self.loop.outside.command("wrench")
             self.program, self.wrench = command.program, command.values
             self.wrench[:] = wrench

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
 from cdpr.native.bind import Compiled
@@ -119,10 +118,9 @@ class Recipe:
             self.again.append((self._word, known, offset))
         return View(known, offset // array.itemsize, array.shape)
 
-    def rows(self, array: Array, starts: NDArray[np.int64]) -> slice | None:
-        """Return the rows of a block in which a root is, if it is one."""
-        root = self._known.get(id(array))
-        return None if root is None else slice(int(starts[root]), int(starts[root + 1]))
+    def known(self, array: Array) -> int | None:
+        """Return the number of a root, None of another array."""
+        return self._known.get(id(array))
 
     @property
     def words(self) -> list[int]:
