@@ -69,6 +69,12 @@ class Plan:
         none = np.zeros(0, dtype=np.int64)
         return np.concatenate([none, *(np.r_[self.layout.columns[name]] for name in self.columns)])
 
+    @cached_property
+    def renewable(self) -> bool:
+        """Whether cases differ by numbers alone that may change between two steps, so that one loop serves many."""
+        scenario = self.scenario
+        return bool(self.keys) and not scenario.events and set(self.keys) <= set(scenario.options().changeable())
+
     def changed(self, number: int, values: Sequence[Any]) -> Scenario:
         """Return the scenario of a case; ScenarioError where it does not take the values."""
         self.scenario.planned  # noqa: B018 - once: cases with the same motion take it from there
@@ -134,6 +140,8 @@ class Case:
         self._ring, self.out, self.stopped = ring, out, stopped
         self._parts: Parts | None = None
         self._ended = "finished", "", ExitCode.OK
+        self._outcome: Outcome | None = None  # once its loop serves another case
+        self._start: Moment | None = None
         self.going = False
         self.error: CdprError | None = None
         self.wrench: Array | None = None
@@ -163,6 +171,8 @@ class Case:
     @property
     def outcome(self) -> Outcome:
         """How it ended."""
+        if self._outcome is not None:
+            return self._outcome
         status, message, code = self._ended
         figures = self.figures.told() if hasattr(self, "figures") else {}
         return Outcome(str(self._number), status, message, "", summary=figures, code=code)
@@ -180,7 +190,36 @@ class Case:
             loop.warm_up(scenario.initial.state())
             with loop.timed():
                 loop.begin(self._ring, self._plan.steps)
+            if self._plan.renewable and parts.settings is not None and loop.memory is not None:
+                self._start = loop.snapshot()
             self.going = True
+
+    def adopt(self, other: Case) -> bool:
+        """Begin with the loop of a case that has finished, if only options differ; return whether it has begun.
+
+        Values that the plugins do not accept are for `begin` to reject.
+        """
+        start = other._start
+        if start is None or not all(map(_numbers, self._values)):
+            return False
+        loop = other.loop
+        changes = dict(zip(self._plan.keys, map(plain_value, self._values), strict=True))
+        try:
+            loop.restore(start)
+            assert loop.parts.settings is not None
+            loop.parts.settings.renew(changes)
+            loop.parts.controller.reset()
+            loop.parts.solver.reset()
+        except CdprError:
+            return False
+        other._outcome = other.outcome
+        self.loop, self.program, self.figures, self.known = loop, loop.program, other.figures, other.known
+        self._parts, self._start, self._place, self._time = other._parts, start, other._place, other._time
+        self.figures.restart()
+        other._parts, other.going = None, False
+        del other.loop, other.program, other.figures
+        self.going = True
+        return True
 
     def ready(self, sample: int) -> bool:
         """Return whether it can go on to this sample."""
@@ -224,9 +263,10 @@ class Case:
         if self.ready(self._plan.steps):
             self.go(self._plan.steps)
         if self.going:
-            with self._attempt(), self.loop.timed():
-                self.loop.decide(self._given)
-                self._take(self.loop.count)
+            with self._attempt():
+                with self.loop.timed():
+                    self.loop.decide(self._given)
+                self._take_last()
         if self.going and len(self.out):
             plan = self._plan
             finite = Finite(plan.layout, plan.every * plan.scenario.simulation.control_step, plan.columns)
@@ -275,15 +315,22 @@ class Case:
             self.going = False
             self._take(self.loop.count)
 
+    def _take_last(self) -> None:
+        """Take the last sample, which is still the present one."""
+        self.figures.counting()
+        self.figures.samples += 1
+        if len(self.out):
+            self.out[-1] = self.loop.row[self._plan.places]
+        if self.stopped():
+            raise Interrupted("the rollout was stopped")
+
     def _take(self, stop: int) -> None:
         """Take the samples up to `stop`, excluded: all of them follow one another in the ring."""
-        done, steps = self.figures.samples, self._plan.steps
+        done = self.figures.samples
         if stop > done:
             first = done % len(self._ring)
             rows = self._ring[first : first + stop - done]
             self.figures.take(rows, self._plan.places, self._plan.every, self.out)
-            if stop == steps + 1 and len(self.out):
-                self.out[-1] = rows[-1, self._plan.places]
         if self.stopped():
             raise Interrupted("the rollout was stopped")
 
@@ -291,3 +338,10 @@ class Case:
 def _broken(scenario: Scenario) -> tuple[tuple[int, float], ...]:
     names = [cable.name for cable in scenario.robot.cables]
     return broken(scenario.events, names, scenario.simulation.control_step)
+
+
+def _numbers(value: Any) -> bool:
+    """Return whether a value is a number, or consists of numbers."""
+    found = plain_value(value)
+    each = found if isinstance(found, list) else [found]
+    return all(isinstance(one, int | float) and not isinstance(one, bool) for one in each)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,19 +37,26 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> tupl
         for number, values, out in zip(chunk.numbers, chunk.values, rows, strict=True)
     ]
     group = Group(plan)
-    for first in range(0, len(cases), LANES):
-        _run(plan, cases[first : first + LANES], group)
-    return [case.outcome for case in cases], rows
-
-
-def _run(plan: Plan, cases: Sequence[Case], group: Group) -> None:
-    """Run up to eight cases."""
+    ended: list[Case] = []  # whose loops serve the next ones
     try:
-        for case in cases:
-            case.begin()
-        group.go(cases, [plan.steps] * len(cases))
-        for case in cases:
-            case.finish()
+        for first in range(0, len(cases), LANES):
+            under_way = cases[first : first + LANES]
+            for case in under_way:
+                if ended and case.adopt(ended[-1]):
+                    ended.pop()
+                else:
+                    case.begin()
+            group.go(under_way, [plan.steps] * len(under_way))
+            for case in under_way:
+                case.finish()
+                if case.going:
+                    ended.append(case)
+                else:
+                    case.close()
+            if not plan.renewable:
+                while ended:
+                    ended.pop().close()
+        return [case.outcome for case in cases], rows
     finally:
         for case in cases:
             case.close()

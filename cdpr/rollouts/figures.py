@@ -52,10 +52,15 @@ class Figures:
             since[cable] = min(time, since[cable])
         at = np.array([layout.columns[name].start for name in AT])
         self.values = np.zeros(len(FIGURES))
-        self.values[LOW], self.values[HIGH] = np.inf, -np.inf
-        self.samples = 0
+        self.restart()
         self._given = {"since": since, "at": at, "figures": self.values}
         self.counting = bind("count_sample", row=row, **self._given)
+
+    def restart(self) -> None:
+        """Forget all samples."""
+        self.values[:] = 0.0
+        self.values[LOW], self.values[HIGH] = np.inf, -np.inf
+        self.samples = 0
 
     def take(self, rows: Array, places: NDArray[np.int64], every: int, kept: Array) -> None:
         """Count the samples that follow, (n, width), C-contiguous, and keep columns of each so manyth, (K, W)."""

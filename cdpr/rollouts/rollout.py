@@ -43,8 +43,9 @@ KIND = "rollout"
 COLUMNS = ("position", "orientation", "tension")  # that are kept unless others are asked for
 SAMPLES = 100  # of a case that are kept, about, unless it is said
 
-# A chunk is so many cases at most, and fewer where their rows take more than so many bytes: what an interrupt costs.
-CASES, BYTES = 16, 1 << 25
+# A chunk is so many cases at most, or so many samples, and fewer where their rows take more than so many bytes: what an
+# interrupt costs.
+CASES, CHUNK, BYTES = 16, 1 << 14, 1 << 25
 MEMORY = 0.5  # of the machine's that rows may take: beyond that they need a folder
 
 Progress = Callable[[int, int], None]
@@ -126,9 +127,9 @@ def rollout(
                 kept.keep(outcome, row)
             progress(len(ended), n)
 
-        chunks = _chunks(plan, values, [i for i in range(n) if str(i) not in ended])
+        several = threads or (len(os.sched_getaffinity(0)) if compiled else 1)
+        chunks = _chunks(plan, values, [i for i in range(n) if str(i) not in ended], several)
         if scheduler is None:
-            several = threads or (len(os.sched_getaffinity(0)) if compiled else 1)
             beside(chunks, run_chunk, several, lambda found: done(*found), KIND)
         else:
             _on_cluster(chunks, scheduler, done)
@@ -212,8 +213,9 @@ def _kept_in_memory(plan: Plan, n: int) -> KeptInMemory:
     return KeptInMemory(shape)
 
 
-def _chunks(plan: Plan, values: Mapping[str, Sequence[Any]], waiting: Sequence[int]) -> Iterator[Chunk]:
-    size = max(1, min(CASES, BYTES // (8 * len(plan.kept) * len(plan.places))))
+def _chunks(plan: Plan, values: Mapping[str, Sequence[Any]], waiting: Sequence[int], several: int) -> Iterator[Chunk]:
+    most = max(CASES, min(CHUNK // plan.steps, -(-len(waiting) // several)))
+    size = max(1, min(most, BYTES // (8 * len(plan.kept) * len(plan.places))))
     for first in range(0, len(waiting), size):
         numbers = tuple(waiting[first : first + size])
         yield Chunk(plan, numbers, tuple(tuple(given[i] for given in values.values()) for i in numbers))

@@ -52,3 +52,18 @@ class Settings:
     def reset(self) -> None:
         """Go back to the options at the start."""
         self.restore({})
+
+    def renew(self, changes: Mapping[str, Any]) -> None:
+        """Begin with other options in place of those at the start. Raises CdprError, having changed nothing."""
+        self.reset()
+        values = self._options.values
+        before = dict(values)
+        try:
+            for key, value in changes.items():
+                self._options.change(key, value)
+            for role in {self._options.owner(key) for key in changes}:
+                self._plugins[role].change(values[role])
+        except CdprError:
+            values.update(before)
+            raise
+        self._first = dict(values)
