@@ -267,7 +267,7 @@ class Case:
                 with self.loop.timed():
                     self.loop.decide(self._given)
                 self._take_last()
-        if self.going and len(self.out):
+        if self.going and not np.isfinite(self.out).all():
             plan = self._plan
             finite = Finite(plan.layout, plan.every * plan.scenario.simulation.control_step, plan.columns)
             with self._attempt():

@@ -45,7 +45,7 @@ SAMPLES = 100  # of a case that are kept, about, unless it is said
 
 # A chunk is so many cases at most, or so many samples, and fewer where their rows take more than so many bytes: what an
 # interrupt costs.
-CASES, CHUNK, BYTES = 16, 1 << 14, 1 << 25
+CASES, CHUNK, BYTES = 16, 1 << 17, 1 << 25
 MEMORY = 0.5  # of the machine's that rows may take: beyond that they need a folder
 
 Progress = Callable[[int, int], None]
