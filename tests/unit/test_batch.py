@@ -286,7 +286,7 @@ def test_a_closed_batch_has_no_lanes():
 
 @pytest.mark.parametrize("controller", ["computed_torque", "cable_length"])
 def test_wrenches_from_outside(controller, calls):
-    """One from outside for each lane, held for the steps; after a controller whose answers are commands they go alone."""
+    """One for each lane, held for the steps; lanes of a controller whose answers are commands go alone."""
     gravity = np.array([0.0, 0.0, 9.81 * 25.0, 0.0, 0.0, 0.0])
     wrenches = gravity * np.linspace(0.95, 1.05, 4)[:, None]
     own = {"controller.type": controller}

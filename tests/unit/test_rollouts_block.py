@@ -9,7 +9,7 @@ from conftest import ROOT
 import cdpr
 from cdpr.columns import FIRST
 from cdpr.native.operations import LANES
-from cdpr.rollouts import block
+from cdpr.rollouts import block, case
 
 SCENARIOS = ROOT / "scenarios"
 ALL = tuple(column.name for column in FIRST if column.name != "time")
@@ -196,3 +196,29 @@ def test_exits_of_different_kinds_do_not_share_lanes(both):
     one, other, _ = both("cogiro_pulleys", vary, 4, **without)
     assert one.counts == {"finished": 4}
     assert_same(one, other)
+
+
+@pytest.mark.parametrize("controller", ["computed_torque", "pid"])
+def test_a_loop_serves_cases_that_differ_in_options_that_may_change(controller, monkeypatch):
+    """Values that a plugin does not accept, and cases that diverge, do not change the others."""
+    made, build = [], case.build
+    monkeypatch.setattr(case, "build", lambda scenario: made.append(scenario) or build(scenario))
+    gains = [100.0 + i for i in range(3 * LANES)]
+    gains[12], gains[14] = 1e6, -1.0
+    overrides = {
+        "controller.type": controller,
+        "robot.tension.max": 1e11,
+        "simulation.control_step": 0.01,
+        "simulation.physics_step": 0.01,
+        "simulation.duration": 0.3,
+        "simulation.ends_early": True,
+    }
+    given = {"vary": {"controller.kp": gains, "controller.kd": [20.0] * len(gains)}, "overrides": overrides}
+    given |= {"every": 1, "columns": ALL, "threads": 1}
+    one = cdpr.rollout(SCENARIOS / "caroca.yaml", len(gains), **given)
+    assert len(made) <= LANES + 4
+    assert one.counts == {"finished": 22, "failed": 1, "diverged": 1}
+    assert "controller.kp" in one.messages[14]
+    monkeypatch.setattr(case.Plan, "renewable", False)
+    assert_same(one, cdpr.rollout(SCENARIOS / "caroca.yaml", len(gains), **given))
+    assert len(made) >= LANES + 20
