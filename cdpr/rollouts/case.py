@@ -330,7 +330,7 @@ class Case:
         if stop > done:
             first = done % len(self._ring)
             rows = self._ring[first : first + stop - done]
-            self.figures.take(rows, self._plan.places, self._plan.every, self.out)
+            self.figures.take(rows, self._plan.places, max(self._plan.every, 1), self.out)
         if self.stopped():
             raise Interrupted("the rollout was stopped")
 

@@ -67,7 +67,7 @@ struct CountSamples {
     double* figures;         // (10)
     double* kept;            // (n, c), columns of each `every`th sample
     int64_t first;           // number of the first sample, 0 or more
-    int64_t every;           // samples from one that is kept to the next; 0: none is
+    int64_t every;           // samples from one that is kept to the next
     int64_t k;
     int64_t w;
     int64_t m;
