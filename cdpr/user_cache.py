@@ -1,4 +1,4 @@
-"""The folder that cdpr may keep in the user's cache: exported FMUs and their libraries."""
+"""Folder of cdpr in the user's cache, for exported FMUs and their libraries."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from pathlib import Path
 
 from cdpr.errors import OutputError
 
-PASSING = "cdpr-passing-"  # begins the name of a folder that goes with its process
+PASSING = "cdpr-passing-"  # first part of the name of a folder that is removed when its process ends
 
 
 def user_cache() -> Path:
-    """Return the folder that cdpr may keep in the user's cache, or in the fallback where the user has no home."""
+    """Return the folder of cdpr in the user's cache; the fallback if the user has no home folder."""
     root = os.environ.get("XDG_CACHE_HOME")
     try:
         return Path(root or Path.home() / ".cache") / "cdpr"
@@ -27,10 +27,10 @@ def user_cache() -> Path:
 
 @lru_cache(maxsize=1)
 def fallback() -> Path:
-    """Return the folder that takes the place of the user's cache: one for this user on this machine, kept.
+    """Return the folder that replaces the user's cache: one per user, in the folder for temporary files.
 
-    Others may write beside it, and what lies in it is run: it is believed only where it belongs to the user alone.
-    Where somebody else holds the name, a folder of this process takes its place, and goes with it.
+    Its content is executed, so it must belong to the user and be closed to others. Otherwise a new folder replaces it,
+    which is removed when this process ends.
 
     Raises:
         OutputError: No folder for temporary files can be written.
@@ -42,7 +42,7 @@ def fallback() -> Path:
     with contextlib.suppress(OSError):
         path.mkdir(mode=0o700)
     with contextlib.suppress(OSError):
-        found = path.lstat()  # a link would be somebody's
+        found = path.lstat()  # not a link, which others can make
         if stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not found.st_mode & 0o077:
             return path
     try:

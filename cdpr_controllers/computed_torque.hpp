@@ -7,7 +7,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// What the controllers computed_torque and static share.
+// Common part of the controllers computed_torque and static.
 template <class T> struct TaskSpaceControl {
     const T* gains;     // (12): kp (6), 1/s^2, and kd (6), 1/s, of x, y, z, rx, ry, rz
     const T* inertial;  // (13), `Robot.inertial`

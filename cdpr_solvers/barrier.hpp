@@ -47,7 +47,7 @@ struct Barrier {
             for (int64_t i = 0; i < m; i++) {
                 const double s = change(i, x);
                 const double length = square_root(sum(0.0, k, r, [&](int64_t a) { return N(i, a) * N(i, a); }));
-                // What is left of a row after the turns before may be their round-off.
+                // The rest of a row after the turns before may be their round-off.
                 if (!(length > ROUNDING)) continue;
                 const double rate = length / smaller(below(i) + s, above(i) - s);
                 if (rate > closest) {
@@ -95,7 +95,8 @@ struct Barrier {
         return square;
     }
 
-    // Whether x + length step is within the limits and the barrier still falls there in the direction of the step.
+    // Return whether x + length step is within the limits and the barrier still falls there in the direction of the
+    // step.
     inline bool downhill(double length) const {
         double slope = 0.0;
         for (int64_t i = 0; i < m; i++) {

@@ -6,7 +6,8 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Whether tensions of least norm balance the wrench within the limits; they are written then. BAD_INPUT as `reduce`.
+// Return whether tensions of least norm balance the wrench within the limits; they are written then. BAD_INPUT as
+// `reduce`.
 CDPR_INLINE int balance(const BoxLeastSquares& p) {
     const TensionProblem<double> problem = p.problem(p.wrench, p.tension);
     const int64_t r = reduce(problem);

@@ -1,6 +1,6 @@
 // Alternating projections between the solutions of W t = wrench and the limits. SPDX-License-Identifier: Apache-2.0
 //
-// From the middle of the limits, project on { W t = wrench }, then on the limits what this gave plus the correction
+// Start in the middle of the limits; project on { W t = wrench }, then on the limits what this gave plus the correction
 // that the projection on the limits took away last time, and so on: Boyle and Dykstra (1986); of cables, Hassan and
 // Khajepour (2011). The affine set needs no correction. See the docstring of the module.
 #pragma once
@@ -30,7 +30,7 @@ inline void Dykstra::project_on_limits(double* correction) const {
     }
 }
 
-// Whether the solution is as good as the point of the limits; `largest` is the largest limit, N.
+// Return whether the solution is as good as the point of the limits; `largest` is the largest limit, N.
 inline bool Dykstra::close(double largest) const {
     double apart = 0.0;
     for (int64_t i = 0; i < problem.m; i++) apart = larger(apart, absolute(problem.tension[i] - problem.target()[i]));

@@ -10,7 +10,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// What is left of a row of N below this length depends on the rows of the fixed cables.
+// A rest of a row of N shorter than this depends on the rows of the fixed cables.
 constexpr double FIXED_TOLERANCE = 1e-11;
 
 // The cable that is fixed next.

@@ -10,7 +10,7 @@
 namespace cdpr::CDPR_TARGET {
 
 struct KernelMethod {
-    // Whether h, the first column of N, has one sign. Locked cables do not count.
+    // Return whether h, the first column of N, has one sign. Locked cables do not count.
     static inline bool tightens_all(const TensionProblem<double>& problem) {
         double sign = 0.0;
         for (int64_t i = 0; i < problem.m; i++) {

@@ -53,7 +53,7 @@ inline double power_of_two(double x) {
     return ::ldexp(0.5, exponent);
 }
 
-// Whether x changes a cable.
+// Return whether x changes a cable.
 CDPR_INLINE bool moves(const Matrix<double>& N, int64_t i, int64_t r) {
     for (int64_t k = 0; k < r; k++)
         if (N(i, k) != 0.0) return true;
@@ -137,14 +137,14 @@ struct LibraryAnswer {
     }
 };
 
-// Whether the library's tensions are those of least norm but for round-off.
+// Return whether the library's tensions are those of least norm but for round-off.
 inline bool is_least(const LibraryAnswer& p) {
     bool same = true;
     for (int64_t i = 0; i < p.m; i++) same = same && absolute(p.point()[i] - p.tension[i]) <= BELIEVED * *p.unit;
     return same;
 }
 
-// Whether the library's tensions break a limit by more than round-off; also where one is NaN.
+// Return whether the library's tensions break a limit by more than round-off; also where one is NaN.
 inline bool breaks_limits(const LibraryAnswer& p, int64_t r) {
     const Matrix<double> N = {p.basis, p.m};
     for (int64_t i = 0; i < p.m; i++) {

@@ -10,7 +10,7 @@ namespace cdpr::CDPR_TARGET {
 // How far round-off may move a solution, as a share of it, where W is as ill-conditioned as `reduce` lets pass.
 constexpr double PROJECTION_ROUND_OFF = 1e-6;
 
-// What a solution may leave unbalanced, as a share of the largest row: half of what is exact.
+// Allowed residual of a solution, as a share of the largest row: half of what is exact.
 constexpr double BALANCED = 5e-10;
 
 template <class T> CDPR_INLINE T square(T a) { return a * a; }

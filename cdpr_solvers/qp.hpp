@@ -12,7 +12,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// What the tensions shall be near to.
+// Target that the tensions shall be near.
 enum About { ZERO, MIDDLE, PREVIOUS, GIVEN };
 
 // A reference this many times as large as the tensions makes its round-off count (2^-52 of it, against the share of the
@@ -58,14 +58,14 @@ template <class T> struct MinimumNorm {
     }
 };
 
-// Whether all tensions of the step before are known.
+// Return whether all tensions of the step before are known.
 template <class T> CDPR_INLINE Truth<T> follows(const MinimumNorm<T>& p) {
     Truth<T> known = true;
     for (int64_t i = 0; i < p.m; i++) known = known & finite(p.tension[i]);
     return known;
 }
 
-// What is asked of a problem. A first step has nothing previous: then it is about zero and any change is allowed.
+// Question about a problem. A first step has nothing previous: then it is about zero and any change is allowed.
 struct Question {
     int64_t about;
     bool window;  // whether tensions may change by no more than p.change
@@ -197,8 +197,8 @@ inline int minimum_norm(MinimumNorm<double>& p) {
     return status;
 }
 
-#ifdef __GNUC__
-// Whether lanes ask for the least norm within their limits, no more.
+#ifdef CDPR_LANES
+// Return whether lanes ask for the least norm within their limits, no more.
 CDPR_INLINE Mask plain_lanes(const MinimumNorm<Lanes>& p) {
     if (p.weighted || many_cables(p.n, p.m) || p.about == MIDDLE || p.about == GIVEN) return false;
     return p.about == PREVIOUS || finite(p.change) ? !follows(p) : Mask(true);

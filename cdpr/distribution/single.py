@@ -32,7 +32,7 @@ class Single:
     """Distribution of one row after the other by a solver.
 
     Args:
-        robot: Gives geometry, limits and degrees of freedom.
+        robot: The robot.
         entry: The solver's, which it was made by.
         solver: Made for this robot.
         respects_bounds: Whether it declares that it respects the limits.
@@ -87,14 +87,14 @@ def distribute_single(
     given: tuple[ArrayLike, ArrayLike | None, ArrayLike | None, ArrayLike | None],
     gravity: ArrayLike,
 ) -> tuple[Array, list[float]] | None:
-    """Distribute one row with a solver by its name; None where the arguments need a closer look, or it is no such row.
+    """Distribute one row with a solver by its name; return None if the arguments need further checks.
 
     Args:
-        robot: Gives geometry, limits and degrees of freedom.
+        robot: The robot.
         solver: Name.
         options: Of the solver.
         given: Pose (7,), wrench (6,) or None, lowest and highest tensions (m,) or None.
-        gravity: (3,), m/s^2, world, known to be right.
+        gravity: (3,) m/s^2, world; already checked.
 
     Returns:
         As `Single.distribute`.

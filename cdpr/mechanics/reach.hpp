@@ -25,7 +25,7 @@ struct CableLimits {
     static constexpr char fields[] =
         "time(1), kinds(k, 4), since(c >= 1), limits(c, k, m), tolerances(k, m), until(m), k, m, c";
 
-    // Whether all columns are in rows of this width.
+    // Return whether all columns are in rows of this width.
     inline bool fits(int64_t width) const {
         bool inside = time[0] >= 0 && time[0] < width;
         for (int64_t i = 0; i < k; i++) {
@@ -44,12 +44,12 @@ struct CableLimits {
 };
 
 // By how much a cable is beyond its limit, 0 where it keeps it, and the value.
-struct Excess {
+struct CableExcess {
     double beyond, value;
 };
 
 // Return that of cable j and its limit of kind i.
-CDPR_INLINE Excess excess(const CableLimits& cables, const double* now, const double* row, int64_t i, int64_t j) {
+CDPR_INLINE CableExcess excess(const CableLimits& cables, const double* now, const double* row, int64_t i, int64_t j) {
     const int64_t* kind = cables.kinds + CableLimits::COLUMNS * i;
     const int64_t room = kind[CableLimits::ROOM], place = i * cables.m + j;
     double value = row[kind[CableLimits::START] + j];
@@ -60,7 +60,7 @@ CDPR_INLINE Excess excess(const CableLimits& cables, const double* now, const do
     return {0.0, value};
 }
 
-// Whether a live sample is beyond a limit.
+// Return whether a live sample is beyond a limit.
 struct BeyondLimits {
     CableLimits cables;
     const double* row;  // (width)
@@ -104,7 +104,7 @@ inline bool LimitViolations::count_kind(const double* now, const double* row, in
     bool found = false;
     for (int64_t j = 0; j < cables.m; j++) {
         const int64_t place = i * cables.m + j;
-        const Excess here = excess(cables, now, row, i, j);
+        const CableExcess here = excess(cables, now, row, i, j);
         if (!(here.beyond > 0.0)) continue;
         found = true;
         const double share = here.beyond / sizes[place];

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import operator
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ from cdpr.native.library import address
 # Keeps the lock of Python: the arrays of one object serve one call at a time.
 OPERATION = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 LOWEST_ADDRESS = 4096  # systems map no code below
+MAPPINGS = Path("/proc/self/maps")  # memory of this process, on Linux
 DTYPES = np.dtype(np.float64), np.dtype(np.int64)
 
 
@@ -24,12 +27,13 @@ class Foreign:
     an array, a `double` or an `int64_t` for a number. The function must be valid as long as this object is.
 
     Args:
-        function: Its address, or an object that has it as `address`, such as a `numba.cfunc`, and is kept alive.
+        function: Its address, or an object that has it as `address`, such as a `numba.cfunc`, and is kept alive. Of a
+            function of ctypes the address is `ctypes.cast(function, ctypes.c_void_p).value`.
         arguments: C-contiguous arrays of float64 or int64, which stay where they are, and numbers.
 
     Raises:
         TypeError: The function has no address, or an argument is none of these.
-        ValueError: An array is not C-contiguous, or not aligned to 8 bytes.
+        ValueError: An array is not C-contiguous, or not aligned to 8 bytes; or, on Linux, no code is at the address.
 
     Attributes:
         operation: Address of the function.
@@ -51,10 +55,10 @@ class Foreign:
     """
 
     def __init__(self, function: Any, *arguments: Any) -> None:
-        self.operation = _address(function)
-        self._function = function  # keeps its code in memory
         self.arrays: tuple[Array, ...] = tuple(each for each in arguments if isinstance(each, np.ndarray))
         self.words = np.array([_word(i, each) for i, each in enumerate(arguments)], dtype=np.int64)
+        self.operation = _address(function)
+        self._function = function  # keeps its code in memory
         self.place = address(self.words)
         self._call = OPERATION(self.operation)
 
@@ -71,9 +75,28 @@ def _address(function: Any) -> int:
         raise TypeError(
             f"function: expected an address, or an object with an attribute `address`, got {kind}."
         ) from None
+    _check_code(found)
+    return found
+
+
+@lru_cache(maxsize=1024)  # rollouts bind the same few functions for each case
+def _check_code(found: int) -> None:
+    """Raise ValueError where there is no code at an address."""
     if found < LOWEST_ADDRESS:
         raise ValueError(f"function: expected the address of a function, got {found}.")
-    return found
+    try:
+        lines = MAPPINGS.read_text().splitlines()
+    except OSError:  # not on Linux
+        return
+    for line in lines:
+        span, access, _ = line.split(maxsplit=2)
+        first, last = (int(number, 16) for number in span.split("-"))
+        if first <= found < last and "x" in access:
+            return
+    raise ValueError(
+        f"function: expected the address of a function, got {found:#x}, where no code is; keep its library loaded, and "
+        "with ctypes use `ctypes.cast(function, ctypes.c_void_p).value`, not `addressof`."
+    )
 
 
 def _word(i: int, argument: Any) -> int:

@@ -61,7 +61,7 @@ class Controller(ABC):
         """Return what `control` does with these arrays, whatever the time, as a compiled operation; None without one.
 
         The loop then calls it without Python. It is what `cdpr.native.bind.bind` returns, or a
-        `cdpr.native.foreign.Foreign`.
+        `cdpr.native.foreign.Foreign`. A code other than 0 ends the run with PluginError.
         """
         return None
 

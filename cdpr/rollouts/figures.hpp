@@ -12,12 +12,12 @@ namespace cdpr::CDPR_TARGET {
 enum Figure { POSITION = 0, ORIENTATION = 3, LOWEST = 6, HIGHEST, INFEASIBLE_SAMPLES, UNANSWERED_SAMPLES };
 
 // First columns in a row of what is counted, in the order of AT of figures.py.
-enum Column { POSITION_AT, DESIRED_POSITION_AT, ORIENTATION_AT, DESIRED_ORIENTATION_AT, TENSION_AT, STATUS_AT };
+enum { POSITION_AT, DESIRED_POSITION_AT, ORIENTATION_AT, DESIRED_ORIENTATION_AT, TENSION_AT, STATUS_AT };
 
 template <class T> struct CountSample {
     const T* row;       // (w), a sample; its first number is the time, s
     const T* since;     // (m), s: from then on a cable's tension counts no more
-    const int64_t* at;  // (6), as Column
+    const int64_t* at;  // (6), the columns above
     T* figures;         // (10), as Figure
     int64_t w;
     int64_t m;

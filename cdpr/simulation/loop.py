@@ -122,10 +122,10 @@ class Loop:
     def _try_control(self) -> None:
         parts = self.parts
         self.out[:] = np.nan
-        parts.controller.control(0.0, self.given_state, self.given_desired, self.out)
+        perform(self.program.acts[:1])
         if np.isnan(self.out).all():
             raise PluginError(
-                f"the controller wrote no {parts.output}: `control` must write into the array it is given"
+                f"the controller wrote no {parts.output}, or NaN: `control` must write into the array it is given"
             )
         self.stage.distribute()
         if self.present.live.status[0] not in ANSWERS and not self.stage.answered:
@@ -305,7 +305,7 @@ class Loop:
         def ask(time: float) -> None:
             control(time, *given)
 
-        deciding = Act("controller", law) if law else Act("controller", ask, timed=True)
+        deciding = Act("controller", law, self._refuse_code) if law else Act("controller", ask, timed=True)
         reading_clock, checking_clock = clock_acts(backend)
         self.advancing = [
             Act("command", bind("copy", source=self.tension, target=backend.command)),
@@ -323,6 +323,9 @@ class Loop:
         self.outside = Outside(self, self._record)
         playback = Playback(parts.events, parts.control_step, self.outside.command)
         self._playback = playback if playback else None
+
+    def _refuse_code(self, code: int) -> None:
+        raise PluginError(f"the controller's compiled operation returned {code}; expected 0")
 
     def _refuse_output(self, _: int) -> None:
         values = ", ".join(f"{value:.4g}" for value in self.out)

@@ -47,7 +47,7 @@ template <class T> struct Observation {
         "both matrix(6, m), both length(m), both rate(m), both energies(4), work before(m), period, m, w";
 };
 
-// What limits the accelerations of the platform.
+// Limits of the accelerations of the platform.
 template <class T> struct Bounds {
     T inverse_mass;     // 1/kg
     T weight;           // |gravity|, m/s^2

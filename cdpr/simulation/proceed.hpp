@@ -63,7 +63,7 @@ CDPR_INLINE int call_act(const Act& called, double time, int64_t& act) {
     return 0;
 }
 
-// Call acts from the present position on; return REACHED, PYTHON, or the code of the act at which it stands.
+// Call acts from the present position on; return REACHED, PYTHON, or the code of the act at which it stopped.
 inline int proceed(Proceed& loop) {
     const Act* const acts = reinterpret_cast<const Act*>(loop.table);
     Standing& standing = *reinterpret_cast<Standing*>(loop.place);

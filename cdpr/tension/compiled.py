@@ -38,10 +38,10 @@ def distribute_once(
         >>> distribute_once("closed_form", [[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
         (array([6., 4.]), <Status.OK: 0>)
     """
+    numbers = {name: value for name, value in options.items() if isinstance(value, int | float)}
     given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max, **options}
-    numbers = {name: value for name, value in given.items() if isinstance(value, int | float)}
     arrays = {
-        name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items() if name not in numbers
+        name: np.asarray(value, dtype=np.float64, order="C") for name, value in given.items() if name not in numbers
     }
     tension = np.empty(arrays["tension_min"].shape)
     status = Status(bind(operation, **arrays, **numbers, tension=tension, status=np.empty(1))())

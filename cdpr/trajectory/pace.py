@@ -43,8 +43,8 @@ def pace(
     arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
     first = np.ascontiguousarray(chains, dtype=np.int64)
     sections = arrays["caps"].size
-    if first.ndim != 1 or first[0] != 0 or first[-1] != sections or (np.diff(first) < 1).any():
-        raise ValueError(f"pace: chains: expected increasing numbers from 0 to {sections}, got {first}.")
+    if first.ndim != 1 or first.size < 2 or first[0] != 0 or first[-1] != sections or (np.diff(first) < 1).any():
+        raise ValueError(f"pace: chains: expected increasing numbers from 0 to {sections}, 2 or more, got {first}.")
     count = len(first) - 1
     phases, rows = np.empty((8 * sections + 7 * count, 5)), np.empty(count + 1, dtype=np.int64)
     bind("pace", **arrays, chains=first, phases=phases, rows=rows, c=count)()

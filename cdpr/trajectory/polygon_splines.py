@@ -61,7 +61,7 @@ def polygon_splines(
     arrays |= {name: np.array(value, dtype=np.float64, order="C") for name, value in changed.items()}
     ends, first = (np.ascontiguousarray(value, dtype=np.int64) for value in (parted, runs))
     vertices = arrays["turn"].size
-    if first.ndim != 1 or first[0] != 0 or first[-1] != vertices or (np.diff(first) < 2).any():
+    if first.ndim != 1 or first.size < 2 or first[0] != 0 or first[-1] != vertices or (np.diff(first) < 2).any():
         raise ValueError(f"polygon_splines: runs: expected numbers from 0 to {vertices}, 2 or more apart, got {first}.")
     count, longest = len(first) - 1, int(np.diff(first).max())
     pieces, rows = np.empty((7 * vertices, 16)), np.empty(count + 1, dtype=np.int64)

@@ -1,4 +1,4 @@
-// What the cables of a robot can exert at a pose. SPDX-License-Identifier: Apache-2.0
+// Wrenches that the cables of a robot can exert at a pose. SPDX-License-Identifier: Apache-2.0
 //
 // Capacity margin, wrench closure or payload, from the facets of the set of wrenches (facets.hpp). Moments are divided
 // by the characteristic length.
@@ -13,9 +13,9 @@ namespace cdpr::CDPR_TARGET {
 
 // Answers about a pose: it has a value; W lacks rank, so the cables exert nothing in some direction; numbers are not
 // finite, such as where an anchor lies on the other one of its cable.
-enum PoseStatus { REGULAR, LACKS_RANK, NOT_FINITE };
+enum PoseStatus { REGULAR, LACKS_RANK, NO_NUMBERS };
 
-// What is asked about all poses.
+// Question about all poses.
 template <class T> struct PoseQuestion {
     const T* lines;         // (m, w), as of geometry.hpp
     const T* tension_min;   // (m), N
@@ -218,7 +218,7 @@ inline PoseStatus assess_pose(const PoseQuestion<double>& asked, const double* p
     space.value[1] = 1.0;
     const int64_t r = reduce(tension_problem(asked, space));
     if (r == -INFEASIBLE || r == -NOT_FOUND) return LACKS_RANK;
-    if (r < 0) return NOT_FINITE;
+    if (r < 0) return NO_NUMBERS;
     int64_t count = 0;
     for (int64_t i = 0; i < m; i++)
         if (asked.tension_min[i] < asked.tension_max[i]) cables[count++] = i;

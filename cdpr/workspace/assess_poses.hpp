@@ -1,4 +1,4 @@
-// What the cables of a robot can exert at many poses. SPDX-License-Identifier: Apache-2.0
+// Wrenches that the cables of a robot can exert at many poses. SPDX-License-Identifier: Apache-2.0
 //
 // With two cables more than directions, eight poses at a time in lanes; each gets the bits that it gets alone, and
 // those whose W lacks rank are answered alone.
@@ -48,7 +48,7 @@ CDPR_INLINE int64_t widest(const double* direction, int64_t n) {
     return found;
 }
 
-// Whether most poses can be answered in lanes.
+// Return whether most poses can be answered in lanes.
 inline bool Assess::serves_lanes() const {
     bool free = true;
     for (int64_t i = 0; i < asked.m; i++) free = free && asked.tension_min[i] < asked.tension_max[i];

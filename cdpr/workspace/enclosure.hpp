@@ -21,7 +21,7 @@ struct Model {
     // By how much the number changes to first order from the middle of the box.
     CDPR_INLINE double spread() const { return absolute(x) + absolute(y) + absolute(z); }
 
-    // What the size of the number is at most.
+    // Largest possible size of the number.
     CDPR_INLINE double largest() const { return (absolute(c) + spread() + r) * (1.0 + ROUNDED); }
 };
 

@@ -142,7 +142,7 @@ struct FacetSearch {
     double* p;               // (m), of the free cables
     double* c;               // (n)
     double* best;            // (n), of a margin: unit normal of the nearest facet
-    // What was found so far.
+    // Result so far.
     double least = INFINITE, scale = 0.0;
     double lightest = -INFINITE, heaviest = INFINITE, lightest_scale = 0.0;
 

@@ -9,7 +9,7 @@ namespace cdpr::CDPR_TARGET {
 
 constexpr int64_t TWO = 2;  // cables more than directions
 
-// What is known of a pose, and work space.
+// Numbers of a pose, and work space.
 template <class T> struct TwoMore {
     int64_t form, n, m, k;
     Matrix<const T> W;         // (n, m)

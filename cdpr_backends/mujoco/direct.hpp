@@ -7,7 +7,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// What MuJoCo calls back, with the model and data of its batch, which we leave alone.
+// Callback of MuJoCo, with the model and data of its batch, which stay unchanged.
 typedef void MujocoCallback(void* model, void* data, int number, void* words);
 
 struct MujocoWords {

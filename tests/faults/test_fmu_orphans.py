@@ -23,7 +23,7 @@ from cdpr.fmu.run.folder import PREFIX, Folder, sweep
 
 GONE = 60.0  # s in which a process must be gone; it takes milliseconds, on a quiet machine
 # A library that hangs while it is loaded: Python's lock is held meanwhile, so that no thread of the process runs.
-HANGS = "__attribute__((constructor)) static void hang(void) { for (volatile int on = 1; on;) {} }"
+HANGS = "struct Hang { Hang() { for (volatile int on = 1; on;) {} } } hang;"
 PARENT = """
 from cdpr.fmu.run.folder import Folder
 from cdpr.fmu.run.instance import Plan
@@ -67,12 +67,12 @@ def child(pid):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no death signal")
-@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@pytest.mark.skipif(shutil.which("c++") is None, reason="no C++ compiler")
 @pytest.mark.parametrize("stopped", [False, True], ids=["hanging", "stopped"])
 def test_a_worker_ends_with_its_parent(root, tmp_path, stopped):
-    (tmp_path / "hangs.c").write_text(HANGS)
+    (tmp_path / "hangs.cpp").write_text(HANGS)
     library = tmp_path / "hangs.so"
-    subprocess.run(["cc", "-shared", "-fPIC", "-o", library, tmp_path / "hangs.c"], check=True)
+    subprocess.run(["c++", "-shared", "-fPIC", "-o", library, tmp_path / "hangs.cpp"], check=True)
     parent = subprocess.Popen([sys.executable, "-c", PARENT.format(library=str(library))])
     worker = 0
     try:

@@ -2,7 +2,15 @@
 
    host LIBRARY TOKEN RESOURCES FMI STEPS STEP CABLES TENSION FORCE POSITION
    The last three are value references, in FMI 3 of arrays; the moment follows the force. */
+#ifdef _WIN32
+#include <windows.h>
+#define dlopen(path, flags) ((void *)LoadLibraryA(path))
+#define dlsym(handle, name) ((void *)GetProcAddress(handle, name))
+#define dlclose(handle) FreeLibrary(handle)
+#define dlerror() "the library or one of its functions is missing"
+#else
 #include <dlfcn.h>
+#endif
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>

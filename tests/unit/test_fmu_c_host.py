@@ -4,30 +4,19 @@ from __future__ import annotations
 
 import subprocess
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
 from fmu.cases import plant_of, scenario, write
-from fmu.controller import c_compiler
 from fmu.driver import Driver
+from fmu.host import STEP, STEPS, STRICT, arguments, compile_host
 
-from cdpr.fmu.export.library import FLAGS, STANDARD, library, sources
+from cdpr.fmu.export.library import FLAGS, library, sources
 from cdpr.fmu.read.archive import open_archive
 
-STEPS, STEP = 200, 0.001
-STRICT = ("-Wall", "-Wextra", "-Wshadow", "-Wvla", "-Werror")
 SANITIZE = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 CASES = pytest.mark.parametrize("case", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid", "pulleys_mixed"])
-
-
-def compile_host(folder, *flags):
-    host = folder / "host"
-    source = Path(__file__).parents[1] / "fmu" / "host.c"
-    command = [*c_compiler(), "-std=c99", *STRICT, *flags, f"-I{STANDARD}", "-o", host, source, "-ldl", "-lm"]
-    subprocess.run(command, check=True)
-    return host
 
 
 @pytest.fixture(scope="module")
@@ -50,29 +39,12 @@ def sanitized_in_a_hurry(tmp_path_factory):
 def sanitize(folder, *more):
     shared = folder / "cdpr_plant.so"
     shared.write_bytes(library(sources(), (*FLAGS, *STRICT, "-Wpedantic", *SANITIZE, *more)))
-    return compile_host(folder, *SANITIZE), shared
+    return compile_host(folder, flags=SANITIZE), shared
 
 
 def run(host, path, folder, shared=None):
     """Extract the FMU and run the host on it; return what came of it."""
-    with zipfile.ZipFile(path) as archive:
-        archive.extractall(folder)
-    about = open_archive(path).description
-    fmi = about.fmi[0]
-    place = folder / "resources"
-    resources = place.as_uri() if fmi == "2" else f"{place}/"
-    names = [
-        f"{name}[1]" if fmi == "2" else name for name in ("cable_tension", "command", "external_force", "position")
-    ]
-    inputs = {each.name for each in about.variables if each.causality == "input"}
-    names.remove(names[0] if names[1] in inputs else names[1])
-    pull, wrench, position = [about.find(name).value_reference for name in names]
-    m = sum(each.size for each in about.variables if each.name.startswith("cable_length"))
-    shared = shared or next(folder.rglob("cdpr_plant.so"))
-    numbers = [fmi, STEPS, STEP, m, pull, wrench, position]
-    return subprocess.run(
-        [host, shared, about.token, resources, *map(str, numbers)], capture_output=True, text=True, timeout=60
-    )
+    return subprocess.run([host, *arguments(path, folder, shared)], capture_output=True, text=True, timeout=60)
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
@@ -91,6 +63,16 @@ def test_a_host_in_c_finds_the_same(case, fmi, plain, tmp_path):
         for k in range(STEPS):
             driver.step(k * STEP, STEP)
         assert [float(line) for line in done.stdout.split()] == driver.state().tolist()
+
+
+@pytest.mark.slow
+def test_a_compiler_without_vector_types_gives_the_same_bits(plain, tmp_path):
+    path = write(plant_of(scenario("pulleys_mixed")), 3, tmp_path)
+    shared = tmp_path / "plain.so"
+    shared.write_bytes(library(sources(), (*FLAGS, *STRICT, "-Wpedantic", "-DCDPR_PLAIN")))
+    states = [run(plain, path, tmp_path / str(k), given).stdout for k, given in enumerate((None, shared))]
+    assert len(states[0].split()) == 13
+    assert states[0] == states[1]
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import mmap
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +11,8 @@ import pytest
 
 import cdpr
 from cdpr.native.bind import bind
-from cdpr.native.foreign import OPERATION, Foreign
-from cdpr.plugins import CompiledSolver
+from cdpr.native.foreign import MAPPINGS, OPERATION, Foreign
+from cdpr.plugins import CompiledSolver, Controller
 
 
 def test_a_numba_function_takes_arrays():
@@ -106,10 +107,21 @@ def test_arrays_that_differ_are_rejected(products):
         products.on()
 
 
-@pytest.mark.parametrize("address", [0, 1, 2, -1])
+@pytest.mark.parametrize("address", [0, 1, 2, -1, 1 << 63, 1 << 64, 1 << 200])
 def test_an_address_below_all_code_is_an_error(address):
     with pytest.raises(ValueError, match="expected the address of a function"):
         Foreign(address)
+
+
+@pytest.mark.skipif(not MAPPINGS.exists(), reason="this system does not list the memory of a process")
+def test_an_address_without_code_is_an_error():
+    """That of data, such as where ctypes stores the address of a function; and of a library that is not loaded."""
+    function, array = OPERATION(lambda place, time: 0), np.zeros(3)
+    with mmap.mmap(-1, mmap.PAGESIZE) as memory:
+        unmapped = ctypes.addressof(ctypes.c_char.from_buffer(memory))
+    for address in (ctypes.addressof(function), array.ctypes.data, unmapped):
+        with pytest.raises(ValueError, match=f"{address:#x}, where no code is; .*c_void_p"):
+            Foreign(address)
 
 
 def test_a_code_that_is_no_status_is_an_error_in_distributions():
@@ -123,3 +135,60 @@ def test_a_code_that_is_no_status_is_an_error_in_distributions():
     poses = np.repeat(robot.home[None], 3, axis=0)
     with pytest.raises(cdpr.PluginError, match="returned 42, which is no"):
         cdpr.distribute(robot, poses, solver=Wrong(robot, None))
+
+
+@pytest.mark.parametrize(
+    ("code", "value", "error"),
+    [
+        (42, 1.0, "the controller's compiled operation returned 42; expected 0"),
+        (-(1 << 31), 1.0, "the controller's compiled operation returned -2147483648; expected 0"),
+        (0, np.nan, "the controller wrote no wrench, or NaN"),
+        (0, None, "the controller wrote no wrench, or NaN"),
+    ],
+)
+def test_a_controller_that_fails_is_a_clear_error(code, value, error):
+    def law(place, time):
+        if value is not None:
+            out[:] = value
+        return code
+
+    function, out = OPERATION(law), None
+
+    class Law(Controller):
+        def control(self, time, state, desired, out):
+            out[:] = 0.0
+
+        def compiled(self, state, desired, given):
+            nonlocal out
+            out = given
+            return Foreign(ctypes.cast(function, ctypes.c_void_p).value, given)
+
+    with pytest.raises(cdpr.PluginError, match=error):
+        cdpr.simulate("caroca", controller=Law, overrides={"simulation.duration": 0.01})
+
+
+@pytest.mark.parametrize(
+    ("code", "value", "error"),
+    [
+        (5, 100.0, "returned 5, which is no"),
+        (-1, 100.0, "returned -1, which is no"),
+        (0, np.nan, "wrote no tensions, or NaN"),
+        (0, None, "wrote no tensions, or NaN"),
+    ],
+)
+def test_a_solver_that_fails_is_a_clear_error(code, value, error):
+    def solve(place, time):
+        words = ctypes.cast(place, ctypes.POINTER(ctypes.c_void_p))
+        tension = ctypes.cast(words[4], ctypes.POINTER(ctypes.c_double))
+        for i in range(8 if value is not None else 0):
+            tension[i] = value
+        return code
+
+    function = OPERATION(solve)
+
+    class Wrong(CompiledSolver):
+        def __init__(self, robot, options):
+            super().__init__(robot, options, ctypes.cast(function, ctypes.c_void_p).value)
+
+    with pytest.raises(cdpr.PluginError, match=error):
+        cdpr.simulate("caroca", solver=Wrong, overrides={"simulation.duration": 0.01})

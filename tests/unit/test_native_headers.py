@@ -13,6 +13,8 @@ from native_compiler import tool
 
 import cdpr
 from cdpr.native import library
+from cdpr.native.entries import entry_of
+from cdpr.native.operations import operations
 from cdpr.native.sources import digest
 
 MINE = """
@@ -43,6 +45,17 @@ def test_every_source_counts(tmp_path):
     assert len(seen) == 1 + len(names)
     (tmp_path / "CMakeLists.txt").unlink()
     assert digest(tmp_path) is None
+
+
+@pytest.mark.slow
+def test_a_compiler_without_vector_types_compiles_all_but_batches(tmp_path):
+    """As for an FMU: the kernels for doubles, without extensions of g++."""
+    names = {entry_of(name).header for name in operations() if not name.endswith("_lanes")}
+    headers = sorted(name for name in names if not name.startswith(("cdpr/workspace/", "cdpr/rollouts/")))
+    assert {"cdpr/geometry.hpp", "cdpr_solvers/qp.hpp"} <= set(headers)
+    (tmp_path / "mine.cpp").write_text("".join(f"#include <{header}>\n" for header in headers))
+    options = ["-std=c++17", "-DCDPR_PLAIN", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{cdpr.get_include()}"]
+    subprocess.run([tool("g++"), *options, "-fsyntax-only", "mine.cpp"], cwd=tmp_path, check=True)
 
 
 @pytest.mark.slow

@@ -281,20 +281,6 @@ def test_the_controller_of_the_docs_is_compiled(tmp_path):
     assert np.abs(run.position_error).max() < 0.5  # nothing damps it
 
 
-def test_the_solver_of_the_docs_runs_without_python(tmp_path):
-    pytest.importorskip("numba")
-    code = example("class Middle")
-    path = tmp_path / "middle.py"
-    path.write_text(code)
-    spec = importlib.util.spec_from_file_location("middle", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
-    solver, tension = module.Middle(robot, None), np.zeros(8)
-    assert solver.solve(np.zeros((6, 8)), np.zeros(6), np.zeros(8), np.full(8, 10.0), tension) == Status.OK
-    np.testing.assert_array_equal(tension, 5.0)
-
-
 def test_a_strangers_solver_joins():
     """By the address of a function: its arguments stand in a struct."""
     numba = pytest.importorskip("numba")

@@ -36,7 +36,7 @@ FLAGS = (
 )
 
 KEPT = 20  # libraries of other states of the source, or by other compilers
-TIMEOUT = 600.0  # s; it takes a few, with zig a minute or two at first
+TIMEOUT = 1800.0  # s; it takes a few, with zig a minute or two at first, and ten times that on a busy machine
 
 # How FMI 2 calls a platform; FMI 3 says MACHINE-linux.
 FOLDERS = {"x86_64": "linux64", "i686": "linux32"}

@@ -8,41 +8,28 @@ namespace cdpr::CDPR_TARGET {
 
 constexpr double EXACT_SQUARE = 1e-12;  // of a quaternion's length: what is nearer to 1 was normalised by the FMU
 
-// signals[place] = values[index] * scale + offset.
-struct GatherSignals {
+// signals[place] = values[index] * scale + offset, and back.
+struct Signals {
     const int64_t* place;  // (k), each less than s
     const int64_t* index;  // (k), each less than v
     const double* scale;   // (k), unit of the signal per unit of the FMU
     const double* offset;  // (k), unit of the signal
-    const double* values;  // (v), units of the FMU
+    double* values;        // (v), units of the FMU
     double* signals;       // (s), SI units
     int64_t k;
     int64_t v;
     int64_t s;
-    static constexpr char fields[] = "place(k), index(k), scale(k), offset(k), values(v), both signals(s), k, v, s";
+    static constexpr char fields[] =
+        "place(k), index(k), scale(k), offset(k), both values(v), both signals(s), k, v, s";
 };
 
-inline int gather_signals(GatherSignals& fmu) {
+inline int gather_signals(Signals& fmu) {
     for (int64_t k = 0; k < fmu.k; k++)
         fmu.signals[fmu.place[k]] = fmu.values[fmu.index[k]] * fmu.scale[k] + fmu.offset[k];
     return 0;
 }
 
-// values[index] = (signals[place] - offset) / scale.
-struct ScatterSignals {
-    const int64_t* place;   // (k), each less than s
-    const int64_t* index;   // (k), each less than v
-    const double* scale;    // (k), unit of the signal per unit of the FMU
-    const double* offset;   // (k), unit of the signal
-    const double* signals;  // (s), SI units
-    double* values;         // (v), units of the FMU
-    int64_t k;
-    int64_t v;
-    int64_t s;
-    static constexpr char fields[] = "place(k), index(k), scale(k), offset(k), signals(s), both values(v), k, v, s";
-};
-
-inline int scatter_signals(ScatterSignals& fmu) {
+inline int scatter_signals(Signals& fmu) {
     for (int64_t k = 0; k < fmu.k; k++)
         fmu.values[fmu.index[k]] = (fmu.signals[fmu.place[k]] - fmu.offset[k]) / fmu.scale[k];
     return 0;

@@ -20,8 +20,8 @@ static constexpr cdpr_entry entries[] = {
     entry<DartGuideForces, dart_guide_forces>("dart_guide_forces"),
     entry<DartFollowFree, dart_follow_free>("dart_follow_free"),
     entry<DartFollowBall, dart_follow_ball>("dart_follow_ball"),
-    entry<GatherSignals, gather_signals>("gather_signals"),
-    entry<ScatterSignals, scatter_signals>("scatter_signals"),
+    entry<Signals, gather_signals>("gather_signals"),
+    entry<Signals, scatter_signals>("scatter_signals"),
     entry<NormaliseAttitude, normalise_attitude>("normalise_attitude"),
 };
 

@@ -3,7 +3,7 @@
 
 #include <cdpr/lanes.hpp>
 
-#ifdef __GNUC__
+#ifdef CDPR_LANES
 namespace cdpr::CDPR_TARGET {
 
 // The same memory as doubles, of which there are eight times as many.

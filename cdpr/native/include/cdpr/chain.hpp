@@ -1,6 +1,6 @@
 // Tensions and winches of the cables of one robot. SPDX-License-Identifier: Apache-2.0
 //
-// From the drum to the platform a cable is a winch, an exit and a span (`cdpr.cables`). A row of `chains` holds: kinds
+// A cable consists of a winch, an exit and a span (`cdpr.cables`). A row of `chains` holds: kinds
 // of winch and span (parts.hpp), the lowest tension, N: 0, or minus infinity of a leg that pushes; eight numbers of the
 // winch, the first of which is cable per unit of the winch's coordinate, m/rad; eight numbers of the span.
 #pragma once

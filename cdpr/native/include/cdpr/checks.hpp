@@ -1,4 +1,4 @@
-// Checks of a tension distribution: no solver is believed. SPDX-License-Identifier: Apache-2.0
+// Checks of a tension distribution: independent of its solver. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -86,8 +86,8 @@ template <class T> CDPR_INLINE void squares(const Acceptance<T>& problem, T unit
     }
 }
 
-// Whether a finite answer keeps the limits and balances the wrench; write the report for the lanes that are finite.
-// Cables that are `held` count as of `margin_of`.
+// Return whether a finite answer keeps the limits and balances the wrench; write the report for the lanes that are
+// finite. Cables that are `held` count as of `margin_of`.
 template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> sound, const T* held = nullptr) {
     T unit = 1.0, residual, load;
     squares(problem, unit, residual, load);

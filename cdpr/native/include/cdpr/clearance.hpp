@@ -17,10 +17,10 @@ constexpr double ON_SURFACE = 1e-5;
 // Radius of a cable that is broken: whatever it is near to is infinitely far from it.
 constexpr double GONE = -INFINITE;
 
-// What counts of a pair of cables: their distance; that of the ends they do not share; nothing.
+// Distance that counts for a pair of cables: that of the cables, that of the ends they do not share, or none.
 enum PairKind { APART, SHARED, SAME };
 
-// What may touch: the fields that the operations of clearances begin with.
+// Bodies that may touch: the fields that the operations of clearances begin with.
 struct Bodies {
     const double* lines;   // (m, w), w >= 6, as of geometry.hpp
     const double* radius;  // (m), m; GONE of a cable that is broken
@@ -54,7 +54,7 @@ CDPR_INLINE void write_ends(const Bodies& bodies, int64_t i, Vector<double> p, Q
     store(cable.tip, ends + 3);
 }
 
-#ifdef __GNUC__
+#ifdef CDPR_LANES
 // In eight poses: all cables leave from points.
 CDPR_INLINE void write_ends(const Bodies& bodies, int64_t i, Vector<Lanes> p, Quaternion<Lanes> q, Lanes* ends) {
     const double* row = bodies.lines + i * bodies.w;
@@ -133,7 +133,7 @@ inline Nearest<double> nearest(const Bodies& bodies, const double* pose, double*
     return nearest_solids(bodies, p, q, ends, nearest_cables(bodies, p, q, ends));
 }
 
-// Whether cables that are not broken yet are too near, for the loop.
+// Return whether cables that are not broken yet are too near, for the loop.
 struct TooNear {
     Bodies bodies;       // radius: of the cables before any breaks
     const double* pose;  // (7), position, m, and quaternion

@@ -1,12 +1,12 @@
 // Least clearances at many poses. SPDX-License-Identifier: Apache-2.0
 //
-// Where all cables leave from points, eight poses at a time; each gets the bits that it gets alone.
+// If all cables leave from points, eight poses are evaluated at a time, each with the bits that it gets alone.
 #pragma once
 
 #include <cdpr/alone.hpp>
 #include <cdpr/clearance.hpp>
 
-#ifdef __GNUC__
+#ifdef CDPR_LANES
 namespace cdpr::CDPR_TARGET {
 
 struct Clearances {

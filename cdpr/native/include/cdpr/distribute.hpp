@@ -24,7 +24,7 @@ template <class Solver> inline int distribute(Solver& solver) {
     return int(status);
 }
 
-#ifdef __GNUC__
+#ifdef CDPR_LANES
 // Answer the problem of one lane alone, in the lanes' work space.
 template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight, int lane) {
     const int64_t n = eight.n, m = eight.m;

@@ -162,8 +162,8 @@ inline int distribute_rows(DistributedRows& p) {
     return OK;
 }
 
-#ifdef __GNUC__
-// Where fewer of eight rows are answered the attempt costs more than it saves.
+#ifdef CDPR_LANES
+// Number of rows of eight below which the attempt costs more than it saves.
 constexpr int WORTHWHILE = 4;
 
 CDPR_INLINE void set(Lanes* place, int lane, double number) { place->set(lane, number); }

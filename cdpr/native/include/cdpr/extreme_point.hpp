@@ -21,7 +21,7 @@ inline void correct(const Polytope<double>& p, const ActiveSet& s) {
     for (int64_t i = 0; i < p.r; i++) p.x[i] = sum(p.x[i], 0, s.k, [&](int64_t j) { return s.J(i, j) * y[j]; });
 }
 
-// What ends a straight piece of x(s), at `step`: an active limit that is released, or another one that is reached.
+// End of a straight piece of x(s), at `step`: an active limit that is released, or another one that is reached.
 struct Piece {
     double step;
     int64_t drop;

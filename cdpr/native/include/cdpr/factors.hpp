@@ -68,7 +68,7 @@ inline void remove(Matrix<double> J, Matrix<double> R, double* u, double* member
 // Reflect columns k to r of N (m, r), which stay orthonormal, so that of these only column k changes row i, of length
 // `size` there. v (r) is work space.
 inline void turn(Matrix<double> N, int64_t m, int64_t r, int64_t k, int64_t i, double size, double* v) {
-    v[k] = N(i, k) + __builtin_copysign(size, N(i, k));
+    v[k] = N(i, k) + copy_sign(size, N(i, k));
     for (int64_t j = k + 1; j < r; j++) v[j] = N(i, j);
     const double scale = 1.0 / (size * absolute(v[k]));  // 2 / |v|^2
     for (int64_t row = 0; row < m; row++) {

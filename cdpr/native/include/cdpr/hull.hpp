@@ -80,7 +80,7 @@ inline bool over(const double* corners, Vector<double> n, Vector<double> x) {
 // Return the distance of a segment, in its axes, from a convex hull, m; negative where it passes through it, as that of
 // other solids; NaN where the row is too short for its numbers.
 //
-// Where they do not meet, it is that from an edge, or that of an end from a face that it is above.
+// If they do not meet, it is that from an edge, or that of an end from a face that it is above.
 inline double from_hull(Hull hull, Vector<double> a, Vector<double> b) {
     if (!hull.whole()) return NOT_A_NUMBER;
     const double depth = lowest(hull, a, b - a);

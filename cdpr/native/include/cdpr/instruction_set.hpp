@@ -1,4 +1,4 @@
-// Check that the compiler uses no instruction beyond the set that it is asked for. SPDX-License-Identifier: Apache-2.0
+// Check that the compiler uses no instruction beyond the requested set. SPDX-License-Identifier: Apache-2.0
 //
 // An option such as -mavx512f in CXXFLAGS outlives -march=x86-64. `portable` is the set of whoever compiles it.
 #pragma once

@@ -1,12 +1,12 @@
 // Eight doubles in a register, or in several where registers are narrower. SPDX-License-Identifier: Apache-2.0
 //
-// A number beside lanes stands for eight of the same. Arrays of lanes have the lane as their last axis, length 8, and
+// A number beside lanes means eight of the same. Arrays of lanes have the lane as their last axis, length 8, and
 // need no more alignment than doubles.
 #pragma once
 
 #include <cdpr/number.hpp>
 
-#ifdef __GNUC__
+#ifdef CDPR_LANES
 #ifndef __clang__
 #pragma GCC diagnostic ignored "-Wpsabi"  // on how lanes are passed: none of these functions is called, all are inline
 #endif

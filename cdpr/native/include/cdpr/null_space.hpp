@@ -237,8 +237,8 @@ template <class T> CDPR_INLINE int64_t reduce_to_rows(const TensionProblem<T>& p
     return rank;
 }
 
-// Whether lanes went through `reduce`, which returned r, as each would have alone: of full rank, with all cables free,
-// finite.
+// Return whether lanes went through `reduce`, which returned r, as each would have alone: of full rank, with all cables
+// free, finite.
 template <class T> CDPR_INLINE Truth<T> common(const TensionProblem<T>& problem, int64_t r) {
     if (r < 0 || r != problem.m - problem.n) return false;
     const Factors<T> f = factors_of(problem);

@@ -12,15 +12,16 @@
 
 namespace cdpr::CDPR_TARGET {
 
-constexpr double INFINITE = __builtin_huge_val();
-constexpr double NOT_A_NUMBER = __builtin_nan("");
+constexpr double INFINITE = HUGE_VAL;
+constexpr double NOT_A_NUMBER = NAN;
 
 CDPR_INLINE bool any(bool condition) { return condition; }
 CDPR_INLINE bool all(bool condition) { return condition; }
 CDPR_INLINE double select(bool condition, double a, double b) { return condition ? a : b; }
 CDPR_INLINE double first(double number) { return number; }
-CDPR_INLINE double absolute(double number) { return __builtin_fabs(number); }
-CDPR_INLINE double square_root(double number) { return __builtin_sqrt(number); }
+CDPR_INLINE double absolute(double number) { return ::fabs(number); }
+CDPR_INLINE double square_root(double number) { return ::sqrt(number); }
+CDPR_INLINE double copy_sign(double size, double sign) { return ::copysign(size, sign); }
 CDPR_INLINE double sine(double angle) { return ::sin(angle); }
 CDPR_INLINE double cosine(double angle) { return ::cos(angle); }
 CDPR_INLINE double hyperbolic_tangent(double number) { return ::tanh(number); }
@@ -34,6 +35,12 @@ template <class T> CDPR_INLINE T larger(T a, T b) { return select(b > a, b, a); 
 template <class T> CDPR_INLINE T smaller(T a, T b) { return select(b < a, b, a); }
 
 template <class T> CDPR_INLINE Truth<T> finite(T number) { return absolute(number) < T(INFINITE); }
+
+CDPR_INLINE bool all_finite(const double* numbers, int64_t count) {
+    for (int64_t i = 0; i < count; i++)
+        if (!finite(numbers[i])) return false;
+    return true;
+}
 
 // An index that is kept among numbers, the same in all lanes.
 template <class T> CDPR_INLINE int64_t whole(T number) { return static_cast<int64_t>(first(number)); }

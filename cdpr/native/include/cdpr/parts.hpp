@@ -72,7 +72,7 @@ template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tens
     return NOT_A_NUMBER;
 }
 
-// Whether the force of a span that stretches may have another direction than its chord. Such a span answers by
+// Return whether the force of a span that stretches may have another direction than its chord. Such a span answers by
 // `bent_pull` and `bent_rest` in place of `pull` and `rest`. Ours all pull along their chords.
 template <class T> CDPR_INLINE bool bends([[maybe_unused]] T kind) { return false; }
 

@@ -82,7 +82,7 @@ template <class T> struct Plant {
         return {chain(i).span(), run(i).chord, run(i).wrapped_length, vector(gravity)};
     }
 
-    // Whether cable i stretches; whether some cable does, or is bent.
+    // Return whether cable i stretches; whether some cable does, or is bent.
     CDPR_INLINE bool stretches(int64_t i) const { return kinds[3 * i + 1] != INEXTENSIBLE; }
     CDPR_INLINE bool stretches() const {
         for (int64_t i = 0; i < m; i++)

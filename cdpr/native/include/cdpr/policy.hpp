@@ -1,4 +1,4 @@
-// What the cables do where a solver has no admissible answer. SPDX-License-Identifier: Apache-2.0
+// Replacement of a solver that has no admissible answer. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/box_least_squares.hpp>
@@ -44,12 +44,6 @@ struct Fallback {
     }
 };
 
-CDPR_INLINE bool all_finite(const double* numbers, int64_t count) {
-    for (int64_t i = 0; i < count; i++)
-        if (!finite(numbers[i])) return false;
-    return true;
-}
-
 // Replace the tensions of the step before, and let the report say what the new ones do, with the solver's status.
 // Return false, and change nothing, where an input is not finite.
 inline bool fall_back(const Fallback& p, double status) {
@@ -70,7 +64,7 @@ inline bool fall_back(const Fallback& p, double status) {
 
 // Replace tensions and answer where the solver gave no answer, or none that passed the checks; return OK. Return the
 // solver's status, which is taken in place of the time, and replace nothing, where there is more to say: it is none, an
-// input is not finite, or nothing was told yet of a refused answer.
+// input is not finite, or no rejected answer was reported yet.
 inline int replace_tension(Fallback& p, double solver_status) {
     const int status = int(solver_status);
     for (int64_t i = 0; i < p.m; i++)

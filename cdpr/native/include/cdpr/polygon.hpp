@@ -20,7 +20,7 @@ inline double clipping_tolerance(const Polytope<double>& set) {
     return CLIPPING_TOLERANCE * largest;
 }
 
-// Whether a cable that x does not change is within its limits.
+// Return whether a cable that x does not change is within its limits.
 CDPR_INLINE bool within(const Polytope<double>& set, int64_t i, double tolerance) {
     return set.low[i] - tolerance <= set.center[i] && set.center[i] <= set.high[i] + tolerance;
 }
@@ -97,7 +97,7 @@ inline void cut(const Corners& old, double gx, double gy, double b, double toler
     }
 }
 
-// Whether a polygon has breadth: its area is more than a tolerance times its circumference.
+// Return whether a polygon has breadth: its area is more than a tolerance times its circumference.
 inline bool broad(const Corners& corners, double tolerance) {
     double area = 0.0, around = 0.0;
     for (int64_t k = 0; k < corners.count; k++) {

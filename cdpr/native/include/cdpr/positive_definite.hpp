@@ -7,9 +7,9 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Whether each lane, or the one problem, has no answer: bits, 1 for the first.
+// Return whether each lane, or the one problem, has no answer: bits, 1 for the first.
 CDPR_INLINE int missing(bool answered) { return answered ? 0 : 1; }
-#ifdef __GNUC__
+#ifdef CDPR_LANES
 CDPR_INLINE int missing(Mask answered) { return bits(!answered); }
 #endif
 

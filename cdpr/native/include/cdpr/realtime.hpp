@@ -10,8 +10,7 @@
 
 #include <cdpr/table.h>
 #include <cdpr/calls.hpp>
-#include <cdpr/policy.hpp>
-#include <cdpr/target.hpp>
+#include <cdpr/number.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -118,7 +117,7 @@ CDPR_INLINE bool is_unit(const double* q) {
     return square > 1.0 - UNIT_TOLERANCE && square < 1.0 + UNIT_TOLERANCE;
 }
 
-// Whether a state (13) and a desired motion (19) are finite, with unit quaternions.
+// Return whether a state (13) and a desired motion (19) are finite, with unit quaternions.
 inline bool sound_input(double time, const double* state, const double* desired) {
     return finite(time) && all_finite(state, 13) && all_finite(desired, 19) && is_unit(state + 3) &&
            is_unit(desired + 3);

@@ -33,7 +33,7 @@ struct NearestByRows {
 
 namespace row_space {
 
-// What the equations may be missed by, as a share of the largest number in them: the round-off of a sum over many
+// Allowed residual of the equations, as a share of the largest number in them: the round-off of a sum over many
 // cables. Newton goes on as long as that shrinks.
 constexpr double BALANCED = 1e-13;
 
@@ -97,7 +97,7 @@ CDPR_INLINE void start(const TensionProblem<double>& p, const Equations& e) {
         e.offset[i] = sum(target[i], 0, e.k, [&](int64_t j) { return e.B(i, j) * e.y[j]; });
 }
 
-// What the equations lack at most, and the largest number in them.
+// Largest residual of the equations, and the largest number in them.
 struct Lack {
     double most, size;
 };
@@ -230,7 +230,7 @@ inline int nearest_by_rows(const TensionProblem<double>& problem) {
 
 using row_space::nearest_by_rows;
 
-// Whether the rows of W (n, m) are fewer than the dimensions of its null space.
+// Return whether the rows of W (n, m) are fewer than the dimensions of its null space.
 CDPR_INLINE bool many_cables(int64_t n, int64_t m) { return m - n > n; }
 
 // The same as an operation.

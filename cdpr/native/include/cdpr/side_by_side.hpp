@@ -23,7 +23,7 @@ template <class T> CDPR_INLINE int64_t write_eights(const T*, int64_t, int64_t, 
     return 0;
 }
 
-#ifdef __GNUC__
+#ifdef CDPR_LANES
 
 // The rows of eight cables, as one.
 struct EightLines {

@@ -44,7 +44,7 @@ inline SignedDistance from_sphere(Vector<double> x, double radius) {
 
 inline SignedDistance from_cylinder(Vector<double> x, double radius, double half_height) {
     const double r = hypotenuse(x.x, x.y);
-    const double across = r > 0.0 ? x.x / r : 1.0, away = r > 0.0 ? x.y / r : 0.0, up = __builtin_copysign(1.0, x.z);
+    const double across = r > 0.0 ? x.x / r : 1.0, away = r > 0.0 ? x.y / r : 0.0, up = copy_sign(1.0, x.z);
     const double p = r - radius, q = absolute(x.z) - half_height;
     if (p > 0.0 && q > 0.0) {
         const double size = hypotenuse(p, q);
@@ -57,14 +57,13 @@ inline SignedDistance from_cylinder(Vector<double> x, double radius, double half
 inline SignedDistance from_box(Vector<double> x, Vector<double> half) {
     const double p = absolute(x.x) - half.x, q = absolute(x.y) - half.y, s = absolute(x.z) - half.z;
     if (p <= 0.0 && q <= 0.0 && s <= 0.0) {
-        if (p >= q && p >= s) return {p, {__builtin_copysign(1.0, x.x), 0.0, 0.0}};
-        if (q >= s) return {q, {0.0, __builtin_copysign(1.0, x.y), 0.0}};
-        return {s, {0.0, 0.0, __builtin_copysign(1.0, x.z)}};
+        if (p >= q && p >= s) return {p, {copy_sign(1.0, x.x), 0.0, 0.0}};
+        if (q >= s) return {q, {0.0, copy_sign(1.0, x.y), 0.0}};
+        return {s, {0.0, 0.0, copy_sign(1.0, x.z)}};
     }
     const double u = larger(p, 0.0), v = larger(q, 0.0), w = larger(s, 0.0);
     const double size = square_root(u * u + v * v + w * w);
-    return {size,
-            {__builtin_copysign(u / size, x.x), __builtin_copysign(v / size, x.y), __builtin_copysign(w / size, x.z)}};
+    return {size, {copy_sign(u / size, x.x), copy_sign(v / size, x.y), copy_sign(w / size, x.z)}};
 }
 
 // Return that of a point in the axes of the solid, which is no hull. As the solid is convex, so is this function.
@@ -78,7 +77,7 @@ inline SignedDistance signed_distance(Solid solid, Vector<double> x) {
 // How high a point is above the faces at +-half of one axis, on one of which an anchor is; else `height`, NaN at first.
 CDPR_INLINE double above_face(double anchor, double end, double half, double near, double height) {
     if (!(absolute(absolute(anchor) - half) <= near)) return height;
-    const double up = __builtin_copysign(end, anchor * end) - absolute(anchor);
+    const double up = copy_sign(end, anchor * end) - absolute(anchor);
     return height != height ? up : larger(height, up);
 }
 

@@ -8,9 +8,9 @@ namespace cdpr::CDPR_TARGET {
 // Numbered as cdpr.tension.Status. A function that returns a count returns minus a status where it fails.
 enum Status { OK, INFEASIBLE, NOT_FOUND, UNSUPPORTED, BAD_INPUT };
 
-// Return what a kernel returns: its status; of lanes, the bits of those that are not OK.
+// Return the code of a kernel: its status; of lanes, the bits of those that are not OK.
 CDPR_INLINE int code(double status) { return int(status); }
-#ifdef __GNUC__
+#ifdef CDPR_LANES
 CDPR_INLINE int code(const Lanes& status) { return bits(status != Lanes(double(OK))); }
 #endif
 

@@ -12,8 +12,20 @@ inline namespace CDPR_TARGET {}  // namespace CDPR_TARGET
 #pragma clang diagnostic ignored "-Winline-namespace-reopened-noninline"
 #endif
 
+// g++ and clang have the vector types that lanes need. Other compilers, and these where CDPR_PLAIN is defined, compile
+// the kernels for doubles alone.
+#if defined(__GNUC__) && !defined(CDPR_PLAIN)
+#define CDPR_LANES
+#endif
+
 // Small functions are inlined even without optimisation, so that no copy of one can be merged.
+#if defined(CDPR_LANES)
 #define CDPR_INLINE inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define CDPR_INLINE __forceinline
+#else
+#define CDPR_INLINE inline
+#endif
 
 // Kernels recognise NaN and infinity, and round each operation as written.
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || \
@@ -31,4 +43,7 @@ inline namespace CDPR_TARGET {}  // namespace CDPR_TARGET
 #elif defined(__GNUC__)
 #pragma GCC optimize("fp-contract=off")
 #pragma GCC diagnostic ignored "-Wpsabi"  // of vectors as arguments: these functions are inlined
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#pragma float_control(precise, on)
 #endif

@@ -25,7 +25,7 @@ constexpr double LARGE = 1e-3;
 // The larger one, NaN if either is that.
 template <class T> CDPR_INLINE T larger_or_nan(T a, T b) { return select((b <= a) | (a != a), a, b); }
 
-// Whether tensions that were moved onto the limits still balance each row; `largest` is the largest of them, N.
+// Return whether tensions that were moved onto the limits still balance each row; `largest` is the largest of them, N.
 template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& problem, T largest) {
     Truth<T> balanced = true;
     const T one = larger(T(1.0), LARGE * largest);
@@ -41,8 +41,8 @@ template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& proble
     return balanced;
 }
 
-// Whether tensions within the limits are an answer that differ by `breach` from a solution as large as `size`: the one
-// place that decides it, for all methods that work in the null space.
+// Return whether tensions within the limits are an answer that differ by `breach` from a solution as large as `size`:
+// the one place that decides it, for all methods that work in the null space.
 template <class T> CDPR_INLINE Truth<T> answers(const TensionProblem<T>& problem, T breach, T size) {
     const Truth<T> near = breach <= VERTEX_TOLERANCE * size, close = breach <= BREACH_ROUND_OFF * size;
     if (all(close)) return close;

@@ -1,0 +1,103 @@
+"""FMUs for other platforms, compiled by zig: their folders, formats and functions, and the same bits in an emulator."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import pytest
+from fmu.cases import plant_of, scenario
+from fmu.host import arguments, compile_host
+
+from cdpr.fmu.export import fmu_bytes
+from cdpr.fmu.export.library import CROSSES, STANDARD, target, zig_program
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(zig_program() is None, reason="ziglang is not installed: pip install 'cdpr[cross]'"),
+]
+# The file of a binary in FMI 2 and FMI 3, and how it begins: format and processor.
+FILES = {
+    "win64": ("win64", "x86_64-windows", ".dll", b"MZ"),
+    "linux-x86_64": ("linux64", "x86_64-linux", ".so", b"\x7fELF\x02\x01\x01" + bytes(9) + b"\x03\x00\x3e\x00"),
+    "linux-aarch64": ("", "aarch64-linux", ".so", b"\x7fELF\x02\x01\x01" + bytes(9) + b"\x03\x00\xb7\x00"),
+    "macos-x86_64": ("darwin64", "x86_64-darwin", ".dylib", b"\xcf\xfa\xed\xfe\x07\x00\x00\x01"),
+    "macos-aarch64": ("", "aarch64-darwin", ".dylib", b"\xcf\xfa\xed\xfe\x0c\x00\x00\x01"),
+}
+CASES = ("caroca", "cogiro_elastic", "pulleys_mixed")
+WINE = shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
+QEMU, ARM = shutil.which("qemu-aarch64"), Path("/usr/aarch64-linux-gnu")
+# What runs a program for a platform here; None where nothing does.
+EMULATORS = {
+    "linux-x86_64": (),
+    "linux-aarch64": (QEMU, "-L", ARM) if QEMU and ARM.is_dir() else None,
+    "win64": (WINE,) if WINE else None,
+}
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    """The user's cache, and zig's for all that it compiles, such as the C library of a platform."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(folder))
+        for name in ("GLOBAL", "LOCAL"):
+            patch.setenv(f"ZIG_{name}_CACHE_DIR", str(folder / "cdpr" / "fmu" / "zig"))
+        yield folder
+
+
+@pytest.fixture(scope="module")
+def built(cache):
+    """FMUs of a plant for a platform, compiled once: what differs between plants is no source."""
+
+    def fmu(platform, case, fmi):
+        return fmu_bytes(plant_of(scenario(case)), fmi, platforms=(platform,))
+
+    return fmu
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("platform", FILES)
+def test_a_binary_for_a_platform(platform, fmi, built, tmp_path):
+    *folders, ending, magic = FILES[platform]
+    folder = folders[fmi - 2]
+    if not folder:
+        with pytest.raises(Exception, match="FMI 2 has no name"):
+            target(platform, fmi)
+        return
+    path = tmp_path / "it.fmu"
+    path.write_bytes(built(platform, "caroca", fmi))
+    with zipfile.ZipFile(path) as archive:
+        (name,) = (name for name in archive.namelist() if name.startswith("binaries/"))
+        binary = archive.read(name)
+    assert name == f"binaries/{folder}/cdpr_plant{ending}"
+    assert binary.startswith(magic)
+    declared = re.findall(rf"FMI{fmi}_Export\s+\w+TYPE\s+(\w+);", (STANDARD / f"fmi{fmi}Functions.h").read_text())
+    assert len(declared) > 40
+    assert [name for name in declared if name.encode() not in binary] == []
+
+
+@pytest.mark.parametrize("platform", EMULATORS)
+def test_the_same_bits_on_another_platform(platform, built, tmp_path):
+    """A host in C gets there what it gets here, from a library of the system's compiler."""
+    if EMULATORS[platform] is None:
+        pytest.skip(f"no emulator of {platform} is installed (qemu-user with libc6-arm64-cross, wine64)")
+    cross = CROSSES[platform]
+    there = compile_host(tmp_path, zig_program(), "cc", "-target", cross.zig, ending=".exe")
+    (tmp_path / "here").mkdir()
+    here = compile_host(tmp_path / "here")
+    for case in CASES:
+        for fmi in (2, 3) if cross.fmi2 else (3,):
+            states = []
+            for host, emulator, chosen in ((here, (), "native"), (there, EMULATORS[platform], platform)):
+                path = tmp_path / "it.fmu"
+                path.write_bytes(built(chosen, case, fmi))
+                words = [*emulator, host, *arguments(path, tmp_path / f"{case}{fmi}{chosen}")]
+                done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+                assert done.returncode == 0, done.stderr
+                states.append([float(line) for line in done.stdout.split()])
+            assert len(states[0]) == 13
+            assert states[0] == states[1], (case, fmi)
