@@ -75,8 +75,6 @@ NOT_RUN = {
     "g++": "needs a file of the reader; test_native_headers.py compiles one that includes all headers",
     "cmake -S examples/realtime": "compiles; test_export_native.py builds the same programs",
     "build/realtime": "compiled by the line above; test_export_native.py runs it",
-    "valgrind": "another program",
-    "grep": "another program",
     "dask": "another program, which listens; tests of studies start schedulers of their own",
     "export DASK": "a setting of the shell",
 }

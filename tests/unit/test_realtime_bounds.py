@@ -1,0 +1,63 @@
+"""Loops of exported controllers: docs/realtime.md states a bound for each that does not count sizes of the problem."""
+
+from __future__ import annotations
+
+import json
+import re
+
+from conftest import ROOT
+
+import cdpr
+from cdpr.formats.write.native.header import ONCE
+from cdpr.native.entries import headers_of, listing
+from cdpr.plugins.registry import registry
+from cdpr.simulation.exported import control_of
+
+COUNTED = re.compile(r"for \([\w:]+ (\w+) = [^;]+; (?:[\w.]+ && )?\1 (?:<|<=|>|>=) ([^;]+); \1(?:\+\+|--| \+= \w+)\)")
+TEXT = (ROOT / "docs" / "realtime.md").read_text()
+CONTROLLERS = ("computed_torque", "pid", "static", "cable_length")
+STOP = "events=[{type: emergency_stop, time: 0.4, stopping_time: 0.3}]"
+
+
+def program(*changes):
+    path = ROOT / "scenarios" / "planar.yaml"
+    return set(control_of(cdpr.load_scenario(path, overrides=[*changes]), motion=True).program.names)
+
+
+def exported_headers():
+    """Return the kernel headers of all exportable solvers, controllers and motions."""
+    names = program(STOP)
+    for controller in CONTROLLERS:
+        names |= program(f"controller={{type: {controller}}}")
+    for solver in registry().names("solver"):
+        try:
+            names |= program(f"solver={{type: {solver}, infeasible: best_effort}}")
+        except cdpr.CdprError:  # wraps a library
+            continue
+    includes, _ = listing(names)
+    return headers_of(["#include <cdpr/realtime.hpp>", *includes])
+
+
+def test_each_loop_has_a_bound():
+    found = set()
+    for header, content in exported_headers().items():
+        text = re.sub(r"//.*", "", ONCE.sub("", content.decode()))
+        for match in re.finditer(r"\b(?:for|while) \(.*", text):
+            counted = COUNTED.match(match[0])
+            if counted is None or re.search("MOST|iterations", counted[2]):
+                found.add(header)
+    stated = re.findall(r"^\| `([\w/]+\.hpp)` \|", TEXT, re.MULTILINE)
+    assert found == set(stated)
+
+
+def test_constants_of_bounds_are_those_of_the_headers():
+    headers = {name: content.decode() for name, content in exported_headers().items()}
+    for header, name, value in re.findall(r"^\| `([\w/]+\.hpp)` \|.*`(\w*MOST_\w+)` = (\d+)", TEXT, re.MULTILINE):
+        assert re.search(rf"\b{name} = {value};", headers[header]), name
+
+
+def test_instructions_are_those_measured():
+    for name, robots in json.loads((ROOT / "benchmarks" / "realtime.json").read_text()).items():
+        row = next(line for line in TEXT.splitlines() if line.startswith(f"| `{name}` | ") and " / " in line)
+        for counted in robots.values():
+            assert f"{counted['usual']:,} / {counted['hard']:,}".replace(",", " ") in row
