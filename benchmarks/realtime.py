@@ -2,8 +2,8 @@
 
 Run: python benchmarks/realtime.py (needs g++ and valgrind)
 
-Each step of a program is counted by `valgrind --tool=callgrind`. Usual steps follow the motion of the scenario; hard ones
-have large errors and accelerations, so that limits are active or the wrench is infeasible.
+Each step of a program is counted by `valgrind --tool=callgrind`. Usual steps follow the motion of the scenario; hard
+ones have large errors and accelerations, so that limits are active or the wrench is infeasible.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ static cdpr_robot robot;
 static unsigned char numbers[CDPR_FILE_BYTES];
 int main() {
     FILE* file = fopen("robot.bin", "rb");
-    if (fread(numbers, 1, sizeof numbers, file) != sizeof numbers || cdpr_begin(&robot, numbers, sizeof numbers)) return 1;
+    const size_t bytes = fread(numbers, 1, sizeof numbers, file);
+    if (cdpr_begin(&robot, numbers, bytes)) return 1;
     FILE* cases = fopen("cases", "rb");
     double c[1 + CDPR_STATE + CDPR_DESIRED], tensions[CDPR_CABLES];
     while (fread(c, sizeof c, 1, cases) == 1) printf("%d\\n", cdpr_step(&robot, c[0], c + 1, c + 14, tensions));
