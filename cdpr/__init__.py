@@ -1,14 +1,14 @@
-"""Simulate and analyse cable-driven parallel robots.
+"""Simulation and analysis of cable-driven parallel robots.
 
     import cdpr
 
     run = cdpr.simulate("scenarios/caroca.yaml", overrides={"simulation.duration": 2.0})
-    run.time, run.position, run.tension      # arrays, shapes as cdpr.Run says
+    run.time, run.position, run.tension      # arrays, shapes as documented in cdpr.Run
     run.plot()
     robot = cdpr.load_robot("scenarios/robots/caroca.yaml")
     cdpr.distribute(robot, [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]).tension
 
-Everything here is imported when it is first used, so that `import cdpr` stays quick.
+All names are imported when first used, so that `import cdpr` is fast.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ if TYPE_CHECKING:
     from cdpr.rollouts.batch import Batch
     from cdpr.rollouts.rollout import rollout
     from cdpr.scenario import Scenario, load_robot, load_scenario
-    from cdpr.simulation.simulate import simulate  # the package has a module of that name, too
+    from cdpr.simulation.simulate import simulate  # the package also has a module of that name
     from cdpr.simulation.simulation import Simulation
     from cdpr.study import load_study, run_study
 else:

@@ -1,4 +1,4 @@
-"""`python -m cdpr`."""
+"""Entry point of `python -m cdpr`."""
 
 from cdpr.cli import main
 

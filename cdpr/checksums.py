@@ -3,7 +3,7 @@
 Every such file holds the SHA-256 of its content, so that damage, a manual edit or a mix-up of files is reported
 instead of being used. It detects accidents; it is no protection against an attacker, who can compute a new checksum.
 
-JSON files and lines of a ledger keep it under the key "checksum". A line also covers the digest of the job that it
+JSON files and lines of a ledger have it under the key "checksum". A line also covers the digest of the job that it
 belongs to: lines of another job do not fit. Archives (NPZ) keep it as their comment, which other programs ignore.
 """
 
@@ -25,8 +25,8 @@ T = TypeVar("T")
 
 KEY = "checksum"
 LENGTH = 2 * hashlib.sha256().digest_size  # characters of a checksum
-BLOCK = 1 << 20  # bytes that are read at a time
-COMMENT = struct.Struct("<H")  # number of bytes of the comment, the last entry of that record
+BLOCK = 1 << 20  # bytes per read
+COMMENT = struct.Struct("<H")  # length of the comment, the last field of that record
 CHANGED = "it was changed since it was written: its checksum differs"
 
 
@@ -37,15 +37,16 @@ def checksum(content: bytes | memoryview) -> str:
 
 def sealed(content: Mapping[str, Any], job: str = "") -> dict[str, Any]:
     """Return plain JSON data with its checksum added, which also covers the digest of its `job`, if any."""
-    plain: dict[str, Any] = json.loads(json.dumps(content))  # as it will be read: keys are texts
+    plain: dict[str, Any] = json.loads(json.dumps(content))  # as read later: keys are texts
     plain.pop(KEY, None)
     return {**plain, KEY: _of(plain, job)}
 
 
 def unsealed(text: str | bytes, job: str = "") -> dict[str, Any]:
-    """Undo `sealed` of a JSON text.
+    """Return the content of a JSON text after `sealed`.
 
-    Raises ValueError, with the reason, where the text is damaged, was edited or belongs to another job.
+    Raises:
+        ValueError: if the text is damaged, was edited or belongs to another job; with the reason.
     """
     try:
         content = json.loads(text)
@@ -62,7 +63,11 @@ def unsealed(text: str | bytes, job: str = "") -> dict[str, Any]:
 
 
 def validated(content: object, schema: TypeAdapter[T]) -> T:
-    """Return data as a schema has it. Raises ValueError, with the first problem, where it does not match."""
+    """Return data validated by a schema.
+
+    Raises:
+        ValueError: if it does not match, with the first problem.
+    """
     from pydantic import ValidationError  # takes long to import
 
     try:
@@ -74,12 +79,13 @@ def validated(content: object, schema: TypeAdapter[T]) -> T:
 
 
 def check_type(content: object, kind: Any) -> None:
-    """Raise ValueError, with the first problem, where plain JSON data does not match a type.
+    """Raise ValueError, with the first problem, if plain JSON data does not match a type.
 
-    For files that are read often: without pydantic, whose import takes longer than all else in `cdpr.load_run`.
+    For files that are read often: pydantic is not used, because its import takes longer than the rest of
+    `cdpr.load_run`.
 
     Args:
-        content: what `json.loads` returned.
+        content: result of `json.loads`.
         kind: a dataclass, `dict[str, T]`, `tuple[T, ...]`, a union or a type of JSON; other keys are ignored.
     """
     for problem in _problems(content, kind, ""):
@@ -115,12 +121,16 @@ def _is_a(value: Any, plain: Any, parts: tuple[Any, ...]) -> bool:
 
 
 def opened(text: str | bytes, schema: TypeAdapter[T], job: str = "") -> T:
-    """Undo `sealed` of a JSON text and validate it by a schema. Raises ValueError as `unsealed` and `validated`."""
+    """Return the content of a JSON text after `sealed`, validated by a schema.
+
+    Raises:
+        ValueError: as in `unsealed` and `validated`.
+    """
     return validated(unsealed(text, job), schema)
 
 
 def seal_archive(file: BinaryIO) -> None:
-    """Add the checksum of a finished zip archive, open to be read and written, as its comment."""
+    """Add the checksum of a finished zip archive, open for reading and writing, as its comment."""
     file.seek(-COMMENT.size, 2)
     if file.read() != COMMENT.pack(0):
         raise ValueError("an archive without a comment is expected")
@@ -132,7 +142,7 @@ def seal_archive(file: BinaryIO) -> None:
 
 
 def check_archive(file: BinaryIO) -> None:
-    """Raise ValueError where an archive is not as `seal_archive` left it; leave the file at its start."""
+    """Raise ValueError if an archive differs from the result of `seal_archive`; leave the file at its start."""
     size = file.seek(0, 2) - LENGTH
     file.seek(max(0, size))
     text = file.read()

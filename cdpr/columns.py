@@ -1,8 +1,8 @@
-"""The one table of what a row of a run holds: layout, log, exports, `cdpr.Run` and docs/columns.md follow from it.
+"""Definition of the columns of a run, from which layout, log, exports, `cdpr.Run` and docs/columns.md follow.
 
-A new quantity is one line in `LATER`, and the one place that writes it: `run["name"]` reads it. What `FIRST` holds is
-in every log and its order and places are part of the log's format; the header of a log lists every other column, so
-that a reader takes each log by its own table and never by the reader's.
+A new quantity is one line in `LATER`, and one place that writes it; `run["name"]` reads it. The columns in `FIRST` are
+in every log, and their order and places are part of the log's format. The header of a log lists all other columns, so
+that readers use the table of the log, not their own.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-CABLES = 0  # width of a column for each cable
+CABLES = 0  # width of a column with one number per cable
 WORLD = "world"
 
 ARRAY = "std_msgs/Float64MultiArray"
-# The topics of a log and their messages, in the order in which a chunk has them; any other is an ARRAY and follows.
+# Topics of a log with their messages, in the order of a chunk; any other topic is an ARRAY and follows.
 TOPICS = {
     "/clock": "rosgraph_msgs/Clock",
     "/cdpr/cable_states": "sensor_msgs/JointState",
@@ -32,32 +32,33 @@ TOPICS = {
     "/cdpr/energy": ARRAY,
 }
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")  # what MATLAB takes as a field, of 31 letters at most
-# Components of what has a frame, by width: a vector, a quaternion, a wrench.
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")  # a valid MATLAB field of at most 31 characters
+# Components of quantities with a frame, by width: vector, quaternion, wrench.
 _COMPONENTS = {
     3: ("x", "y", "z"),
     4: ("w", "x", "y", "z"),
     6: ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"),
 }
-# What exports hold besides columns.
+# further names in exports
 _TAKEN = ("header", "cables", "message", "solver_status")
 
 
 @dataclass(frozen=True)
 class Column:
-    """One logged quantity: a number, some numbers, or one number for each cable.
+    """Logged quantity: one number, several numbers, or one number per cable.
 
     Attributes:
         name: a letter, then up to 30 letters, digits and _.
-        width: how many numbers, or `CABLES`.
-        unit: SI, "" for none; of a wrench those of force and moment, "N, N m".
-        text: what it is, in a few words that begin a sentence.
+        width: number of values, or `CABLES`.
+        unit: SI, "" for none; for a wrench those of force and moment, "N, N m".
+        text: short description, as the beginning of a sentence.
         frame: axes of a vector (width 3), a quaternion w, x, y, z (4) or a wrench (6); "" for all others.
-        places: topics of the log and fields of their messages, "/TOPIC/FIELD"; unless given, a topic of its own. Of two
-            columns in one place, which only an array has room for, the later one stands there.
-        owner: role of the plugin that writes it; "" where it is ours.
+        places: topics of the log and fields of their messages, "/TOPIC/FIELD"; a separate topic by default. If two
+            columns share a place that is no array, the later one is stored.
+        owner: role of the plugin that writes it; "" for columns of cdpr.
 
-    Raises ValueError or TypeError where that makes no sense.
+    Raises:
+        ValueError, TypeError: if an attribute is invalid.
     """
 
     name: str
@@ -69,7 +70,7 @@ class Column:
     owner: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what no log or export could hold."""
+        """Check the attributes."""
         for key in ("name", "unit", "text", "frame", "owner"):
             if not isinstance(getattr(self, key), str):
                 raise TypeError(f"{key} of a column must be a text, got {getattr(self, key)!r}")
@@ -96,16 +97,16 @@ class Column:
 
     @property
     def shape(self) -> str:
-        """Shape of the array in a run of K rows and m cables, as documentation writes it."""
+        """Shape of the array in a run of K rows and m cables, as in the documentation."""
         return "(K,)" if self.width == 1 else f"(K, {self.width or 'm'})"
 
     @property
     def sentence(self) -> str:
-        """Text, shape, unit and frame, in one."""
+        """Text, shape, unit and frame in one sentence."""
         return ", ".join(filter(None, (self.text, self.shape, self.unit.replace(", ", " and "), self.frame))) + "."
 
     def headings(self, cables: Sequence[str]) -> list[str]:
-        """Return what its numbers are called, each with its unit, in tables for other programs; the time is `t`."""
+        """Return the names of its values with units for export; the time is `t`."""
         if self.name == "time":
             return ["t"]
         units = self.unit.split(", ")
@@ -114,7 +115,7 @@ class Column:
         return [f"{name}_{unit}" if unit else name for name, unit in zip(names, words, strict=True)]
 
     def labels(self, cables: Sequence[str]) -> list[str]:
-        """Return what its numbers are called."""
+        """Return the names of its values."""
         if self.width == 1:
             return [self.name]
         numbered = [str(i + 1) for i in range(self.width)]
@@ -123,11 +124,11 @@ class Column:
 
 
 def _word(unit: str) -> str:
-    """A unit without signs: m/s^2 is m_per_s2."""
+    """Return a unit as an identifier: m/s^2 is m_per_s2."""
     return unit.replace("/", "_per_").replace("^", "").replace(" ", "")
 
 
-# Where a message holds what: topic and field.
+# Places in messages: topic and field.
 _POSE, _POSE_DESIRED = "/cdpr/platform/pose/pose", "/cdpr/platform/pose_desired/pose"
 _TWIST, _TWIST_DESIRED = "/cdpr/platform/twist/twist", "/cdpr/platform/twist_desired/twist"
 _ACCEL = "/cdpr/platform/acceleration_desired/accel"
@@ -137,7 +138,7 @@ _SOLVER, _ENERGY = ("/cdpr/solver/data",), ("/cdpr/energy/data",)
 _BY_LENGTH = "moments by the characteristic length"
 _HELD = "held until the next sample"
 
-# state, desired and what the tension stage reports are contiguous: the loop hands out one view of each.
+# State, desired state and the report of the tension stage are contiguous: the loop uses one view of each.
 FIRST: tuple[Column, ...] = (
     Column("time", 1, "s", "Time of each sample", places=("/clock/clock",)),
     Column("position", 3, "m", "Platform origin", WORLD, (_POSE + ".position",)),
@@ -151,7 +152,7 @@ FIRST: tuple[Column, ...] = (
     Column("desired_acceleration", 3, "m/s^2", "Desired acceleration", WORLD, (_ACCEL + ".linear",)),
     Column("desired_angular_acceleration", 3, "rad/s^2", "Desired angular acceleration", WORLD, (_ACCEL + ".angular",)),
     Column("wrench", 6, "N, N m", "Wrench that the controller asked for, about the origin", WORLD, _WRENCH),
-    # With ideal cables what is commanded is the tension, but where an event broke or jammed one.
+    # For ideal cables the command is the tension, unless an event broke or jammed the cable.
     Column("tension", CABLES, "N", f"Commanded tension, {_HELD}", places=(COMMANDS + "/effort", _STATES + "/effort")),
     Column("length", CABLES, "m", "Cable lengths", places=(_STATES + "/position",)),
     Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(_STATES + "/velocity",)),
@@ -167,11 +168,11 @@ FIRST: tuple[Column, ...] = (
     Column("cable_work", 1, "J", "Work of the cables on the platform since the first sample", places=_ENERGY),
     Column("external_work", 1, "J", "Work of the external wrench since the first sample", places=_ENERGY),
 )
-# Besides, where cables are not ideal: there a tension is not what was commanded.
+# Additional columns for cables that are not ideal, whose tension differs from the command.
 WINCHED: tuple[Column, ...] = (
     Column("cable_tension", CABLES, "N", "Tension in each cable at the sample", places=(_STATES + "/effort",)),
 )
-# Besides, where controller and solver believe the robot to be another: W, residual and margin are then in belief.
+# Additional columns with a nominal model of controller and solver; W, residual and margin then refer to that model.
 BELIEVED: tuple[Column, ...] = (
     Column(
         "true_wrench",
@@ -187,15 +188,15 @@ BELIEVED: tuple[Column, ...] = (
         "Room of each command within its limits in truth, negative beyond, NaN for what broke or jammed",
     ),
 )
-# Columns that are NaN where a cable has no limits to keep and infinite where it has none on one side, such as after a
-# power cut. A value that is not finite in any other column ends a run as diverged.
+# Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
+# non-finite value in any other column ends a run as diverged.
 NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin"})
-# Besides, in runs of this version: a new column is a line here. Until it is written it reads as NaN.
+# Additional columns of this version; a new column is a line here. Its values are NaN until written.
 LATER: tuple[Column, ...] = ()
 
 
 def check_declared(columns: object) -> None:
-    """Refuse what a plugin must not declare as its columns; TypeError or ValueError."""
+    """Raise TypeError or ValueError if a plugin may not declare these columns."""
     if not isinstance(columns, tuple) or not all(isinstance(column, Column) for column in columns):
         raise TypeError(f"columns must be a tuple of cdpr.plugins.Column, got {columns!r}")
     ours = {column.name for column in (*FIRST, *WINCHED, *BELIEVED, *LATER)}.union(_TAKEN)
@@ -208,9 +209,9 @@ def check_declared(columns: object) -> None:
             raise ValueError(f"column '{column.name}' is declared twice")
 
 
-@lru_cache(maxsize=16)  # the cases of a rollout or a study ask for the same
+@lru_cache(maxsize=16)  # the cases of a rollout or a study use the same arguments
 def clash(columns: tuple[Column, ...], cables: tuple[str, ...]) -> tuple[Column, Column, str] | None:
-    """Return the first two columns that a table could not tell apart, and the heading that both have."""
+    """Return the first two columns with the same heading in a table, and that heading."""
     names: dict[str, Column] = {}
     headings: dict[str, Column] = {}
     for column in columns:

@@ -1,4 +1,4 @@
-"""What a scenario, a command or a call takes that names no plugin; here and nowhere else."""
+"""Default plugins of scenarios, commands and functions, defined only here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The errors of cdpr: each says where, what is wrong, what is allowed and what to do next."""
+"""Errors of cdpr: each states the place, the problem, the allowed values and the remedy."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 
 class ExitCode(IntEnum):
-    """What `cdpr` returns to the shell."""
+    """Exit codes of `cdpr`."""
 
     OK = 0
-    INTERNAL = 1  # a fault of ours
+    INTERNAL = 1  # an internal error
     BAD_INPUT = 2
     PLUGIN = 3
     INFEASIBLE = 4
@@ -29,25 +29,25 @@ class ExitCode(IntEnum):
 
 
 def one_line(error: BaseException) -> str:
-    """Return what there is to say of an exception that foreign code raised."""
+    """Return a description of an exception raised by foreign code, in one line."""
     text = " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
 class OptionsLeftOut(UserWarning):
-    """Options of a controller or solver that were left out as another one was chosen."""
+    """Warning that options of a controller or solver were ignored because another one was chosen."""
 
 
 class CdprError(Exception):
-    """Base of every error that cdpr raises on purpose; its text is meant for the user, and printable line by line.
+    """Base class of all errors that cdpr raises deliberately; the text is for the user, printable line by line.
 
     Attributes:
-        rows: what is wrong with a file, each with its mark, path and text, for who shows it beside the value itself.
+        rows: problems of a file with mark, path and text, for display beside the values.
     """
 
     exit_code = ExitCode.BAD_INPUT
 
-    run: Run | None = None  # with what was computed, where the error ended a run
+    run: Run | None = None  # partial result, if the error ended a run
 
     def __init__(self, text: str = "", rows: Sequence[Problem] = ()) -> None:
         super().__init__("\n".join(map(printable, text.split("\n"))))
@@ -55,7 +55,7 @@ class CdprError(Exception):
 
 
 class ScenarioError(CdprError):
-    """A scenario or robot file is wrong. `problems` holds one `file:line:col: key: what` line each."""
+    """Invalid scenario or robot file. `problems` has one line `file:line:col: key: text` each."""
 
     def __init__(self, problems: list[str], rows: Sequence[Problem] = ()) -> None:
         super().__init__("\n".join(problems), rows)
@@ -63,72 +63,72 @@ class ScenarioError(CdprError):
 
 
 class PluginError(CdprError):
-    """A plugin is unknown, not installed or broken."""
+    """Unknown, missing or broken plugin."""
 
     exit_code = ExitCode.PLUGIN
 
 
 class OutputError(CdprError):
-    """A file or folder cannot be written."""
+    """File or folder that cannot be written."""
 
     exit_code = ExitCode.NOT_WRITABLE
 
 
 class FmuError(CdprError):
-    """An FMU cannot be used: its file is unsound, not trusted, for another machine, or does not fit the robot."""
+    """FMU that cannot be used: its file is invalid, not trusted, for another platform, or does not fit the robot."""
 
 
 class FormatError(CdprError):
-    """A file of another program is unsound, or says what our parts cannot; the text begins with file and line."""
+    """File of another program that is invalid or unsupported; the text begins with file and line."""
 
 
 class LogError(CdprError):
-    """A run folder or its log cannot be read."""
+    """Run folder or log that cannot be read."""
 
 
 class SimulationStopped(CdprError):  # noqa: N818 - not always a fault
-    """A run ended before its time. `run` holds what was computed up to there."""
+    """Early end of a run. `run` has the results up to then."""
 
-    run: Run  # `simulate` sees to it
+    run: Run  # set by `simulate`
 
 
 class Infeasible(SimulationStopped):
-    """The wrench could not be distributed and the scenario says to stop then."""
+    """Wrench that could not be distributed, if the scenario stops the run then."""
 
     exit_code = ExitCode.INFEASIBLE
 
 
 class BeyondLimits(Infeasible):
-    """A cable left its length or winding speed, or a command its tensions, and the scenario says to stop then."""
+    """Limit violation of a cable length, winding speed or commanded tension, if the scenario stops the run then."""
 
 
 class Touched(Infeasible):
-    """Cables came too near to each other, their platform or an obstacle, and the scenario says to stop then."""
+    """Cables too close to each other, their platform or an obstacle, if the scenario stops the run then."""
 
 
 class Unanswered(Infeasible):
-    """The solver gave no valid answer and the scenario says to stop then: whether there is one is not known."""
+    """Solver without a valid answer, if the scenario stops the run then; a solution may or may not exist."""
 
 
 class Diverged(SimulationStopped):
-    """The state left what a sound simulation can reach: NaN, absurd speed, an engine that reset itself."""
+    """State beyond any valid simulation: NaN, absurd speed, or a reset of the engine."""
 
     exit_code = ExitCode.DIVERGED
 
 
 class BackendDied(SimulationStopped):
-    """What a plant or a controller runs in failed, crashed, ended or hangs."""
+    """Process of a plant or a controller that failed, crashed, ended or hangs."""
 
     exit_code = ExitCode.BACKEND_DIED
 
 
 class PlantEnded(SimulationStopped):
-    """A plant or a controller asked for the end of the simulation, which is no fault."""
+    """End of the simulation requested by a plant or a controller, which is no error."""
 
     exit_code = ExitCode.OK
 
 
 class Interrupted(SimulationStopped):
-    """The user or the system ended the run."""
+    """End of the run by the user or the system."""
 
     exit_code = ExitCode.INTERRUPTED

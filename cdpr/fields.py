@@ -1,4 +1,4 @@
-"""The kinds of values that the sections of a scenario are made of."""
+"""Types of values in the sections of a scenario."""
 
 from __future__ import annotations
 
@@ -7,36 +7,36 @@ from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-MAX_MAGNITUDE = 1e12  # beyond it squares and products leave the range in which the simulation makes sense
-# m; the longest cables are of kilometres, and farther out rounding alone moves a platform by more than comparisons
-# allow: the spacing of floats is 1e-10 m here.
+MAX_MAGNITUDE = 1e12  # above this, squares and products leave the meaningful range of the simulation
+# m; the longest cables have kilometres, and farther out round-off of positions exceeds the tolerance of comparisons:
+# the spacing of floats is 1e-10 m here.
 MAX_DISTANCE = 1e6
 NAME_PATTERN = r"^\w[\w.-]{0,63}$"
 
 
-DEFERRED = ConfigDict(defer_build=True)  # of types that are made into validators when first used: most runs need few
+DEFERRED = ConfigDict(defer_build=True)  # for types whose validators are built when first used: most runs need few
 
 
 class Section(BaseModel):
-    """Base of all sections: frozen, no unknown key, no NaN, no silent conversion."""
+    """Base class of all sections: frozen, no unknown key, no NaN, no silent conversion."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 
 
 class Kind(Section):
-    """Base of sections of which there are several kinds, told apart by their `type`."""
+    """Base class of sections with several kinds, distinguished by their `type`."""
 
     type: str
 
     @classmethod
     def kind(cls) -> str:
-        """Return what `type` says of this kind."""
+        """Return the value of `type` of this kind."""
         name: str = get_args(cls.model_fields["type"].annotation)[0]
         return name
 
 
 def unit(symbol: str) -> dict[str, Any]:
-    """Attach a unit to a field, for messages and for the JSON Schema."""
+    """Return the unit of a field, for messages and the JSON Schema."""
     return {"unit": symbol}
 
 
@@ -79,7 +79,7 @@ Position = tuple[Coordinate, Coordinate, Coordinate]  # m
 Name = Annotated[str, AfterValidator(_named), Field(json_schema_extra={"pattern": NAME_PATTERN})]
 EulerOrder = Annotated[str, AfterValidator(_turns), Field(json_schema_extra={"pattern": "^([xyz]{3}|[XYZ]{3})$"})]
 
-# The basic colours of CSS that are not one of these: "#rrggbb".
+# Basic colours of CSS and their "#rrggbb" values.
 COLOURS = {
     "black": "#000000",
     "silver": "#c0c0c0",
@@ -105,5 +105,5 @@ Colour = Annotated[str, AfterValidator(_coloured), Field(json_schema_extra={"exa
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 
-# Stands where a pose was left out until the loader fills in the initial one: after loading it is never None.
+# Placeholder of an omitted pose until the loader fills in the initial one; never None after loading.
 INITIAL: Any = None

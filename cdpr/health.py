@@ -1,4 +1,4 @@
-"""What an installation has, what of it works, and what to install for the rest. Nothing here asks a network."""
+"""Examination of an installation: components, their state, and remedies; without network access."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cdpr.plugins.registry import DISABLE, ROLES, registry
 State = Literal["ok", "missing", "wrong"]
 
 DISTRIBUTION = "cdpr"
-NOT_FOR_USE = ("all", "test")  # extras that are sums of others, or for who works on cdpr
+NOT_FOR_USE = ("all", "test")  # extras that combine others, or for developers of cdpr
 REQUIREMENT = re.compile(r"\s*([\w.-]+)[^;]*(?:;\s*(.*))?")
 EXTRA = re.compile(r"extra\s*==\s*['\"]([\w.-]+)['\"]")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "xdg-open")
@@ -40,14 +40,14 @@ SETTINGS = (
 
 @dataclass(frozen=True)
 class Found:
-    """One thing that was looked for.
+    """Result for one component.
 
     Attributes:
-        group: what it is one of.
-        name: what it is called.
-        state: "missing" is a normal state, "wrong" what is there and does not work.
-        text: version, place or reason.
-        remedy: what to type or to do where it does not work.
+        group: group of the component.
+        name: name of the component.
+        state: "missing" is a normal state; "wrong" means that it exists and does not work.
+        text: version, path or reason.
+        remedy: command or action if it does not work.
     """
 
     group: str
@@ -58,7 +58,7 @@ class Found:
 
 
 def examine() -> Iterator[Found]:
-    """Yield all that there is to tell, group by group."""
+    """Yield all results, group by group."""
     yield Found("versions", "cdpr", "ok", f"{__version__} in {Path(__file__).parents[1]}")
     yield Found("versions", "python", "ok", f"{platform.python_version()} in {sys.prefix}")
     yield Found("versions", "system", "ok", f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors")
@@ -73,7 +73,7 @@ def examine() -> Iterator[Found]:
 
 
 def libraries() -> Iterator[Found]:
-    """Yield what cdpr requires, and what its extras do: their versions, and which extra brings those that lack."""
+    """Yield the requirements of cdpr and its extras: their versions, or the extra that installs them."""
     try:
         required = importlib.metadata.requires(DISTRIBUTION) or []
     except importlib.metadata.PackageNotFoundError:
@@ -99,7 +99,7 @@ def libraries() -> Iterator[Found]:
 
 
 def kernels() -> Iterator[Found]:
-    """Yield the kernel library: its instruction set in use, and the compiler it was built with."""
+    """Yield the kernel library: its compiler and the instruction set in use."""
     try:
         from cdpr.native import library
 
@@ -121,7 +121,7 @@ def kernels() -> Iterator[Found]:
 
 
 def plugins() -> Iterator[Found]:
-    """Yield each plugin as it loads, then what is wrong with any distribution that brings some."""
+    """Yield each plugin with its state, then the problems of distributions with plugins."""
     found = registry()
     for role in ROLES:
         for name, entry in sorted(found.plugins[role].items()):
@@ -140,7 +140,7 @@ def plugins() -> Iterator[Found]:
 
 
 def folders() -> Iterator[Found]:
-    """Yield the folders that cdpr writes to, with what is free there."""
+    """Yield the folders to which cdpr writes, with their free space."""
     try:
         yield _folder("temporary", Path(tempfile.gettempdir()), "set TMPDIR to a folder of yours")
     except OSError as error:
@@ -166,7 +166,7 @@ def _folder(name: str, path: Path, remedy: str) -> Found:
 
 
 def tools() -> Iterator[Found]:
-    """Yield the C++ compiler, what opens a page, and the display."""
+    """Yield the C++ compiler, the browser and the display."""
     try:
         yield Found("tools", "C++ compiler", "ok", " ".join(compiler()))
     except CdprError:

@@ -1,8 +1,8 @@
-"""What foreign code prints is no result: where `cdpr` runs as a command, it goes to stderr.
+"""Redirection of foreign output: in commands of `cdpr` it goes to stderr, because it is no result.
 
-Nothing is swapped: a thread says that it runs foreign code, and the command's own stdout (`cdpr.cli.streams`) looks at
-that. So several threads may load plugins and print at once. In a program that uses cdpr as a library, what a plugin
-prints goes where that program has its stdout.
+No stream is replaced: a thread marks that it runs foreign code, and the command's own stdout (`cdpr.cli.streams`)
+checks the mark. So several threads may load plugins and print concurrently. In a program that uses cdpr as a library,
+output of plugins goes to the program's stdout.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from contextvars import ContextVar
 from threading import Lock
 
 _foreign: ContextVar[bool] = ContextVar("foreign", default=False)
-_stdout = Lock()  # of the process: two threads that replace it at once would leave the replacement in its place
+_stdout = Lock()  # of the process: concurrent replacements would make the replacement permanent
 
 
 @contextmanager
 def hushed() -> Iterator[None]:
-    """Say that this thread runs foreign code inside the block."""
+    """Mark that this thread runs foreign code inside the block."""
     token = _foreign.set(True)
     try:
         yield
@@ -30,9 +30,9 @@ def hushed() -> Iterator[None]:
 
 @contextmanager
 def native_to_stderr() -> Iterator[None]:
-    """Send what native code prints on stdout inside the block to stderr: of libraries that have no switch for it.
+    """Redirect stdout of native code to stderr inside the block, for libraries without a quiet mode.
 
-    For calls made once, such as constructors: the whole process has but one stdout.
+    Only for calls that happen once, such as constructors: the whole process has a single stdout.
     """
     with _stdout:
         out = _redirected()
@@ -45,7 +45,7 @@ def native_to_stderr() -> Iterator[None]:
 
 
 def _redirected() -> int | None:
-    """Send stdout to stderr; return a copy of stdout, None where either is closed and nothing is changed."""
+    """Redirect stdout to stderr; return a copy of stdout, or None if either is closed and nothing changed."""
     try:
         sys.stdout.flush()
         out = os.dup(1)
@@ -60,5 +60,5 @@ def _redirected() -> int | None:
 
 
 def is_hushed() -> bool:
-    """Tell whether this thread runs foreign code."""
+    """Return True if this thread runs foreign code."""
     return _foreign.get()

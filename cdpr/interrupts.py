@@ -1,4 +1,4 @@
-"""Signals by which a process is asked to end, and what must not be cut short by them."""
+"""Signals that end a process, and protection of short operations from them."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Let those that Python handles wait until the end of what takes less than a second."""
+    """Delay signals handled by Python until the end of an operation that takes less than a second."""
     came: list[int] = []
     before = {}
-    if threading.current_thread() is threading.main_thread():  # no other is interrupted
+    if threading.current_thread() is threading.main_thread():  # other threads are not interrupted
         before = {number: handler for number in STOPPING if callable(handler := signal.getsignal(number))}
     try:
         for number in before:
@@ -29,10 +29,10 @@ def uninterrupted() -> Iterator[None]:
 
 
 class _Waiting:
-    """Lets those that come within its block end at once what does nothing but wait, also where they were remembered.
+    """Context in which signals end a mere waiting at once, even if they would otherwise be stored.
 
     Attributes:
-        here: whether the main thread is in such a block.
+        here: True if the main thread is in such a context.
     """
 
     here = False

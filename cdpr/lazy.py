@@ -1,4 +1,4 @@
-"""Names that are imported when they are first used: of a package's own modules, and of rooms above."""
+"""Names that are imported when first used: submodules of a package, and functions of higher layers."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-# What users expect of a class though a module above it makes it. No module imports one above, not even in a function:
-# it is looked for when it is called, here and nowhere else.
+# Methods that users expect of a class but a higher layer implements. No module imports a higher layer, not even in a
+# function; these names are resolved at the call, only here.
 LATE = {
     "Robot._repr_html_": "cdpr.report.pages.notebook:of_robot",
     "Run._repr_html_": "cdpr.report.pages.notebook:of_run",
@@ -20,16 +20,16 @@ LATE = {
 
 
 def late(name: str) -> Any:
-    """Return what stands behind a name in `LATE`."""
+    """Return the function of a name in `LATE`."""
     module, _, attribute = LATE[name].partition(":")
     return getattr(import_module(module), attribute)
 
 
 def lazily(package: str, homes: Mapping[str, str] = {}) -> Callable[[str], object]:
-    """Return the `__getattr__` of a package: names from the modules in `homes`, and all its own modules.
+    """Return the `__getattr__` of a package: names from the modules in `homes`, and all its submodules.
 
-    Packages define it where type checkers do not look, for they would then believe that every name exists; the same
-    names stand beside it, imported `if TYPE_CHECKING`.
+    Packages define it outside `TYPE_CHECKING`, since type checkers would otherwise accept any name; the same names are
+    also imported `if TYPE_CHECKING`.
     """
 
     def get(name: str) -> object:

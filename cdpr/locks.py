@@ -1,4 +1,4 @@
-"""Locks between processes: of a file or a folder, as long as the process that took them lives, however it ends."""
+"""Locks between processes on files or folders, held until the process releases them or ends in any way."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RETRY_SECONDS = 0.01
 
 
 class Lock(Enum):
-    """What came of asking for a lock."""
+    """Result of a lock request."""
 
     OURS = "this process has it, until it closes the descriptor"
     ANOTHERS = "another process has it, or another descriptor of this one"
@@ -21,9 +21,12 @@ class Lock(Enum):
 
 
 def open_to_lock(path: str | Path, flags: int = os.O_RDWR | os.O_CREAT, mode: int = 0o666) -> int:
-    """Open a regular file or a folder, which is to be locked; return its descriptor, which no child inherits.
+    """Open a regular file or a folder for locking; return its descriptor, which child processes do not inherit.
 
-    A link is not followed, and a FIFO not waited for. Raises OSError, also where it is anything else.
+    Links are not followed, and FIFOs do not block.
+
+    Raises:
+        OSError: if it cannot be opened or is anything else.
     """
     file = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, mode)
     kind = os.fstat(file).st_mode
@@ -34,7 +37,7 @@ def open_to_lock(path: str | Path, flags: int = os.O_RDWR | os.O_CREAT, mode: in
 
 
 def lock(file: int, wait: float = 0.0) -> Lock:
-    """Ask for the lock of an open file, for `wait` seconds while another has it."""
+    """Request the lock of an open file, waiting up to `wait` seconds."""
     end = monotonic() + wait
     while True:
         try:

@@ -1,19 +1,19 @@
-"""Which name was meant: the one place that compares names."""
+"""Suggestions for misspelled names."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
 
-COMPARED = 60  # characters of a foreign name; more would take long
-BEGINNING = 3  # letters of a name that is cut off; fewer begin too many
-ALIKE = 0.6  # least share of what two names have in common
+COMPARED = 60  # characters of a foreign name; more would be slow
+BEGINNING = 3  # minimum length of an abbreviation
+ALIKE = 0.6  # minimum similarity of two names
 
 
 def nearest(name: str, names: Iterable[str], count: int = 1, alike: float = ALIKE) -> list[str]:
-    """Return the names that are closest to `name`, the closest first: `count` at most, or none.
+    """Return the names closest to `name`, the closest first, at most `count`.
 
-    Capitals make no difference, and a beginning counts as its name.
+    Case is ignored, and a beginning of a name matches it.
     """
     given, known = name[:COMPARED], list(names)
     found = difflib.get_close_matches(given, known, count, alike)
@@ -25,5 +25,5 @@ def nearest(name: str, names: Iterable[str], count: int = 1, alike: float = ALIK
 
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """Return "did you mean 'x'? " or nothing."""
+    """Return "did you mean 'x'? " or ""."""
     return "".join(f"did you mean '{near}'? " for near in nearest(name, names))

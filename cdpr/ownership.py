@@ -23,9 +23,9 @@ OVERFLOW = Path("/proc/sys/kernel/overflowuid")
 
 
 def fault(path: str | os.PathLike[str]) -> str:
-    """Return what is wrong with a file or a folder, or with a folder on the way to it; "" if nothing.
+    """Return the fault of a file or a folder, or of a folder on the way to it; "" if none.
 
-    Raises OSError where it cannot be looked up.
+    Raises OSError if it does not exist.
     """
     whole = Path(os.path.abspath(path))
     real = Path(os.path.realpath(whole))
@@ -37,7 +37,7 @@ def fault(path: str | os.PathLike[str]) -> str:
 
 
 def fault_of(about: os.stat_result, name: str, *, on_the_way: bool = False, above: bool = False) -> str:
-    """Return what is wrong with an open file, or with a folder on the way to a file; "" if nothing.
+    """Return the fault of an open file, or of a folder on the way to a file; "" if none.
 
     Args:
         about: owner and mode.
@@ -80,10 +80,12 @@ def _is_private_group(gid: int, uid: int) -> bool:
 
 
 def make_private(folder: Path, own: Path) -> None:
-    """Make a folder; missing ones on the way are made for this user alone.
+    """Create a folder; missing folders on the way are private to this user.
 
-    Others lose the right to write to what is there from `own` on, where it belongs to this user. Raises OSError where
-    one cannot be made.
+    Existing folders from `own` on that belong to this user lose write access for others.
+
+    Raises:
+        OSError: if one cannot be created.
     """
     for place in reversed((folder, *folder.parents)):
         if not place.exists():
@@ -92,13 +94,15 @@ def make_private(folder: Path, own: Path) -> None:
             about = place.stat()
             if about.st_uid == os.geteuid() and about.st_mode & OTHERS and not about.st_mode & stat.S_ISVTX:
                 place.chmod(stat.S_IMODE(about.st_mode) & ~OTHERS)
-    folder.mkdir(exist_ok=True)  # raises what is wrong where something else has its name
+    folder.mkdir(exist_ok=True)  # raises an error if something else has its name
 
 
 def read_private(path: Path) -> bytes:
-    """Return the content of a regular file that nobody else may write to; its folders were checked before.
+    """Return the content of a regular file that nobody else may write to; its folders must be checked before.
 
-    Raises FileNotFoundError where there is none, PermissionError, with the reason, where it may not be used.
+    Raises:
+        FileNotFoundError: if there is none.
+        PermissionError: if it must not be used, with the reason.
     """
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK | os.O_NOFOLLOW)) as file:
         about = os.fstat(file.fileno())

@@ -1,4 +1,4 @@
-"""Where something stands in a file, what is wrong with it, and how it is written."""
+"""Positions in files, problems, and their text form."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 Path = tuple[str | int, ...]
 
-SHORTEST = 60  # characters of a foreign text that are shown
+SHORTEST = 60  # maximum length of foreign text in messages
 
 
 def printable(text: str) -> str:
-    """Escape what would break a line or speak to a terminal: names, files and values are a stranger's words.
+    """Escape characters that would break a line or control a terminal: names, files and values are untrusted.
 
-    Letters of any script stay; control characters, those that turn the direction of writing and bytes that are no
-    text become escapes such as \\x1b.
+    Letters of all scripts remain; control characters, bidirectional controls and undecodable bytes become escapes such
+    as \\x1b.
     """
     if text.isprintable():
         return text
@@ -23,7 +23,7 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True, order=True)
 class Mark:
-    """A place in a file, counted from 1; line 0 stands for the whole source, such as one `--set`."""
+    """Position in a file, counted from 1; line 0 means the whole source, such as one `--set`."""
 
     source: str
     line: int = 0
@@ -35,7 +35,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong. `plugin` is set where only a plugin is missing."""
+    """One problem. `plugin` is True if only a plugin is missing."""
 
     mark: Mark
     path: Path
@@ -43,7 +43,7 @@ class Problem:
     plugin: bool = False
 
     def as_dict(self) -> dict[str, str | int]:
-        """Return it for JSON; line and column are 0 where the whole source is meant."""
+        """Return the problem for JSON; line and column are 0 for the whole source."""
         source, line, column = self.mark.source, self.mark.line, self.mark.column
         text = printable(self.text)
         return {"source": source, "line": line, "column": column, "key": dotted(self.path), "text": text}
@@ -54,7 +54,7 @@ class Problem:
 
 
 def dotted(path: Path) -> str:
-    """Write a path as in `robot.cables[0].frame[2]`."""
+    """Return a path in the form `robot.cables[0].frame[2]`."""
     text = ""
     for part in path:
         if isinstance(part, int):
@@ -65,7 +65,7 @@ def dotted(path: Path) -> str:
 
 
 def shown(value: object) -> str:
-    """Write a value that was found, on one short line."""
+    """Return a value of a file as short text in one line."""
     if value is None:
         return "null"
     if isinstance(value, bool):

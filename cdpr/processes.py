@@ -1,6 +1,6 @@
-"""Child processes that end when their parent does, however that ends, also while they hang or are stopped.
+"""Child processes that end with their parent in any case, even if they hang or are stopped.
 
-A thread of the child that looks for its parent is not enough: native code may hold Python's lock for ever.
+A thread in the child that monitors its parent would not suffice: native code may hold the GIL indefinitely.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ Result = TypeVar("Result")
 
 
 def end_with(parent: int) -> None:
-    """Have the system kill this process when the process `parent`, which has just started it, ends; Linux alone can."""
+    """Let the system kill this process when its parent `parent` ends; Linux only."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it ended before this was asked for
+        if os.getppid() != parent:  # it ended before the request
             os._exit(1)
 
 
 def start(call: Callable[[], Result]) -> Result:
     """Return the result of `call`, which starts a process that will call `end_with`.
 
-    What the system looks at is the end not of the process but of the thread that started the child. So where another
-    than the main thread asks, one that lasts does it.
+    The system monitors the thread that started the child, not its process. Calls from other threads than the main one
+    are therefore executed in a permanent thread.
     """
     if threading.current_thread() is threading.main_thread():
         return call()
@@ -40,7 +40,7 @@ def start(call: Callable[[], Result]) -> Result:
 
 
 def ended(code: int) -> str:
-    """Return how a process ended, in words that follow its name, from its return code as `subprocess` has it."""
+    """Return how a process ended, as a phrase that follows its name; `code` is as in `subprocess`."""
     if code >= 0:
         return f"ended with exit code {code}"
     try:
@@ -51,5 +51,5 @@ def ended(code: int) -> str:
 
 @cache
 def _lasting(process: int) -> ThreadPoolExecutor:
-    """A thread of this process: a fork has its number and none of its threads."""
+    """Return the permanent thread of this process; a fork has none of its parent's threads."""
     return ThreadPoolExecutor(1, "cdpr-starts-processes")

@@ -1,18 +1,18 @@
-"""By how much what a user gives may miss what it means: here and nowhere else.
+"""Tolerances of user input, defined only here.
 
-What an algorithm calls round-off depends on its arithmetic and stands beside it.
+Round-off tolerances of algorithms depend on their arithmetic and are defined with them.
 """
 
 from __future__ import annotations
 
-# Relative. Times and steps are decimal fractions, of which floats miss sums and ratios by rounding.
+# Relative. Times and steps are decimal fractions, whose sums and ratios have rounding errors as floats.
 TIME = 1e-9
 
-# How far the length of a quaternion may be from 1: rounded to three decimals it is nearer, mistakes are farther.
+# Deviation of a quaternion's length from 1: rounding to three decimals is below it, errors above.
 UNIT = 1e-3
 
-# Entries of a quaternion or a position (m) below this are zero as typed: rounding of decimals, no motion.
+# Smaller entries of a quaternion or a position (m) are zero: rounding of decimals, no motion.
 HELD = 1e-9
 
-# m; a cable shorter than this has no direction, and anchors nearer than this are one point.
+# m; shorter cables have no direction, and closer anchors are identical.
 LENGTH = 1e-6

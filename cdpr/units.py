@@ -1,4 +1,4 @@
-"""Units by their names, of FMUs that do not define theirs and of scenarios that say `unit: mm/s` or `mass: 25 kg`."""
+"""Units by name, for FMUs that do not define theirs and for scenarios with `unit: mm/s` or `mass: 25 kg`."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit, as an FMU defines it or a name means it: SI value = value * factor + offset."""
+    """Unit defined by an FMU or by its name: SI value = value * factor + offset."""
 
     name: str
-    exponents: tuple[int, ...] | None = None  # of BASE_UNITS; None where the FMU names a unit without defining it
+    exponents: tuple[int, ...] | None = None  # of BASE_UNITS; None if the FMU names a unit without definition
     factor: float = 1.0
     offset: float = 0.0
 
 
-# Name -> exponents of BASE_UNITS that are not zero, factor to SI.
+# Name -> nonzero exponents of BASE_UNITS, factor to SI.
 KNOWN: dict[str, tuple[dict[str, int], float]] = {
     "1": ({}, 1.0), "-": ({}, 1.0), "%": ({}, 0.01),
     "m": ({"m": 1}, 1.0), "km": ({"m": 1}, 1e3), "cm": ({"m": 1}, 1e-2), "mm": ({"m": 1}, 1e-3),
@@ -39,7 +39,7 @@ RAD = BASE_UNITS.index("rad")
 
 
 def known_unit(text: str) -> Unit | None:
-    """Return the unit that a text such as "N", "mm/s", "N.m" or "kg*m^2" means, None where it means none."""
+    """Return the unit of a text such as "N", "mm/s", "N.m" or "kg*m^2"; None if it is none."""
     exponents, factor, place = [0] * len(BASE_UNITS), 1.0, 0
     while place < len(text):
         match = TOKEN.match(text, place)
@@ -55,14 +55,14 @@ def known_unit(text: str) -> Unit | None:
 
 
 def si(text: str) -> Unit:
-    """Return a unit that is written in this package."""
+    """Return a unit written in the code of cdpr."""
     unit = known_unit(text)
     assert unit is not None
     return unit
 
 
 def alike(a: Unit, b: Unit) -> bool:
-    """Tell whether two units measure the same kind of quantity; rad counts as 1, for some tools leave it out."""
+    """Return True if two units measure the same kind of quantity; rad counts as 1, because some tools omit it."""
     assert a.exponents is not None
     assert b.exponents is not None
     return a.exponents[:RAD] == b.exponents[:RAD]

@@ -21,7 +21,7 @@ def user_cache() -> Path:
     root = os.environ.get("XDG_CACHE_HOME")
     try:
         return Path(root or Path.home() / ".cache") / "cdpr"
-    except RuntimeError:  # no HOME, and a uid that the system does not know
+    except RuntimeError:  # no HOME, and a uid unknown to the system
         return fallback()
 
 
@@ -33,7 +33,7 @@ def fallback() -> Path:
     which is removed when this process ends.
 
     Raises:
-        OutputError: No folder for temporary files can be written.
+        OutputError: if no folder for temporary files can be written.
     """
     try:
         path = Path(tempfile.gettempdir()) / f"cdpr-{os.geteuid()}"

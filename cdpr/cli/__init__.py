@@ -1,4 +1,4 @@
-"""The command line: one file a command, each imported only when it is called."""
+"""Command line: one module per command, imported only when it is called."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from cdpr.errors import CdprError, ExitCode, OptionsLeftOut
 from cdpr.nearest import did_you_mean
 
 DEBUG = "CDPR_DEBUG"
-GARBAGE = 100_000  # objects that are made before cycles among them are looked for
-SHOWN = 60  # letters of a word that is no command
+GARBAGE = 100_000  # allocations between two garbage collections
+SHOWN = 60  # characters shown of an unknown command
 
-# Name -> module and one line of help, so that `cdpr --help` imports none of them.
+# Name -> one line of help, so that `cdpr --help` imports no command.
 COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
     "examples": "List the examples that come with cdpr, or copy one.",
@@ -55,7 +55,7 @@ COMMANDS = {
 }
 
 
-# How `cdpr --help` groups them, by task; one that is in no group stands at the end.
+# Groups of `cdpr --help` by task; commands without a group come last.
 GROUPS = {
     "Start": ("examples", "new", "gui", "doctor"),
     "Run and compare": ("run", "validate", "view", "compare", "study", "baseline"),
@@ -66,9 +66,9 @@ GROUPS = {
 
 
 class LazyGroup(click.Group):
-    """Imports a command when it is used: the object `command` of the module `cdpr.cli.<prefix><name>`.
+    """Group that imports a command when it is used: the object `command` of the module `cdpr.cli.<prefix><name>`.
 
-    `table` holds name and one line of help of each, `groups` the names under the headings of the list, if any.
+    `table` has the name and one line of help of each command, `groups` the names by heading of the list, if any.
     """
 
     def __init__(
@@ -85,11 +85,11 @@ class LazyGroup(click.Group):
         self.prefix = prefix
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of the table."""
+        """Return the names in the order of the table."""
         return list(self.table)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import one command."""
+        """Import and return a command."""
         if cmd_name not in self.table:
             return None
         command: click.Command = import_module(f"cdpr.cli.{self.prefix}{cmd_name}").command
@@ -98,7 +98,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that is meant; the error for one that there is not names the nearest."""
+        """Return the command; the error for an unknown one suggests the nearest name."""
         name = args[0]
         if name not in self.table and not name.startswith("-"):
             hint = did_you_mean(name, self.table).replace("did", "Did", 1)
@@ -106,7 +106,7 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list from the table alone."""
+        """Write the list of commands from the table alone."""
         grouped = {name for names in self.groups.values() for name in names}
         rest = [name for name in self.table if name not in grouped]
         widest = max(map(len, self.table))
@@ -124,13 +124,13 @@ def cli() -> None:
 
 @printable_streams()
 def main() -> None:
-    """Run the command line; every error meant for the user becomes text and an exit code, never a traceback."""
-    # Nearly all that a command makes stays until it ends: to look for garbage as often as Python does is a tenth of it.
+    """Run the command line; every error meant for the user becomes a text and an exit code, never a traceback."""
+    # Nearly all objects of a command live to its end: Python's default collection takes a tenth of the time.
     gc.set_threshold(GARBAGE)
-    atexit.unregister(_leave_all_as_it_is)  # of a call before, in a process that makes several
+    atexit.unregister(_leave_all_as_it_is)  # of an earlier call in the same process
     atexit.register(_leave_all_as_it_is)
     warnings.simplefilter("ignore", OptionsLeftOut)  # commands report `Scenario.notes`
-    # A warning is a line for the user, not a place in our code.
+    # show warnings to the user without their place in the code
     warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
     try:
         with streams():
@@ -163,9 +163,9 @@ def main() -> None:
 
 
 def _leave_all_as_it_is() -> None:
-    """Let Python end without taking apart what is in memory, which would be a fifth of a short run.
+    """Skip the destruction of objects at exit, which would take a fifth of a short run.
 
-    That would also write what is left in files that a plugin has not closed: it is written here.
+    Destruction would also flush files that a plugin has not closed, so this function flushes them.
     """
     kinds = {io.TextIOWrapper, io.BufferedWriter, io.BufferedRandom}
     for each in [each for each in gc.get_objects() if type(each) in kinds]:
@@ -175,14 +175,14 @@ def _leave_all_as_it_is() -> None:
 
 
 def _leave(code: int) -> None:
-    """End the process; where a thread of ours does not end, without the tidying up that would crash an engine in it."""
-    # An interrupt that passed through what Python made of a text, as dataclasses are, would kill `python -m cdpr` here,
-    # whoever took it; the next such text makes Python forget it.
+    """End the process; if one of our threads is still active, skip the cleanup, which would crash an engine in it."""
+    # An interrupt that passed through code generated from text, such as that of dataclasses, would kill `python -m
+    # cdpr` here even if it was handled; executing another text clears it.
     exec("")
     if not any(thread.daemon and thread.name.startswith("cdpr") for thread in threading.enumerate()):
         sys.exit(code)
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, full, or not there
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, full, or missing
             stream.flush()
     os._exit(code)

@@ -13,7 +13,7 @@ from cdpr.cli.progress import Progress
 from cdpr.errors import CdprError, ExitCode
 from cdpr.hush import hushed
 
-# Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
+# Robots of redundancies 0 to 6, suspended and fully constrained, spatial and planar.
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
 
 
@@ -62,7 +62,7 @@ def solvers(
     options = _options(changes)
     loaded = [load_robot(path) for path in robots or ROBOTS]
     chosen = None if solvers == "all" else names(solvers)
-    # Only sound files are worth the time that these take to import.
+    # imported only after the files are valid, because it is slow
     from cdpr import bench
     from cdpr.log.run_json import plain
 
@@ -86,7 +86,7 @@ def solvers(
 
 
 def _options(changes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
-    """Read what `--set` gives, by solver."""
+    """Return the options of `--set` by solver."""
     from cdpr.scenario.yaml_nodes import parse_value
 
     options: dict[str, dict[str, Any]] = {}
@@ -103,7 +103,7 @@ def _options(changes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
 
 
 def _print(figures: dict[str, Any]) -> None:
-    """Print one table per robot, then what could not be asked and what the columns say."""
+    """Print one table per robot, then the unusable solvers and the meaning of the columns."""
     from cdpr.report.text.aligned import table, wrapped
     from cdpr.report.text.bench import COLUMNS, MEANING, MISLED, NOTHING, cells, facts
 

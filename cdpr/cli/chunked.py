@@ -1,4 +1,4 @@
-"""`cdpr workspace KIND --chunks DIR`: into a folder, in a way that goes on where it stopped."""
+"""Option `--chunks` of `cdpr workspace KIND`: results in a folder that can be resumed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OPTIONS = (
 
 
 class Chunked(NamedTuple):
-    """Into which folder, and where it is computed."""
+    """Folder of the chunks, and options of their computation."""
 
     folder: Path
     resume: bool
@@ -32,7 +32,11 @@ class Chunked(NamedTuple):
 def chunked_of(
     chunks: str | None, resume: bool, scheduler: str | None, method: str, jobs: int | None, out: str | None
 ) -> Chunked | None:
-    """Return what the options ask for, None without --chunks. Raises UsageError where they do not go together."""
+    """Return the values of the options, or None without --chunks.
+
+    Raises:
+        UsageError: if options conflict.
+    """
     if chunks is None:
         if resume or scheduler is not None:
             raise click.UsageError(f"{'--resume' if resume else '--scheduler'} goes with --chunks, a folder")
@@ -51,7 +55,7 @@ def chunked_of(
 def compute(
     to: Chunked, robot: Robot, kind: str, where: Region, jobs: int | None, source: dict[str, Any], asked: dict[str, Any]
 ) -> dict[str, Any]:
-    """Compute a workspace into a folder, and return its figures; where it was stopped say what goes on."""
+    """Compute a workspace into a folder and return its figures; after an interruption print how to resume."""
     from cdpr.cli.progress import Progress, terminating
     from cdpr.workspace.chunks import workspace_in_chunks
 

@@ -1,6 +1,6 @@
-"""Colours of the command line, on terminals alone.
+"""Colours of the command line, only on terminals.
 
-They are added where text is written, after all controls in it were escaped: no text from a file can switch one on.
+Colours are added when text is written, after all control characters were escaped: no text from a file can switch them.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import TextIO
 RESET = "\x1b[0m"
 BOLD, DIM, RED, GREEN, YELLOW, CYAN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[32m", "\x1b[33m", "\x1b[36m"
 
-FULL, EMPTY = "━", "─"  # of a bar of progress
+FULL, EMPTY = "━", "─"  # of a progress bar
 
-# Rules of the colours in a line; at each place the first rule that matches applies.
+# Colour rules of a line; at each position the first matching rule applies.
 RULES = (
     (r"^(?:internal error|Error):.*", RED),
-    (r"^[^\s:]+:\d+(?::\d+)?:(?= )", RED),  # file and line of a mistake
+    (r"^[^\s:]+:\d+(?::\d+)?:(?= )", RED),  # file and line of an error
     (r"^warning: ", YELLOW),
     (r"^[A-Z][A-Za-z ]*:$|^Usage:", BOLD),
     (rf"{FULL}+", GREEN),
@@ -25,20 +25,20 @@ RULES = (
     (r"(?:(?<=, )|(?<=: )|(?<=\d )|^)(?:finished|agrees?|balanced|ok)\b(?=$|[:;,( ])", GREEN),
     (r"(?:(?<=, )|(?<=: )|(?<=\d )|^)(?:DISAGREES?|diverged|infeasible|failed|FAILED|died|hung)\b(?=$|[:;,( ])", RED),
     (r"(?:(?<=, )|(?<=: )|^)(?:not judged|interrupted|not installed)\b(?=$|[:;,( ])", YELLOW),
-    (r"^  (?! )\S[^\n]*?(?=  +\S)", CYAN),  # what a line is about, in a list
+    (r"^  (?! )\S[^\n]*?(?=  +\S)", CYAN),  # first column of a list
 )
 ANY = re.compile("|".join(f"(?P<r{k}>{rule})" for k, (rule, _) in enumerate(RULES)), re.MULTILINE)
 
 
 def wanted(stream: TextIO) -> bool:
-    """Return whether this stream shows colours, and its user wants them (https://no-color.org)."""
+    """Return True if the stream supports colours and the user wants them (https://no-color.org)."""
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
         return False
     if os.name == "nt" and "WT_SESSION" not in os.environ:
         return False
     try:
         return stream.isatty()
-    except (AttributeError, ValueError):  # closed, or not a stream of the system
+    except (AttributeError, ValueError):  # closed, or not a system stream
         return False
 
 
@@ -48,7 +48,7 @@ def coloured(text: str) -> str:
 
 
 def bar(share: float, encoding: str | None, width: int = 24) -> str:
-    """Return a bar of progress, of which `share` (0 to 1) is full, in letters that the encoding has."""
+    """Return a progress bar filled by `share` (0 to 1), in characters of the encoding."""
     filled, empty = (FULL, EMPTY) if "utf" in (encoding or "").lower() else ("#", "-")
     full = round(width * min(max(share, 0.0), 1.0))
     return filled * full + empty * (width - full)

@@ -1,4 +1,4 @@
-"""What a shell offers after the Tab key: names of installed plugins, and keys that `--set` takes."""
+"""Shell completion: names of installed plugins, and keys of `--set`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def plugins(role: Any) -> Complete:
-    """Complete the name of a backend, solver or controller; in a list, the one behind the last comma."""
+    """Return a completion of backends, controllers or solvers; in a list, of the name after the last comma."""
 
     def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
         from cdpr.plugins.registry import registry
@@ -23,7 +23,7 @@ def plugins(role: Any) -> Complete:
 
 
 def keys(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
-    """Complete a key of a scenario, with the options of all installed plugins."""
+    """Return the scenario keys that start with the text, including the options of all installed plugins."""
     from cdpr.scenario.json_schema import scenario_schema
 
     schema = scenario_schema()
@@ -31,7 +31,7 @@ def keys(context: click.Context, parameter: click.Parameter, incomplete: str) ->
 
 
 def _leaves(node: dict[str, Any], root: dict[str, Any], path: str, inside: tuple[str, ...]) -> Iterator[str]:
-    """Yield the dotted keys below a node of a JSON Schema; of lists of mappings those of the first item."""
+    """Yield the dotted keys below a node of a JSON Schema; for lists of mappings, those of the first item."""
     if "$ref" in node:
         name = node["$ref"].rpartition("/")[2]
         if name not in inside:

@@ -31,7 +31,7 @@ def command(as_json: bool) -> None:
 
     found: list[Found] = []
     for one in examine():
-        if not as_json:  # at once: a library that ends the process ends it behind the last line
+        if not as_json:  # printed at once: if a library ends the process, the last line shows which
             _print(one, fresh=not found or found[-1].group != one.group)
         found.append(one)
     wrong = [one for one in found if one.state == "wrong"]

@@ -1,4 +1,4 @@
-"""`cdpr fmu`: its commands, one file each."""
+"""`cdpr fmu`; each of its commands has its own module."""
 
 from __future__ import annotations
 

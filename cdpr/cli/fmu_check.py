@@ -50,7 +50,7 @@ def command(file: str, robot: str | None, role: Role | None, as_json: bool) -> N
 
 
 def load(file: str, fmu: str, role: Role | None) -> tuple[Robot, Role | None, Signals | None]:
-    """Load a robot; of a scenario that names `fmu`, also what it says of that one."""
+    """Return the robot and, if a scenario uses `fmu`, the role and signals that it defines."""
     from cdpr.fmu.read.options import FmuFile
     from cdpr.scenario import Scenario, load_any
 
@@ -68,5 +68,5 @@ def load(file: str, fmu: str, role: Role | None) -> tuple[Robot, Role | None, Si
 
 
 def _same(options: Any, fmu: str) -> bool:
-    """Tell whether the options name that file."""
+    """Return True if the options refer to that file."""
     return options.file is not None and os.path.realpath(options.file.path) == os.path.realpath(fmu)

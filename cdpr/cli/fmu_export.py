@@ -10,7 +10,7 @@ import click
 from cdpr.cli.names import OutPath, change_keys, plugin_files
 from cdpr.cli.numbers import AnyReal
 
-DEFAULT_STEP = 0.001  # s, of a robot without a scenario
+DEFAULT_STEP = 0.001  # s, for robots without a scenario
 
 
 @click.command("export")
@@ -89,7 +89,7 @@ def command(
         robot, gravity, state = loaded.robot, loaded.gravity, loaded.initial.state()
         step = step or loaded.simulation.physics_step
         if only_winch and loaded.actuators is not None:
-            robot = with_model(robot, ACTUATED)  # as the scenario itself would export them
+            robot = with_model(robot, ACTUATED)  # as the scenario itself exports them
     else:
         pose, _ = home_pose(loaded)
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])

@@ -15,8 +15,8 @@ from cdpr.errors import PluginError
 if TYPE_CHECKING:
     from cdpr.cli.progress import Signals
 
-USUAL = (700, 10, 10)  # when Python by itself looks for garbage
-LOST = 1.0  # s after which an interrupt that Python has lost is heard
+USUAL = (700, 10, 10)  # Python's default thresholds of garbage collection
+LOST = 1.0  # s until an interrupt that Python has lost is noticed
 LOCAL = ("127.0.0.1", "localhost", "::1")
 EXPOSED = (
     "warning: whoever reaches this address and knows its token can run simulations here, with the plugins that are "
@@ -60,7 +60,7 @@ def command(
             raise PluginError("cdpr gui needs websockets, not installed: pip install 'cdpr[gui]'") from None
         from threading import Thread
 
-        gc.set_threshold(*USUAL)  # it lives long, and makes as much again and again
+        gc.set_threshold(*USUAL)  # long-lived process with many temporary objects
         from cdpr.gui.desk import Desk
         from cdpr.scenario.overrides import typed
 
@@ -71,15 +71,15 @@ def command(
             if host not in LOCAL:
                 click.echo(EXPOSED, err=True)
             if show:
-                Thread(target=_open, args=(window.address,), daemon=True).start()  # some browsers take their time
+                Thread(target=_open, args=(window.address,), daemon=True).start()  # some browsers start slowly
             window.begin()
             _hold(signals)
 
 
 def _hold(signals: Signals) -> None:
-    """Go on until the command is ended.
+    """Wait until the command is ended.
 
-    Python loses an interrupt that comes while it does what no exception passes through, such as the end of an import.
+    Python loses an interrupt that arrives where exceptions cannot propagate, such as at the end of an import.
     """
     from threading import Event
 

@@ -33,7 +33,7 @@ def command(
     is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
     """
     loaded = load_told(file, changes, strict=strict)
-    # Only a sound file is worth the time that these take to import.
+    # imported only after the file is valid, because it is slow
     from cdpr.cli.portray import portray
     from cdpr.report.text.portrait import lines
 
@@ -48,7 +48,7 @@ def command(
 
 
 def _write(figures: dict[str, Any], scene: Pictures, out: str, *, quiet: bool) -> None:
-    """Write drawing and figures into the folder, made if need be."""
+    """Write the drawing and the figures into a folder, which is created if necessary."""
     from pathlib import Path
 
     from cdpr.log.files import make_folder, replace

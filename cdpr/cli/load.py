@@ -1,4 +1,4 @@
-"""A scenario or robot file as commands load it: what is allowed but seldom meant is told on stderr, or refused."""
+"""Loading of scenario and robot files by commands; warnings are printed on stderr or treated as errors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ strict_option = click.option(
 
 
 def load_told(file: str, changes: tuple[str, ...], *, strict: bool = False) -> Scenario | Robot:
-    """Load and check a file, and tell its notes and warnings; where `strict`, ScenarioError for any of the latter."""
+    """Load and check a file, and print its notes and warnings.
+
+    Raises:
+        ScenarioError: if the file is invalid, or has warnings and `strict` is set.
+    """
     from cdpr.scenario import load_any
     from cdpr.scenario.problems import judged
 
@@ -30,6 +34,6 @@ def load_told(file: str, changes: tuple[str, ...], *, strict: bool = False) -> S
 
 
 def tell(lines: Iterable[str]) -> None:
-    """Write on stderr."""
+    """Print lines on stderr."""
     for line in lines:
         click.echo(line, err=True)

@@ -1,4 +1,4 @@
-"""Where commands look at a robot: the pose of --pose, of the scenario or of the robot, and its gravity."""
+"""Poses and gravity for commands: pose of --pose, of the scenario or of the robot's home."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ DEGREES = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)) ?deg\b")
 
 
 def look(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Array, str]:
-    """Return robot, gravity (3,), pose (7,) as position and quaternion, and where the pose comes from.
+    """Return robot, gravity (3,), pose (7,) as position and quaternion, and the source of the pose.
 
-    Raises click.BadParameter where `pose`, the text of --pose, is none that the robot can have.
+    Raises:
+        BadParameter: if `pose`, the text of --pose, is invalid for the robot.
     """
     scenario = loaded if isinstance(loaded, Scenario) else None
     robot = loaded.robot if isinstance(loaded, Scenario) else loaded
@@ -37,7 +38,7 @@ def look(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Arra
 
 
 def parse_pose(text: str, robot: Robot) -> Array:
-    """Read --pose as position and quaternion (7,)."""
+    """Return the position and quaternion (7,) of --pose."""
     numbers = _numbers(DEGREES.sub(lambda found: repr(math.radians(float(found[1]))), text))
     if len(numbers) not in (3, 6) or any("deg" in part for part in text.split(",")[:3]):
         hint = "three numbers x,y,z (m) or six with roll,pitch,yaw (rad, or as 30deg) are expected, such as 0,0,1.5"
@@ -55,7 +56,7 @@ def parse_pose(text: str, robot: Robot) -> Array:
 
 
 def parse_attitude(text: str, robot: Robot) -> Array:
-    """Read --orientation as quaternion (4,)."""
+    """Return the quaternion (4,) of --orientation."""
     numbers = _numbers(DEGREES.sub(lambda found: repr(math.radians(float(found[1]))), text))
     if len(numbers) != 3:
         hint = "roll,pitch,yaw (rad, or as 30deg) are expected, such as 0,0,0.1"
@@ -70,7 +71,7 @@ def parse_attitude(text: str, robot: Robot) -> Array:
 
 
 def parse_wrench(text: str, robot: Robot) -> Array:
-    """Read --wrench as force and moment (6,); along held directions it must be 0."""
+    """Return the force and moment (6,) of --wrench; components in held directions must be 0."""
     numbers = _numbers(text)
     if len(numbers) not in (3, 6):
         hint = "three numbers fx,fy,fz (N) or six with mx,my,mz (N m) are expected, such as 0,0,500"
@@ -85,7 +86,7 @@ def parse_wrench(text: str, robot: Robot) -> Array:
 
 
 def _numbers(text: str) -> list[float]:
-    """The finite numbers between commas; none at all where any is none."""
+    """Return the finite numbers between commas; an empty list if any is invalid."""
     try:
         numbers = [number(part) for part in text.split(",")]
     except ValueError:

@@ -1,4 +1,4 @@
-"""What options of several commands share: lists of names, and files with plugins."""
+"""Options shared by several commands: lists of names, and files with plugins."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
-PLUGIN_FILES = "cdpr.plugin_files"  # where a context keeps what was given with --plugin
+PLUGIN_FILES = "cdpr.plugin_files"  # key of the --plugin files in a context
 
 
 class OutPath(click.Path):
-    """Where results go: any name but none."""
+    """Output path; empty paths are rejected."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the path; an empty one, as of a variable that is not set, would mean the working folder."""
+        """Return the path; an empty one, as of an unset variable, would mean the working folder."""
         if not os.fspath(value):
             self.fail("a name is expected, got an empty one; write . for this folder", param, ctx)
         return super().convert(value, param, ctx)
 
 
 def again(context: click.Context, *more: str) -> str:
-    """Return what to type for the same command once more, with `more`, such as --out FOLDER, in place of its --out."""
+    """Return the text of the same command with `more` options, such as --out FOLDER, in place of its --out."""
     return shlex.join([*context.command_path.split(), *_words(context), *more])
 
 
 def _words(context: click.Context) -> Iterator[str]:
-    """Yield arguments and options as given, but for --out."""
+    """Yield the given arguments and options except --out."""
     for file in context.meta.get(PLUGIN_FILES, ()):
         yield from ("--plugin", file)
     for parameter in context.command.params:
@@ -55,7 +55,7 @@ def _words(context: click.Context) -> Iterator[str]:
 
 
 def names(text: str) -> list[str]:
-    """Names separated by commas."""
+    """Return the names in a comma-separated list."""
     return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
 
 
@@ -66,12 +66,12 @@ def change_keys(text: str) -> Decorator:
 
 
 def plugin_option(flag: str, role: Role, *name: str, **more: Any) -> Decorator:
-    """Return an option that takes names of plugins, which a shell completes."""
+    """Return an option for names of plugins, with shell completion."""
     return click.option(flag, *name, shell_complete=plugins(role), **more)
 
 
 def plugin_files(command: Any) -> Any:
-    """Give a command the option --plugin: its files are in use until the command ends."""
+    """Add the option --plugin to a command: its files are used until the command ends."""
 
     def use(context: click.Context, parameter: click.Parameter, files: tuple[str, ...]) -> None:
         if files and not context.resilient_parsing:

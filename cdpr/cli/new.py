@@ -30,7 +30,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, value: str | None) -> t
 
 
 def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options from which a robot is made; it gets what was given of them."""
+    """Add the options of a new robot's sizes to a command, which receives the given ones."""
     options = [
         click.option(
             "--frame", callback=_lengths, metavar="W,D,H", help="Width, depth, height of the frame (m): 4,3,2.5."
@@ -115,7 +115,7 @@ def _stem(file: str, otherwise: str) -> str:
 
 
 def _write(file: str, text: str, then: str, warning: str | None) -> None:
-    """Write a new file, or print it; what is there stays."""
+    """Write a new file or print it; an existing file is not replaced."""
     if file == STDOUT:
         if warning:
             click.echo(f"warning: {warning}", err=True)
@@ -136,7 +136,7 @@ def _write(file: str, text: str, then: str, warning: str | None) -> None:
     from cdpr.cli.load import load_told
 
     click.echo(file)
-    load_told(file, ())  # sizes that are seldom meant
+    load_told(file, ())  # prints warnings on unusual sizes
     if warning:
         click.echo(f"warning: {file}: {warning}", err=True)
     click.echo(f"next: {then}", err=True)

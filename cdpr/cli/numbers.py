@@ -1,4 +1,4 @@
-"""Numbers as they are typed: Python would take 4_0 for 40, and the digits of other scripts, which files do not."""
+"""Numbers as typed on the command line: Python accepts 4_0 as 40 and digits of other scripts; files do not."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ import click
 
 
 def number(text: str) -> float:
-    """Return the number; ValueError where the text is none."""
+    """Return the number.
+
+    Raises:
+        ValueError: if the text is no number.
+    """
     if not plain(text):
         raise ValueError(f"a number is expected, got {text[:80]!r}")
     return float(text)
 
 
 def plain(text: str) -> bool:
-    """Whether a text may be a number of ours."""
+    """Return True if a text has only characters allowed in numbers."""
     return text.isascii() and "_" not in text
 
 
@@ -28,16 +32,16 @@ class _Plain(click.ParamType[Any]):
 
 
 class AnyWhole(_Plain, click.types.IntParamType):
-    """A whole number."""
+    """Whole number."""
 
 
 class AnyReal(_Plain, click.types.FloatParamType):
-    """A number."""
+    """Number."""
 
 
 class Whole(_Plain, click.IntRange):
-    """A whole number within bounds."""
+    """Whole number within bounds."""
 
 
 class Real(_Plain, click.FloatRange):
-    """A number within bounds."""
+    """Number within bounds."""

@@ -1,4 +1,4 @@
-"""What `cdpr info` and `cdpr view` tell and show of a robot or a scenario."""
+"""Figures and pictures of a robot or a scenario for `cdpr info` and `cdpr view`."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from cdpr.workspace.path import along
 
 
 def portray(loaded: Scenario | Robot, pose: str | None) -> tuple[dict[str, Any], Pictures, Survey | None]:
-    """Return figures as plain data, pictures, and of a scenario its motion followed without simulating it.
+    """Return figures as plain data, pictures, and for a scenario its motion, without simulation.
 
-    Raises click.BadParameter where `pose`, the text of --pose, is none that the robot can have.
+    Raises:
+        BadParameter: if `pose`, the text of --pose, is invalid for the robot.
     """
     robot, gravity, at, source = look(loaded, pose)
     figures, motion = portrait(loaded, gravity, at, source)

@@ -1,4 +1,4 @@
-"""What a long command tells on stderr, and what ends it."""
+"""Progress display of long commands on stderr, and signals that end them."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from cdpr.cli.colour import bar
 from cdpr.errors import CdprError, ExitCode
 from cdpr.interrupts import STOPPING, WAITING
 
-TERMINAL_SECONDS = 0.2  # between two updates of the line
-FILE_SECONDS = 10.0  # between two lines where stderr is no terminal
+TERMINAL_SECONDS = 0.2  # s between two updates of the line
+FILE_SECONDS = 10.0  # s between two lines if stderr is no terminal
 
 NOTHING: Mapping[str, int] = MappingProxyType({})
 
 
 class Progress:
-    """How much is done and the time that is left: one line that changes and goes, or a line now and then in a file.
+    """Progress display with the remaining time: one updated line on a terminal, occasional lines in a file.
 
     Args:
-        unit: what is counted, such as "cases"; without one per cent are told.
-        at_once: whether the first call is told, too, for commands that are busy long before anything is done.
+        unit: counted unit, such as "cases"; "" displays per cent.
+        at_once: display the first call, too, for commands with a long start.
     """
 
     def __init__(self, unit: str = "", *, at_once: bool = False) -> None:
@@ -34,7 +34,7 @@ class Progress:
         self._terminal = sys.stderr is not None and sys.stderr.isatty()
         self._every = TERMINAL_SECONDS if self._terminal else FILE_SECONDS
         self._due = monotonic() + (0.0 if at_once else self._every)
-        self._first: tuple[float, int] | None = None  # when something was first done here, and how much was by then
+        self._first: tuple[float, int] | None = None  # time and count of the first progress
         self._known: int | None = None
         self._length = 0
 
@@ -45,11 +45,11 @@ class Progress:
         self._clear()
 
     def __call__(self, done: int, total: int, counts: Mapping[str, int] = NOTHING) -> None:
-        """So much is done; of what has ended, so many ended how."""
+        """Display the progress; `counts` are numbers of finished cases by status."""
         now = monotonic()
         if self._known is None:
             self._known = done
-        elif self._first is None and done > self._known:  # from here on all is imported
+        elif self._first is None and done > self._known:  # imports are complete from here on
             self._first = (now, done)
         if now < self._due:
             return
@@ -64,12 +64,12 @@ class Progress:
         self._show(f"{bar(share, sys.stderr.encoding)} {text}" if self._terminal else text)
 
     def say(self, text: str) -> None:
-        """Tell something in a line of its own."""
+        """Print a separate line."""
         self._clear()
         click.echo(text, err=True)
 
     def _show(self, text: str) -> None:
-        if self._terminal:  # whatever others write begins where the line does
+        if self._terminal:  # output of others then starts at the beginning of the line
             click.echo(f"{text:<{self._length}}\r", err=True, nl=False)
             self._length = len(text)
         else:
@@ -82,14 +82,14 @@ class Progress:
 
 
 class Signals:
-    """Which signals came.
+    """Received signals.
 
     Attributes:
-        pending: one came.
-        terminated: the system asked for the end rather than the user.
-        raised: one was raised as an exception where the command was.
-        wait: the next is only remembered, for the command to look at; the one after it ends the command at once, as
-            does any that comes while the command waits for another process.
+        pending: True after a signal.
+        terminated: True if the system sent it, not the user.
+        raised: True if one was raised as an exception.
+        wait: store the next signal for the command to check. The one after it ends the command at once, as does any
+            signal while the command waits for another process.
     """
 
     pending = False
@@ -98,7 +98,7 @@ class Signals:
     wait = False
 
     def handle(self, number: int, frame: object) -> None:
-        """End the command as Ctrl-C does, or leave it to the command."""
+        """End the command like Ctrl-C, or store the signal for it."""
         self.terminated = number != signal.SIGINT
         self.pending = True
         if not self.wait or WAITING.here:
@@ -108,15 +108,15 @@ class Signals:
 
     @property
     def exit_code(self) -> ExitCode:
-        """What a command ends with that was ended."""
+        """Exit code of a command ended by a signal."""
         return ExitCode.TERMINATED if self.terminated else ExitCode.INTERRUPTED
 
 
 @contextmanager
 def terminating() -> Iterator[Signals]:
-    """Let SIGTERM and SIGHUP end a command in the same orderly way as Ctrl-C, with exit codes of their own."""
+    """Let SIGTERM and SIGHUP end a command in the same orderly way as Ctrl-C, with their own exit codes."""
     signals = Signals()
-    heard = [number for number in STOPPING if signal.getsignal(number) != signal.SIG_IGN]  # not so under nohup
+    heard = [number for number in STOPPING if signal.getsignal(number) != signal.SIG_IGN]  # not under nohup
     before = {number: signal.signal(number, signals.handle) for number in heard}
     try:
         yield signals
@@ -127,7 +127,7 @@ def terminating() -> Iterator[Signals]:
     except Exception:
         if not signals.raised:
             raise
-        # What a library, or an import, made of the interrupt that it was cut short by.
+        # exception that a library or an import raised because of the interrupt
         raise click.exceptions.Exit(signals.exit_code) from None
     finally:
         for number, handler in before.items():
@@ -135,7 +135,7 @@ def terminating() -> Iterator[Signals]:
 
 
 def _span(seconds: float) -> str:
-    """A time in the units in which people think of it."""
+    """Return a duration in a suitable unit."""
     whole = round(seconds)
     if whole < 100:
         return f"{whole} s"

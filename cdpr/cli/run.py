@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from cdpr.log.run import Run
     from cdpr.scenario import Scenario
 
-# What a run is shown to while it goes on: its class, made of host, port, who is told and what may be set; its port.
+# Live links: class (of host, port, message callback and settable parameters) and default port.
 LINKS = {"foxglove": ("cdpr.live.foxglove:Foxglove", 8765), "ros2": ("cdpr.live.ros2:Ros2", 7447)}
-TOKENS = "foxglove"  # the link whose clients need a token
-FIRST = "caroca"  # the example for who has no scenario yet
+TOKENS = "foxglove"  # link whose clients need a token
+FIRST = "caroca"  # default example
 
 
 @click.command("run")
@@ -96,7 +96,7 @@ def command(
         chosen = {"backend": backend, "solver": solver, "controller": controller}
         loaded = load_scenario(scenario, overrides=typed(chosen, changes))
         tell([*loaded.notes, *judged(loaded.warnings, strict=strict)])
-        # Only a sound scenario is worth the time that these take to import.
+        # imported only after the scenario is valid, because it is slow
         from cdpr.log.run_json import loop, plain
 
         stop: CdprError | None = None
@@ -112,7 +112,7 @@ def command(
                 click.echo(f"stopped: {error}", err=True)
                 raise click.exceptions.Exit(signals.exit_code) from None
             stop, run = error, error.run
-        if signals.pending and stop is None:  # after the last look: the run is whole, what follows is left out
+        if signals.pending and stop is None:  # after the last check: the run is complete, only the report is skipped
             stop, report = Interrupted("interrupted after the last sample"), False
         signals.wait = False
         least = _least(loaded, run) if statics else {}
@@ -144,7 +144,7 @@ def command(
 
 
 def _trusting(fmus: bool) -> AbstractContextManager[None]:
-    """Trust every FMU, or none that is not trusted anyway."""
+    """Return a context that trusts every FMU, or no additional one."""
     if not fmus:
         return nullcontext()
     from cdpr.fmu.read.trust import any_fmu
@@ -153,7 +153,7 @@ def _trusting(fmus: bool) -> AbstractContextManager[None]:
 
 
 class Live(NamedTuple):
-    """Where a run is shown while it goes on, how often, Hz, and how many times as fast as the wall clock it goes."""
+    """Live link of a run, its sample rate, Hz, and its speed as a multiple of the wall clock."""
 
     link: Sender
     rate: float
@@ -162,7 +162,7 @@ class Live(NamedTuple):
 
 @contextmanager
 def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> Iterator[Live | None]:
-    """Listen, before anything is written, and no longer than the run."""
+    """Open the live link before anything is written, until the end of the run."""
     said = {name: value for name, value in given.items() if value is not None}
     if tool is None:
         if said:
@@ -187,7 +187,7 @@ def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> I
 def _simulate(
     scenario: Scenario, out: str | None, signals: Signals, *, real_time: bool, live: Live | None = None
 ) -> Run:
-    """Make the folder and run. Before the first sample a signal ends the run at once, then between two samples."""
+    """Create the folder and run. Signals end the run at once before the first sample, later between two samples."""
     from pathlib import Path
 
     import numpy as np
@@ -201,7 +201,7 @@ def _simulate(
     from cdpr.simulation.room import check_room
 
     def look(done: int, total: int) -> None:
-        if signals.pending:  # here no write is under way
+        if signals.pending:  # no write is in progress here
             raise Interrupted("interrupted")
         signals.wait = True
         progress(done, total)
@@ -231,14 +231,14 @@ def _simulate(
 
 
 def _least(scenario: Scenario, run: Run) -> dict[str, dict[str, Any]]:
-    """Return what of the motion flown takes kernels that a run does not need."""
+    """Return the figures of the motion that need kernels which a run does not load."""
     from cdpr.workspace.path import flown
 
     return flown(scenario.controlled, run)
 
 
 def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]]) -> OutputError | None:
-    """Write report.html; a full disk is told as an error."""
+    """Write report.html; return the error if it cannot be written."""
     from pathlib import Path
 
     from cdpr.report.pages.run import write_report
@@ -252,7 +252,7 @@ def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]]) -> OutputErr
 
 
 def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) -> None:
-    """Print the summary for people, the folder last."""
+    """Print the summary, with the folder last."""
     header = run.header
     click.echo(
         f"{header.scenario}: {len(header.cables)} cables, {header.backend}, {header.controller}, {header.solver}; "

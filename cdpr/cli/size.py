@@ -98,7 +98,7 @@ def command(
 
 
 def _duty(what: str, changes: tuple[str, ...]) -> tuple[Duty, Array]:
-    """Return what a scenario's file or a run asks for, and its gravity."""
+    """Return the duty of a scenario file or a run, and its gravity."""
     import numpy as np
 
     from cdpr.sizing import Duty

@@ -13,7 +13,7 @@ from cdpr.cli.names import plugin_files
 if TYPE_CHECKING:
     from cdpr.plugins.registry import Registered
 
-# Columns of the table: heading, and the property that a solver declares.
+# Columns of the table: heading, and declared property.
 COLUMNS = {
     "objective": "objective",
     "exact": "exact",
@@ -106,7 +106,7 @@ def _default(value: object) -> object:
 
 
 def _long(solver: dict[str, Any]) -> Iterator[str]:
-    """All that a plugin declares, the formula and its source first."""
+    """Yield all declarations of a plugin, first the formula and its source."""
     properties = dict(solver["properties"])
     yield f"{solver['name']}: {solver['summary']}"
     for key in ("formula", "source"):
@@ -127,7 +127,7 @@ def _long(solver: dict[str, Any]) -> Iterator[str]:
 
 
 def _fact(name: str, value: str) -> list[str]:
-    """One line, or more where the value is long."""
+    """Return one line, or several if the value is long."""
     from cdpr.report.text.aligned import wrapped
 
     return wrapped(f"  {name:<14} {value}", 17)

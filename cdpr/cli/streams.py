@@ -1,7 +1,7 @@
-"""Where the command line writes: results to stdout, all else, also what foreign code prints, to stderr.
+"""Output streams of the command line: results to stdout, everything else, including foreign output, to stderr.
 
-It writes text, and nothing that a terminal would obey: names of files, robots, plugins and variables come from
-strangers and reach the user by many ways; all of them end here.
+Control characters are never written: names of files, robots, plugins and variables come from untrusted sources and
+reach the user in many ways, all through these streams.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cdpr.cli.colour import coloured, wanted
 from cdpr.hush import is_hushed
 from cdpr.problems import printable
 
-# Bytes of a file name that are no UTF-8, as Python keeps them; those below 0xa0 may be controls of a terminal.
+# Undecodable bytes of file names, as represented by Python; those below 0xa0 may be control characters.
 FOREIGN_BYTES = re.compile("([\udca0-\udcff]+)")
 
 
@@ -27,10 +27,10 @@ UNWRITABLE = "cannot write the output"
 
 
 class Printable:
-    """A text stream that escapes all but printable letters, tabs, ends of lines and a `\\r` that ends what is written.
+    """Text stream that escapes all but printable characters, tabs, line ends and a final `\\r`.
 
-    The last is how the line of progress is written anew; within a text it would write over what stands before it. Where
-    the stream takes bytes that are no UTF-8 (`surrogateescape`), they are written as they are, but for controls.
+    The final `\\r` lets the progress line be rewritten; inside a text it would overwrite the preceding characters. If
+    the stream accepts undecodable bytes (`surrogateescape`), they are written unchanged, except for control characters.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -41,7 +41,7 @@ class Printable:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write and return the number of letters that were given."""
+        """Write a text and return its number of characters."""
         written = text
         if not text.isprintable():
             raw = self._stream.errors == "surrogateescape"
@@ -51,21 +51,21 @@ class Printable:
             written = coloured(written)
         try:
             self._stream.write(written)
-        except UnicodeEncodeError:  # letters that this encoding lacks
+        except UnicodeEncodeError:  # characters missing in this encoding
             encoding = self._stream.encoding
             self._stream.write(written.encode(encoding, "backslashreplace").decode(encoding))
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:
-        """Write all."""
+        """Write all lines."""
         for line in lines:
             self.write(line)
 
 
 class _Stdout(Printable):
-    """Stdout of a command: for results, which its main thread alone writes, and not while foreign code runs there.
+    """Stdout of a command for its results, written only by the main thread and not by foreign code.
 
-    All else goes to `messages`.
+    All other output goes to `messages`.
     """
 
     def __init__(self, results: TextIO, messages: TextIO) -> None:
@@ -76,7 +76,7 @@ class _Stdout(Printable):
         return getattr(self._messages if _foreign() else self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write and return the number of letters that were given."""
+        """Write a text and return its number of characters."""
         return self._messages.write(text) if _foreign() else super().write(text)
 
 
@@ -101,24 +101,24 @@ def printable_streams() -> Iterator[None]:
         yield
     finally:
         for name, stream in ours.items():
-            if getattr(sys, name) is stream:  # not replaced meanwhile, as where its reader has gone
+            if getattr(sys, name) is stream:  # not replaced in the meantime, such as after a broken pipe
                 setattr(sys, name, before[name])
 
 
 class _Results(io.FileIO):
-    """Once its reader has gone there is nobody to say anything to: the command ends as it would have ended.
+    """File of results: after its reader has gone, output is dropped, and the command ends normally.
 
-    Any other failure, such as a full disk, is raised once. What is in the buffers above is dropped after it: it would
-    only fail again, when nobody listens, or go to whatever has the number of this descriptor by then.
+    Any other failure, such as a full disk, is raised once. Buffered data is then dropped: it would fail again
+    unnoticed, or go to another file that reuses the descriptor.
 
     Attributes:
-        lost: drop what comes.
+        lost: drop all data.
     """
 
     lost = False
 
     def write(self, data: Any) -> int:
-        """Write, or drop what nobody reads."""
+        """Write the data, or drop it if nobody reads."""
         if not self.lost:
             try:
                 return super().write(data)
@@ -131,10 +131,10 @@ class _Results(io.FileIO):
 
 
 class _Messages(io.FileIO):
-    """No message is worth a run."""
+    """File of messages; its failures are ignored."""
 
     def write(self, data: Any) -> int:
-        """Write if that can be done."""
+        """Write the data if possible."""
         try:
             return super().write(data)
         except OSError:
@@ -143,18 +143,18 @@ class _Messages(io.FileIO):
 
 @contextlib.contextmanager
 def streams() -> Iterator[None]:
-    """Let results alone reach stdout inside the block; what native code and processes of ours print goes to stderr.
+    """Let only results reach stdout inside the block; output of native code and child processes goes to stderr.
 
-    File names that are no UTF-8 are written as they are. Streams that are no descriptors stay as they are.
+    Undecodable file names are written unchanged. Streams without descriptors are not changed.
     """
     before = sys.stdout, sys.stderr
-    if sys.stderr is None:  # closed: what would go there must not reach stdout
-        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - as long as the process
+    if sys.stderr is None:  # closed: its messages must not reach stdout
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  - open until the process ends
     try:
         out, err = sys.stdout.fileno(), sys.stderr.fileno()
         sys.stdout.flush()
         results = os.dup(out)
-    except (AttributeError, OSError, ValueError):  # closed, or a test's
+    except (AttributeError, OSError, ValueError):  # closed, or replaced by a test
         yield
         return
     os.dup2(err, out)
@@ -166,7 +166,7 @@ def streams() -> Iterator[None]:
     try:
         try:
             yield
-        except BaseException:  # says how the command ends; that its results are not whole is told besides
+        except BaseException:  # the exception defines the exit; incomplete results are reported in addition
             try:
                 told.flush()
             except OSError as error:

@@ -16,8 +16,8 @@ from cdpr.errors import CdprError, ExitCode
 if TYPE_CHECKING:
     from cdpr.study import Results, Study
 
-TIMEOUT = 3600.0  # s; a hang costs one worker so long, and few runs take longer
-ROWS = 40  # of the table that are printed
+TIMEOUT = 3600.0  # s; a hang occupies one worker for this time, and few runs take longer
+ROWS = 40  # printed rows of the table
 
 
 @click.command("study")
@@ -122,7 +122,7 @@ def _list(study: Study, as_json: bool) -> None:
 
 
 def _print(results: Results) -> None:
-    """Print the table, shortened, and where all of it is."""
+    """Print the table, shortened, and the folder."""
     from cdpr.report.text.aligned import table
     from cdpr.report.text.study import HEADINGS, cells
 

@@ -61,7 +61,7 @@ def command(
     from cdpr.scenario import Scenario
 
     loaded = load_told(file, changes)
-    # Only a sound file is worth the time that these take to import.
+    # imported only after the file is valid, because it is slow
     from cdpr.cli.look import look, parse_wrench
     from cdpr.cli.progress import Progress
     from cdpr.distribution.comparison import compare, describe
@@ -94,9 +94,10 @@ def command(
 
 
 def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] | None) -> list[Contestant]:
-    """The solvers of --solver; `own` is that of the scenario, with its options.
+    """Return the solvers of --solver; `own` is that of the scenario, with its options.
 
-    Raises PluginError where a solver that was named is unknown or lacks a package.
+    Raises:
+        PluginError: if a named solver is unknown or lacks a package.
     """
     from cdpr.distribution.comparison import Contestant
     from cdpr.plugins.registry import registry
@@ -122,7 +123,7 @@ def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] 
 
 
 def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
-    """Write picture and figures into the folder, made if need be; say where."""
+    """Write picture and figures into a folder, which is created if necessary, and print the path."""
     from pathlib import Path
 
     from cdpr.log.files import make_folder, replace, replace_markup

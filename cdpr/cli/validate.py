@@ -49,12 +49,12 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
     if as_json:
         click.echo(json.dumps(rows, indent=2))
     if codes:
-        # A missing plugin is no fault of the files, unless they have others.
+        # A missing plugin is no error of the files unless they have others.
         raise click.exceptions.Exit(ExitCode.PLUGIN if codes == {ExitCode.PLUGIN} else ExitCode.BAD_INPUT)
 
 
 def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[str, Any], list[str]]:
-    """Load one file and return what there is to say of it, each thing once, and its warnings as lines."""
+    """Return the facts of one file without duplicates, and its warnings as lines."""
     from cdpr.mechanics.restraint import few_cables
     from cdpr.problems import Problem
     from cdpr.scenario import Scenario, load_any
@@ -86,7 +86,7 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
 
 
 def _require_buildable(scenario: Scenario) -> None:
-    """Raise with all that would keep a run from being built; PluginError where plugins alone are at fault."""
+    """Raise an error with everything that prevents a run; PluginError if only plugins are at fault."""
     from cdpr.simulation.prepare import faults
 
     found = list(faults(scenario))
@@ -98,7 +98,7 @@ def _require_buildable(scenario: Scenario) -> None:
 
 
 def _tell(name: str, lines: list[str], told: set[str]) -> None:
-    """Tell each mistake once: those of a robot file are those of all scenarios that name it, too."""
+    """Print each error once: errors of a robot file also occur in all scenarios that use it."""
     plain = {line: _plain(line) for line in lines}
     fresh = [line for line in lines if plain[line] not in told]
     told.update(plain.values())
@@ -110,7 +110,7 @@ def _tell(name: str, lines: list[str], told: set[str]) -> None:
 
 
 def _plain(line: str) -> str:
-    """The same text for the same mistake, whichever file led to it."""
+    """Return the same text for the same error, whichever file refers to it."""
     source, colon, text = line.partition(":")
     return os.path.normpath(source) + colon + re.sub(r"\brobot\.", "", text)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 PAGE = "view.html"
-FIGURES = {".pdf": b"%PDF-1.4\n%\xac\xdc", ".svg": b"<?xml", ".png": b"\x89PNG"}  # as Matplotlib begins them
+FIGURES = {".pdf": b"%PDF-1.4\n%\xac\xdc", ".svg": b"<?xml", ".png": b"\x89PNG"}  # first bytes of Matplotlib's files
 
 
 @click.command("view")
@@ -79,7 +79,7 @@ def _figure(
     asked: tuple[str, str | None, str | None],
     out: str | None,
 ) -> None:
-    """Draw quantities of a run into a file."""
+    """Plot quantities of a run into a file."""
     from io import BytesIO
 
     from cdpr.log.files import replace
@@ -110,7 +110,7 @@ def _figure(
 
 
 def _page_at(path: Path) -> Path:
-    """Return where a page is to be written."""
+    """Return the path of a page."""
     from cdpr.report.pages.page import is_page
 
     path = path / PAGE if path.is_dir() else path
@@ -119,13 +119,13 @@ def _page_at(path: Path) -> Path:
 
 
 def _only_over(path: Path, ours: Callable[[bytes], bool], what: str) -> None:
-    """Refuse a file that is there already, unless its content is ours."""
+    """Raise OutputError if the file exists and was not written by cdpr."""
     if path.exists() and not (path.is_file() and ours(path.read_bytes())):
         raise OutputError(f"'{path}' is there already and is no {what}: it is not written over; choose another name")
 
 
 def _are_runs(what: Sequence[str]) -> bool:
-    """Whether folders or logs are given, or a file of a robot or scenario, or an example's name, by itself."""
+    """Return True for folders or logs of runs, False for a single robot, scenario or example."""
     others = [name for name in what if not (Path(name).is_dir() or name.endswith(".mcap"))]
     if others and len(what) > 1:
         named = ", ".join(map(click.format_filename, others))
@@ -154,7 +154,7 @@ def _look(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> 
     from cdpr.cli.load import load_told
 
     loaded = load_told(what[0], changes)
-    # Only a sound file is worth the time that these take to import.
+    # imported only after the file is valid, because it is slow
     from cdpr.cli.portray import portray
     from cdpr.report.pages.look import render_look
 
@@ -163,7 +163,7 @@ def _look(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> 
 
 
 def _usual() -> Path:
-    """Where pages go that nobody wants to keep: always the same place, so that they do not pile up."""
+    """Return the path of temporary pages: always the same, so that they do not accumulate."""
     from cdpr.log.files import unwritable
     from cdpr.user_cache import user_cache
 

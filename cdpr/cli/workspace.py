@@ -1,4 +1,4 @@
-"""`cdpr workspace`: how large it is, and what is found in it."""
+"""`cdpr workspace`: kinds of workspaces, and commands for their files."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ TABLE = {
     "export": "Write a file for ParaView, viewers of meshes, or tables.",
 }
 
-# What is done with files; the rest are kinds.
+# Commands for files; the others are kinds.
 FILES = ("compare", "combine", "plot", "export")
 
 
 class Kinds(LazyGroup):
-    """Kinds of workspaces are made by one module; what is done with a file has its own."""
+    """Group whose kinds share one module, and whose commands for files have their own."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return the command of a kind, or of what is done with a file."""
+        """Return the command of a kind, or for files."""
         if cmd_name in FILES or cmd_name not in self.table:
             return super().get_command(ctx, cmd_name)
         from cdpr.cli.workspace_kind import command_of

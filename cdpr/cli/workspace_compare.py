@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cdpr.workspace.result import Workspace
 
 
-ORACLES = ("lp",)  # by what other means poses can be asked
+ORACLES = ("lp",)  # independent methods to evaluate poses
 
 
 @click.command("compare")
@@ -56,7 +56,11 @@ def command(file: str, oracle: str, count: int, seed: int, as_json: bool) -> Non
 
 
 def robot_of(found: Workspace, file: str) -> Robot:
-    """Return the robot that a workspace is of. Raises LogError where its file does not hold it."""
+    """Return the robot of a workspace.
+
+    Raises:
+        LogError: if its file does not contain it.
+    """
     from cdpr.scenario import load_robot, load_scenario
 
     source = found.about.get("source", {})

@@ -1,4 +1,4 @@
-"""`cdpr workspace KIND`: one command for each kind."""
+"""`cdpr workspace KIND`: one command per kind."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 SIX = "FX,FY,FZ,MX,MY,MZ"
 
 
-# What is counted while a method works, and whose options are its own.
+# Progress units of methods, and methods of specific options.
 UNITS = {"certify": "percent", "hull": "rounds", "rays": "rays"}
 OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays"), "about": ("turns", "--about")}
 
-# Options that some kinds take, by the part of the question that they give.
+# Options of some kinds by part of the question.
 SOME = {
     "diameter": click.option(
         "--cable-diameter", "diameter", type=Real(0.0), metavar="M", help="Of all cables; the robot's unless given."
@@ -174,14 +174,14 @@ def _more(needs: str) -> str:
 
 
 class Place(NamedTuple):
-    """Where to look, and how, as the options have it."""
+    """Region and method, as given by the options."""
 
     orientation: tuple[str, ...]
     lower: str | None
     upper: str | None
     cells: str | None
     method: Any
-    finer: dict[str, Any]  # options of one method alone
+    finer: dict[str, Any]  # options of one method
 
 
 def _run(
@@ -210,7 +210,7 @@ def _run(
     target = target_of(out)
     robot, gravity, _, _ = look(loaded, None)
     turned = [parse_attitude(text, robot) for text in place.orientation]
-    source = source_of(loaded, file, changes)  # as it was when it was loaded
+    source = source_of(loaded, file, changes)  # recorded as loaded
     lower, upper = (_three(text, name) for text, name in ((place.lower, "--lower"), (place.upper, "--upper")))
     where = region(robot, lower=lower, upper=upper, cells=cells_of(place.cells), orientations=turned or None)
     if "obstacles" in kind_of(kind).takes and not isinstance(loaded, Robot):
@@ -240,7 +240,11 @@ def _run(
 
 
 def target_of(out: str | None) -> Path | None:
-    """Return the file of --out. Raises OutputError where its name is none of such a file."""
+    """Return the file of --out.
+
+    Raises:
+        OutputError: if its name is no such file.
+    """
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".npz" or target.is_dir()):
         raise OutputError(f"{target}: --out: the name of a file that ends in .npz is expected")
@@ -248,7 +252,7 @@ def target_of(out: str | None) -> Path | None:
 
 
 def finish(found: Workspace, target: Path | None, as_json: bool) -> None:
-    """Write a workspace, and tell of it."""
+    """Write a workspace and print its figures."""
     if target is not None:
         target.parent.mkdir(parents=True, exist_ok=True)
         found.save(target)
@@ -267,7 +271,7 @@ def tell(figures: dict[str, Any], as_json: bool) -> None:
 
 
 def source_of(loaded: Scenario | Robot, file: str, changes: tuple[str, ...]) -> dict[str, Any]:
-    """Return what a file must hold to find the robot again."""
+    """Return the data with which a file can restore the robot."""
     if isinstance(loaded, Robot):
         with open(resolve(file, None), encoding="utf-8") as read:
             return {"robot": read.read(), "changes": list(changes), "file": file}
@@ -313,7 +317,7 @@ def cells_of(text: str | None) -> Any:
 
 
 def numbers_of(text: str, counts: tuple[int, ...], name: str) -> Array:
-    """Return as many finite numbers as one of `counts`."""
+    """Return finite numbers, as many as one of `counts`."""
     import numpy as np
 
     try:

@@ -1,4 +1,4 @@
-"""Many poses, many wrenches, many solvers: distributions by the thousand, and all that a wrench at a pose admits."""
+"""Tension distribution for many poses, wrenches and solvers, and the set of admissible tensions."""
 
 from cdpr.distribution.admissible_set import Admissible, admissible
 from cdpr.distribution.distributions import Distribution, distribute

@@ -1,4 +1,4 @@
-"""All tensions that balance one wrench at one pose: the set from which every solver chooses."""
+"""Set of all tensions that balance a wrench at a pose, from which every solver chooses."""
 
 from __future__ import annotations
 
@@ -21,35 +21,34 @@ from cdpr.model.robot import Array, frozen_array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 from cdpr.tension.problem import Problem
 
-# Three limits whose normals span less than this share of what orthogonal ones do meet in no corner but in an edge.
+# Relative determinant of three normals below which their limits meet in an edge, not in a corner.
 FLAT = 1e-9
 
-# A corner keeps the other limits, and two corners are one, to this share of the largest limit: round-off of a 3 x 3
-# system that is as good as singular.
+# Share of the largest limit within which corners satisfy the other limits and two corners are equal: round-off of a
+# nearly singular 3 x 3 system.
 SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Admissible(Frozen):
-    """The tensions { t = particular + basis x : t_min <= t <= t_max } of m cables that balance a wrench.
+    """Tensions { t = particular + basis x : t_min <= t <= t_max } of m cables that balance a wrench.
 
-    n are the robot's degrees of freedom, r the dimension of the null space: m - n, more where W is singular, fewer
-    where cables are locked. Of a wrench that no tensions at all produce (`reachable` is false) all arrays are empty or
-    NaN.
+    The robot has n degrees of freedom. The null space has dimension r: m - n, more if W is singular, less if cables are
+    locked. If no tensions at all produce the wrench (`reachable` is False), all arrays are empty or NaN.
     """
 
-    reachable: bool  # whether some tensions, whatever their size and sign, balance the wrench
-    feasible: bool  # whether some within the limits do, to a millionth of a newton, or of the largest limit if less
-    W: Array  # (n, m), the rows of the wrench matrix that belong to the degrees of freedom
+    reachable: bool  # True if some tensions of any size and sign balance the wrench
+    feasible: bool  # True if some within the limits do, to 1e-6 N, or 1e-6 of the largest limit if smaller
+    W: Array  # (n, m), rows of the wrench matrix for the degrees of freedom
     wrench: Array  # (n,), N and N m, the same rows of the wrench
-    particular: Array  # (m,), N, the balanced tensions of least 2-norm; locked cables have theirs
-    basis: Array  # (m, r), orthonormal basis of the null space: what changes the tensions but not their wrench
-    vertices: Array | None  # (k, m), N, corners of the set, for r = 2 in order round it; None where r > 3
-    range: Array  # (m, 2), N, least and largest admissible tension of each cable; NaN where the set is empty
-    margin: float  # N, the largest distance that all tensions can keep from their limits; negative where infeasible
-    safest: Array  # (m,), N, tensions that keep this distance
-    active: NDArray[np.int64]  # (m,): -1, 1 where `safest` is as close as `margin` to the lower, upper limit, else 0
-    sensitivity: Array  # (m, n), dt/dw = W^+ of the cables that are not locked: change of `particular` with the wrench
+    particular: Array  # (m,), N, balanced tensions of least 2-norm; locked cables keep theirs
+    basis: Array  # (m, r), orthonormal basis of the null space: changes of the tensions without a wrench
+    vertices: Array | None  # (k, m), N, corners of the set, ordered around it for r = 2; None if r > 3
+    range: Array  # (m, 2), N, smallest and largest admissible tension of each cable; NaN if the set is empty
+    margin: float  # N, largest distance of all tensions from their limits; negative if infeasible
+    safest: Array  # (m,), N, tensions with this distance
+    active: NDArray[np.int64]  # (m,): -1, 1 if `safest` is as close as `margin` to the lower, upper limit, else 0
+    sensitivity: Array  # (m, n), dt/dw = W^+ of the unlocked cables: change of `particular` with the wrench
 
     def __repr__(self) -> str:
         m, r = self.basis.shape
@@ -58,7 +57,7 @@ class Admissible(Frozen):
 
     @property
     def redundancy(self) -> int:
-        """The dimension r of the null space."""
+        """Dimension r of the null space."""
         return int(self.basis.shape[1])
 
 
@@ -69,22 +68,22 @@ def admissible(
     *,
     gravity: ArrayLike = (0.0, 0.0, -9.81),
 ) -> Admissible:
-    """Describe all tensions that balance one wrench at one pose.
+    """Return all tensions that balance one wrench at one pose.
+
+    Smallest and largest tensions are optima of linear programs, exact up to round-off (Mangasarian and Meyer, SIAM J.
+    Control Optim. 17, 1979). The corners are those of an interval, a polygon (Gouttefarde, Lamaury, Reichert and
+    Bruckmann, IEEE Trans. Robotics 31, 2015) or, for r = 3, intersections of three limits that satisfy all others.
 
     Args:
-        robot: gives geometry, limits and degrees of freedom.
-        pose: (7,): position (m) and quaternion w, x, y, z of the platform.
-        wrench: (6,): what the cables are to exert on the platform at its origin (N, N m, world axes); by default what
-            holds the platform still against `gravity`.
+        robot: geometry, limits and degrees of freedom.
+        pose: (7,), position (m) and quaternion w, x, y, z of the platform.
+        wrench: (6,), wrench of the cables on the platform at its origin (N, N m, world axes); by default the one that
+            balances `gravity` at rest.
         gravity: (3,), m/s^2, world.
 
-    Least and largest tensions are optima of linear programs, exact but for round-off (Mangasarian and Meyer, SIAM J.
-    Control Optim. 17, 1979). The corners are those of an interval, a polygon (Gouttefarde, Lamaury, Reichert and
-    Bruckmann, IEEE Trans. Robotics 31, 2015) or, for r = 3, points where three limits meet and all others are kept.
-
     Raises:
-        CdprError: an argument is of the wrong kind, has another shape or is not finite, the quaternion has not length
-            1, or a cable has no length at this pose.
+        CdprError: if an argument has the wrong type or shape or is not finite, the quaternion does not have length 1,
+            or a cable has zero length at this pose.
     """
     check_robot(robot)
     at = checked(pose, (7,), "pose", finite=True).copy()
@@ -97,7 +96,7 @@ def admissible(
 
 
 def admissible_of(problem: Problem) -> Admissible:
-    """Describe the admissible tensions of a problem; errors as of `admissible`."""
+    """Return the admissible tensions of a problem; errors as in `admissible`."""
     check_lengths(problem.robot, problem.pose)
     m, n = problem.robot.m, problem.robot.n
     W, wanted = frozen_array(problem.W), frozen_array(problem.wanted)
@@ -152,7 +151,7 @@ def _frozen(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _corners(problem: Problem, c: Array, N: Array) -> Array | None:
-    """The corners of the admissible set, (k, m), N; None where it has more than three dimensions."""
+    """Return the corners of the admissible set, (k, m), N; None if it has more than three dimensions."""
     (low, high), r = problem.limits, N.shape[1]
     if r > 3:
         return None
@@ -164,10 +163,10 @@ def _corners(problem: Problem, c: Array, N: Array) -> Array | None:
 
 
 def _corners_in_space(c: Array, N: Array, low: Array, high: Array) -> Array:
-    """Corners (k, 3) of { x : low <= c + N x <= high }: where three limits meet and all others are kept."""
+    """Return the corners (k, 3) of { x : low <= c + N x <= high }, where three limits meet and all others hold."""
     normals, offsets = np.concatenate([N, N]), np.concatenate([low - c, high - c])
     size = np.linalg.norm(normals, axis=1)
-    rows = np.flatnonzero(size > 0.0)  # `reduce` leaves no row of rounding
+    rows = np.flatnonzero(size > 0.0)  # `reduce` leaves no rows of round-off
     triples = rows[np.array(list(combinations(range(len(rows)), 3)), dtype=np.int64).reshape(-1, 3)]
     A, b = normals[triples], offsets[triples]
     spanning = np.abs(np.linalg.det(A)) > FLAT * size[triples].prod(axis=1)

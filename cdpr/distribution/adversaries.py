@@ -1,14 +1,13 @@
-"""Problems made to mislead a tension solver, whose answers are known for certain.
+"""Adversarial problems for tension solvers, with exactly known answers.
 
-Robots in general poses are kind: their columns are far from parallel, their limits far from the solution. Here are
-parallel, opposite and equal columns, columns and rows of zeros, dependent rows, arms of a hundred metres, cables
-exactly at a limit or locked, sets of admissible tensions as thin as 1e-12 of the tensions, loads from millinewtons to
-meganewtons, and wrenches that just cannot be balanced.
+Robots in general poses are easy: their columns are far from parallel and their limits far from the solution. These
+problems have parallel, opposite and equal columns, zero columns and rows, dependent rows, arms of a hundred metres,
+cables at a limit or locked, sets of admissible tensions as thin as 1e-12 of the tensions, loads from millinewtons to
+meganewtons, and wrenches just out of reach.
 
-Nothing is decided by a solver. The entries are dyadic rationals of few bits, so that W t, for tensions t chosen first,
-is computed without any rounding (`certify` does it again in fractions): the problem as its floating-point numbers state
-it has the solution t. An infeasible one is told by Farkas' lemma: a y for which y . wrench is more than y . W t can be,
-by a gap that no rounding bridges.
+No solver is involved. The entries are dyadic rationals of few bits, so that W t is computed without rounding for
+tensions t chosen first (`certify` repeats it in fractions): t solves the floating-point problem exactly. Infeasible
+problems are proved by Farkas' lemma: for some y, y . wrench exceeds the largest y . W t by a gap far above round-off.
 """
 
 from __future__ import annotations
@@ -22,18 +21,18 @@ from numpy.typing import NDArray
 from cdpr.model import Cable, Platform, Robot
 from cdpr.model.robot import Array, frozen_array
 
-# A feasible problem must be called so where all its limits could be narrowed by this share of the largest tension;
-# nearer to the edge the round-off of any method decides. Infeasible ones here are farther from it.
+# A problem must be reported as feasible if all its limits could be narrowed by this share of the largest tension;
+# closer to infeasibility, round-off decides. Infeasible problems here are farther from feasibility.
 BAND = 1e-9
 
-ARM = 128.0  # m: long arms, and a power of two
-BITS = 20  # after the point, of entries that come from directions
-LARGEST = 1024  # tensions are whole numbers below this, then scaled by a power of two
-SCALES = -20, 10  # powers of two: the largest tension is from 1e-3 to 1e6 N
-THINNEST, THIN = -40, -20  # powers of two: slack of a sliver, as a share of LARGEST: 1e-12 to 1e-6
-GAPS = -26, 0  # powers of two: by how much a wrench is out of reach, as a share: at least 15 times the band
+ARM = 128.0  # m, a power of two
+BITS = 20  # fractional bits of entries from directions
+LARGEST = 1024  # tensions are integers below this, then scaled by a power of two
+SCALES = -20, 10  # exponents of two: the largest tension is from 1e-3 to 1e6 N
+THINNEST, THIN = -40, -20  # exponents of two: slack of a thin set as a share of LARGEST, 1e-12 to 1e-6
+GAPS = -26, 0  # exponents of two: relative distance of unreachable wrenches, at least 15 times the band
 
-# Degrees of freedom and cables of the robots that the problems are for; the last two have more redundancy than rows.
+# Degrees of freedom and number of cables of the robots; the last two have more redundancy than rows.
 SIZES = (
     (("x",), 2),
     (("x", "z"), 3),
@@ -53,7 +52,8 @@ SIZES = (
 class Adversaries:
     """K problems W t = wrench, low <= t <= high for a robot with n degrees of freedom and m cables.
 
-    solution (K, m) solves the feasible ones exactly, and certificate (K, n) is the y that proves the others infeasible.
+    `solution` (K, m) solves the feasible problems exactly; `certificate` (K, n) is the y that proves the others
+    infeasible.
     """
 
     robot: Robot
@@ -62,18 +62,18 @@ class Adversaries:
     low: Array  # (K, m)
     high: Array  # (K, m)
     feasible: NDArray[np.bool_]  # (K,)
-    solution: Array  # (K, m), N; NaN where there is none
-    certificate: Array  # (K, n); NaN where there is none
-    kind: list[str]  # of W and of the limits
+    solution: Array  # (K, m), N; NaN if infeasible
+    certificate: Array  # (K, n); NaN if feasible
+    kind: list[str]  # kind of W and of the limits
 
     def __len__(self) -> int:
         return len(self.W)
 
     @property
     def slack(self) -> Array:
-        """By what share of the largest tension all limits may be narrowed at least, (K,); NaN where infeasible.
+        """Lower bound of the share of the largest tension by which all limits may be narrowed, (K,); NaN if infeasible.
 
-        Locked cables do not count.
+        Locked cables are ignored.
         """
         room = np.minimum(self.solution - self.low, self.high - self.solution)
         room = np.where(self.low == self.high, np.inf, room).min(axis=1)
@@ -81,7 +81,7 @@ class Adversaries:
 
 
 def robots() -> list[Robot]:
-    """A robot of each of `SIZES`; of its geometry only the characteristic length, 1 m, counts."""
+    """Return a robot for each of `SIZES`; of its geometry only the characteristic length, 1 m, matters."""
     made = []
     for dof, m in SIZES:
         angle = 2.0 * np.pi * np.arange(m) / m
@@ -95,9 +95,9 @@ def robots() -> list[Robot]:
 
 
 def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:
-    """Make problems for a robot: each with a matrix and limits of kinds drawn at random, one in three infeasible.
+    """Return problems for a robot, each with random kinds of matrix and limits; one in three is infeasible.
 
-    Problem k depends on the robot's size, its rows, the seed and k alone.
+    Problem k depends only on the robot's size, its rows, the seed and k.
     """
     n, m = robot.n, robot.m
     W, wrench = np.empty((count, n, m)), np.empty((count, n))
@@ -111,7 +111,7 @@ def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:
         W[k] = matrix
         t = rng.integers(1, LARGEST, m).astype(float)
         low[k], high[k], second = _limits(t, rng)
-        if first.startswith("twin"):  # with limits of their own they would be told apart
+        if first.startswith("twin"):  # with different limits, the twins would differ
             t[1], low[k, 1], high[k, 1] = t[0], low[k, 0], high[k, 0]
         wrench[k] = W[k] @ t
         scale = 2.0 ** rng.integers(*SCALES, endpoint=True)
@@ -119,7 +119,7 @@ def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:
         if k % 3 == 2:
             y = rng.integers(-3, 4, n).astype(float)
             y[rng.integers(n)] = 1.0
-            if first == "dependent rows" and rng.integers(2):  # out of the range of W, whatever the tensions
+            if first == "dependent rows" and rng.integers(2):  # outside the range of W for any tensions
                 y = _left_null(W[k], y)
             wrench[k], feasible[k] = _out_of_reach(W[k], wrench[k], low[k], high[k], y, rng), False
             certificate[k] = y
@@ -128,7 +128,7 @@ def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:
         for vectors in (wrench, low, high):
             vectors[k] *= scale
     for array in (W, wrench, low, high):
-        array.flags.writeable = False  # no solver can change what the next one is asked
+        array.flags.writeable = False  # solvers must not change the problems of the next one
     return Adversaries(
         robot=robot,
         W=W,
@@ -143,7 +143,7 @@ def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:
 
 
 def _matrix(moments: NDArray[np.bool_], m: int, rng: np.random.Generator) -> tuple[Array, str]:
-    """A matrix (n, m) of dyadic rationals, and what is wrong with it."""
+    """Return a matrix (n, m) of dyadic rationals, and its kind."""
     n = len(moments)
     W: Array
     if rng.integers(2):
@@ -178,7 +178,7 @@ def _matrix(moments: NDArray[np.bool_], m: int, rng: np.random.Generator) -> tup
 
 
 def _limits(t: Array, rng: np.random.Generator) -> tuple[Array, Array, str]:
-    """Limits (m,) that hold `t` (m,), and what is wrong with them."""
+    """Return limits (m,) that contain `t` (m,), and their kind."""
     m = len(t)
     low, high = t - np.minimum(rng.integers(1, 100, m), t), t + rng.integers(1, 1000, m)
     some = rng.random(m) < rng.random()
@@ -189,7 +189,7 @@ def _limits(t: Array, rng: np.random.Generator) -> tuple[Array, Array, str]:
     elif kind == "locked":
         low, high = np.where(some, t, low), np.where(some, t, high)
     thin = LARGEST * 2.0 ** rng.integers(THINNEST, THIN, endpoint=True)
-    if kind == "sliver":  # on every side of every cable
+    if kind == "sliver":  # on both sides of every cable
         low, high = t - thin, t + thin
     elif kind.startswith("narrow"):
         low = np.where(some & (low < t), t - thin, low)
@@ -198,7 +198,7 @@ def _limits(t: Array, rng: np.random.Generator) -> tuple[Array, Array, str]:
 
 
 def _left_null(W: Array, otherwise: Array) -> Array:
-    """A y with y W = 0 of a matrix whose last row is its first one, or the sum of the others; else `otherwise`."""
+    """Return a y with y W = 0 if the last row is the first one or the sum of the others; else `otherwise`."""
     n = len(W)
     for y in (np.eye(n)[-1] - np.eye(n)[0], 2.0 * np.eye(n)[-1] - np.ones(n)):
         if not (y @ W).any():
@@ -207,7 +207,7 @@ def _left_null(W: Array, otherwise: Array) -> Array:
 
 
 def _out_of_reach(W: Array, wrench: Array, low: Array, high: Array, y: Array, rng: np.random.Generator) -> Array:
-    """A wrench beyond all that the cables can pull along y."""
+    """Return a wrench beyond the reach of the cables along y."""
     c = W.T @ y
     most = float(np.maximum(c * low, c * high).sum())
     share = 2.0 ** rng.integers(*GAPS, endpoint=True)
@@ -216,9 +216,10 @@ def _out_of_reach(W: Array, wrench: Array, low: Array, high: Array, y: Array, rn
 
 
 def certify(problems: Adversaries, k: int) -> float:
-    """Prove, in rational arithmetic, what problem k is said to be; AssertionError where it is not so.
+    """Prove the stated property of problem k in rational arithmetic; AssertionError if it is false.
 
-    Returns the share of the largest tension by which all limits may be narrowed (feasible), or must be widened.
+    Returns:
+        Share of the largest tension by which all limits may be narrowed (feasible) or must be widened (infeasible).
     """
     W, wrench, low, high = (
         _fractions(array[k]) for array in (problems.W, problems.wrench, problems.low, problems.high)

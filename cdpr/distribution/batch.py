@@ -1,4 +1,4 @@
-"""Distribution of many rows by one bound operation."""
+"""Distribution of many rows by one compiled operation."""
 
 from __future__ import annotations
 
@@ -21,42 +21,42 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """K problems of a robot with m cables, and arrays for their answers."""
+    """K problems of a robot with m cables, and the arrays of their results."""
 
     limits: Array  # (K, 2, m), N, or (1, 2, m) for all
     poses: Array  # (K, 7), quaternions of any length
-    wrenches: Array  # (K, 6), N and N m; or (0, 6): what holds the platform still against gravity
+    wrenches: Array  # (K, 6), N and N m; or (0, 6): static wrench against gravity
     tension: Array  # (K, m), N, written
     report: Array  # (K, 4), written: status, residual, N, margin, N, and number of cables at a limit
-    done: NDArray[np.int64]  # (K,), written: rows that are done; these are left as they are
+    done: NDArray[np.int64]  # (K,), written: nonzero for completed rows, which are skipped
 
     @classmethod
     def of(cls, limits: Array, poses: Array, wrenches: Array, tension: Array, report: Array) -> Self:
-        """Return rows of which none is done."""
+        """Return rows of which none is completed."""
         return cls(limits, poses, wrenches, tension, report, np.zeros(len(poses), dtype=np.int64))
 
 
 class BoundRows(NamedTuple):
-    """Operation that distributes rows, and that of the solver, which it calls by its address."""
+    """Bound operation that distributes rows, and the solver's operation, which it calls by its address."""
 
     call: Bound
     solver: Compiled
 
     def distribute(self) -> None:
-        """Write the answers while other threads of Python run."""
+        """Write the results; the GIL is released."""
         self.call.unlocked()
 
 
 class Batch:
-    """Distribution of rows as the tension stage does it, each as a first step.
+    """Distribution of rows as in the tension stage, each as a first step.
 
-    A row with an entry that is not finite, or limits that contradict each other, is BAD_INPUT, its tensions are NaN.
+    Rows with non-finite entries or contradictory limits get BAD_INPUT and NaN tensions.
 
     Args:
-        robot: Gives geometry and degrees of freedom.
+        robot: geometry and degrees of freedom.
         gravity: (3,), m/s^2, world; read when rows are distributed.
-        solver: Made for this robot.
-        respects_bounds: Whether it declares that it respects the limits.
+        solver: solver for this robot.
+        respects_bounds: True if it declares that it respects the limits.
     """
 
     def __init__(self, robot: Robot, gravity: Array, solver: CompiledSolver, respects_bounds: bool) -> None:
@@ -72,7 +72,7 @@ class Batch:
         self._freedom = np.array(robot.rows)
 
     def bind(self, rows: Rows) -> BoundRows:
-        """Bind the rows, one after the other, with work space of their own."""
+        """Bind the rows for sequential processing with their own work space."""
         arrays = self._problem()
         matrix, wrench, bounds, answer = arrays.values()
         solve = self._solver.compiled(matrix, wrench, bounds[0], bounds[1], answer)
@@ -81,7 +81,7 @@ class Batch:
         return BoundRows(call, solve)
 
     def bind_side_by_side(self, rows: Rows) -> BoundRows | None:
-        """Bind those rows that the solver answers eight at a time, with the same bits; None if it cannot."""
+        """Bind rows that the solver processes eight at a time, with the same bits; None if it cannot."""
         arrays = self._problem(LANES)
         matrix, wrench, bounds, answer = arrays.values()
         solve = self._solver.side_by_side(matrix, wrench, bounds[0], bounds[1], answer)

@@ -1,4 +1,4 @@
-"""One wrench at one pose, distributed by several solvers; no answer is believed."""
+"""Comparison of several solvers on one wrench at one pose, with independent checks of the answers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cdpr.tension.problem import Problem
 from cdpr.tension.stage import Solve
 from cdpr.tension.status import Status
 
-# A solver is called at most so often, and for so long, to find how long it takes.
+# limits of the number and total time of calls to measure the time of a call
 CALLS = 200
 SECONDS = 0.02
 
@@ -32,43 +32,43 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Contestant:
-    """A solver that takes part."""
+    """Solver in a comparison."""
 
     name: str
     make: Callable[[], Solve]
     respects_bounds: bool = True  # as it declares
-    absent: str = ""  # why it cannot take part after all
+    absent: str = ""  # reason why it cannot be used, if any
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a solver made of a problem."""
+    """Answer of a solver to a problem."""
 
     solver: str
-    status: Status | None  # what it said; None where it was not made, raised, or returned something else
-    reason: str = ""  # why it has no admissible answer; empty where it has one
-    true: bool = True  # whether what it said stands up to the checks, and to what it declares
-    tension: Array | None = None  # (m,), N, as the solver wrote them; None unless it said OK
+    status: Status | None  # returned status; None if the solver was not created, raised, or returned something else
+    reason: str = ""  # reason of a missing or inadmissible answer; "" if admissible
+    true: bool = True  # True if the answer passes the checks and agrees with the solver's declarations
+    tension: Array | None = None  # (m,), N, as written by the solver; None unless the status is OK
     residual: float = math.nan  # N, moments divided by the characteristic length
-    margin: float = math.nan  # N, smallest distance from a limit; negative beyond
-    at_limit: int = 0  # cables at a limit or beyond
+    margin: float = math.nan  # N, smallest distance from a limit; negative if exceeded
+    at_limit: int = 0  # cables at a limit or beyond it
     seconds: float | None = None  # median of repeated calls
 
     @property
     def admissible(self) -> bool:
-        """Whether the tensions are finite, within the limits and balance the wrench."""
+        """True if the tensions are finite, within the limits, and balance the wrench."""
         return self.tension is not None and not self.reason
 
 
 def compare(
     problem: Problem, contestants: Sequence[Contestant], progress: Callable[[int, int], None] | None = None
 ) -> list[Answer]:
-    """Distribute the wrench with each solver, and judge each result independently.
+    """Distribute the wrench with each solver, and check each result independently.
 
     Args:
-        problem: Pose and wrench.
-        contestants: The solvers.
-        progress: Called after each solver with the number of solvers that are done and of all.
+        problem: pose and wrench.
+        contestants: the solvers.
+        progress: called after each solver with the number of finished solvers and the total.
     """
     answers = []
     for contestant in contestants:
@@ -116,7 +116,7 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
 
 
 def _time(solve: Solve, arguments: tuple[Array, Array, Array, Array], tension: Array) -> float:
-    """Median time of a call, s, each as if it were the first."""
+    """Return the median time of a call, s, each with a fresh result array."""
     times: list[int] = []
     end = perf_counter_ns() + round(1e9 * SECONDS)
     while len(times) < CALLS and (len(times) < 3 or perf_counter_ns() < end):
@@ -128,9 +128,10 @@ def _time(solve: Solve, arguments: tuple[Array, Array, Array, Array], tension: A
 
 
 def describe(problem: Problem, answers: Sequence[Answer], source: str, wrench_source: str) -> dict[str, Any]:
-    """Return problem and answers as plain figures, units in their names; the sources say whence pose and wrench are.
+    """Return problem and answers as plain figures with units in their names.
 
-    `time_us` informs; it is the only figure that differs from call to call.
+    `source` and `wrench_source` describe the origin of pose and wrench. `time_us` is the only figure that varies
+    between calls.
     """
     robot = problem.robot
     rank, condition = problem.conditioning

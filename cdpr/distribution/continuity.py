@@ -1,4 +1,4 @@
-"""Whether the tensions along a smooth path jump: its steepest places, looked at ever more closely."""
+"""Detection of jumps of the tensions along a smooth path, by refinement of its steepest steps."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 
-# A step that halving its width so often leaves above this share of its first size does not vanish.
+# A step that remains above this share of its initial size after all bisections is a jump.
 VANISHED = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """A straight path between two poses, along which tensions from one set to another balance the wrench.
+    """Straight path between two poses, along which interpolated tensions balance the wrench.
 
-    poses (2, 7): position, m, and quaternion; tensions (2, m), N, within the limits, so that every point is feasible.
+    Attributes:
+        robot: the robot.
+        poses: (2, 7), positions (m) and quaternions.
+        tensions: (2, m), N, within the limits, so that every point is feasible.
     """
 
     robot: Robot
@@ -29,7 +32,7 @@ class Path:
     tensions: Array
 
     def at(self, s: float) -> tuple[Array, Array]:
-        """W (n, m) and wrench (n,), both in the robot's degrees of freedom, at 0 <= s <= 1."""
+        """Return W (n, m) and the wrench (n,), both in the robot's degrees of freedom, at 0 <= s <= 1."""
         a, b = self.poses
         axis, angle = self._turn
         attitude = rotations.multiply(rotations.from_axis_angle(axis, s * angle), a[3:])
@@ -39,7 +42,7 @@ class Path:
 
     @cached_property
     def _turn(self) -> tuple[Array, float]:
-        """Axis (3,) and angle, rad, of the turn between the poses."""
+        """Axis (3,) and angle, rad, of the rotation between the poses."""
         a, b = self.poses
         turn = rotations.rotation_vector(rotations.multiply(b[3:], rotations.conjugate(a[3:])))
         angle = float(np.linalg.norm(turn))
@@ -48,22 +51,27 @@ class Path:
 
 @dataclass(frozen=True)
 class Steepest:
-    """The steepest place found on a path."""
+    """Steepest place found on a path."""
 
-    change: float  # N, of one tension over the narrowest step
-    first: float  # N, over the widest
-    answered: float  # share of the path's points that have an answer
+    change: float  # N, of one tension over the finest step
+    first: float  # N, over the coarsest step
+    answered: float  # share of the path's points with an answer
 
     def jumps(self, noise: float) -> bool:
-        """Whether the change does not vanish; `noise`, N, is how far equal problems' answers may lie apart."""
+        """Return True if the change does not vanish; `noise` is the scatter of answers to equal problems, N."""
         return self.change > VANISHED * self.first + noise
 
 
 def steepest(answer: Callable[[float], Array | None], steps: int, halvings: int, places: int = 1) -> Steepest:
-    """Divide 0 <= s <= 1 into `steps`; halve the largest steps of the tensions, at `places`, towards the steeper side.
+    """Return the steepest place of a path, found by bisection of its largest steps.
 
-    `answer(s)` returns tensions (m,), or None where there are none: there no step is counted. Of several places the one
-    with the largest change in the end is returned. What lies between the samples may be missed.
+    What lies between the samples may be missed.
+
+    Args:
+        answer: function of 0 <= s <= 1 that returns tensions (m,), or None; steps without answer are ignored.
+        steps: number of equal steps.
+        halvings: number of bisections towards the steeper side.
+        places: number of largest steps to refine; the one with the largest final change is returned.
     """
 
     def change(a: Array | None, b: Array | None) -> float:

@@ -1,4 +1,4 @@
-"""Distributing one wrench or a million: arrays in, arrays out, on all cores."""
+"""Distribution of one or many wrenches with array arguments, on all cores."""
 
 from __future__ import annotations
 
@@ -32,32 +32,32 @@ from cdpr.tension import Status
 from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 
-# Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
+# Rows per thread and task: some milliseconds of work, for an even load.
 CHUNK = 4096
 
 CODES = frozenset(map(float, Status))
 DOWN = (0.0, 0.0, -9.81)  # m/s^2
 
-# From so many rows on, solving eight at once saves more than binding its operations costs.
+# Number of rows from which solving eight at once saves more than binding its operations costs.
 MANY = 512
 
-# Solvers that are Python and were given as objects answer one caller at a time: two threads may have given the same.
-_USED = RLock()  # a solver may itself distribute
+# Python solvers given as objects handle one caller at a time: two threads may share the same object.
+_USED = RLock()  # reentrant: a solver may itself distribute
 
 
 @dataclass(frozen=True, eq=False)
 class Distribution:
-    """K distributions for a robot with m cables; of a single one, the leading axis is missing."""
+    """K distributions for a robot with m cables; for a single one, without the leading axis."""
 
-    tension: Array  # (K, m), N, within the limits; NaN where the input was bad
-    status: Any  # (K,), `cdpr.tension.Status` of the solver's answer after the checks: integers that print as names
+    tension: Array  # (K, m), N, within the limits; NaN for bad input
+    status: Any  # (K,), checked `cdpr.tension.Status` of the solver: integers that print as names
     residual: Array  # (K,), N, |W t - wrench|, moments divided by the characteristic length
     margin: Array  # (K,), N, smallest distance of a tension from its limits
     at_limit: Array  # (K,), number of cables at a limit
 
     @property
     def feasible(self) -> Array:
-        """Whether the tensions balance the wrench within the limits, (K,)."""
+        """True if the tensions balance the wrench within the limits, (K,)."""
         return np.asarray(self.status == Status.OK)
 
 
@@ -73,30 +73,30 @@ def distribute(
     tension_max: ArrayLike | None = None,
     jobs: int | None = None,
 ) -> Distribution:
-    """Distribute wrenches at poses, each row by itself, as the tension stage of a run does.
+    """Distribute wrenches at poses, each row independently, like the tension stage of a run.
+
+    Arguments with one row apply to all rows; if all have one dimension, so has the result. Rows with a non-finite
+    entry, or a lower limit above the upper one, get the status BAD_INPUT (limits may be infinite). Without an
+    admissible distribution, the tensions are those within the limits closest to the wrench, and the status reports it.
+    For solvers with memory, each row is a first step.
 
     Args:
-        robot: gives geometry, limits and degrees of freedom.
-        poses: (7,) or (K, 7): position (m) and quaternion w, x, y, z of the platform.
-        wrenches: (6,) or (K, 6): what the cables are to exert on the platform at its origin (N, N m, world axes); by
-            default what holds the platform still against `gravity`.
-        solver: the name of an installed solver, or one made for this robot.
+        robot: geometry, limits and degrees of freedom.
+        poses: (7,) or (K, 7), position (m) and quaternion w, x, y, z of the platform.
+        wrenches: (6,) or (K, 6), wrenches of the cables on the platform at its origin (N, N m, world axes); by default
+            those that balance `gravity` at rest.
+        solver: name of an installed solver, or a solver object for this robot.
         options: options of a solver given by name.
         gravity: (3,), m/s^2, world.
         tension_min: (m,) or (K, m), N, lowest tensions instead of the robot's.
-        tension_max: likewise, highest tensions.
+        tension_max: (m,) or (K, m), N, highest tensions instead of the robot's.
         jobs: threads for a compiled solver, at least 1, by default one per core; the result is the same. Others use
             one.
 
-    What has one row holds for all; where one has none, so has the result. A row with an entry that is not finite, or
-    with a lower limit above the upper one, gets the status BAD_INPUT (limits may be infinite). Where no distribution is
-    admissible the tensions are those within the limits that come nearest to the wrench, and the status says so. To a
-    solver whose answers depend on the step before, each row is a first step.
-
     Raises:
-        CdprError: an argument is of the wrong kind, shapes do not fit, a quaternion has not length 1, or a lower limit
-            is negative, though the robot's cables can only pull.
-        PluginError: the solver is unknown, not installed, refuses its options or the robot, or raises.
+        CdprError: if an argument has the wrong type, shapes do not match, a quaternion does not have length 1, or a
+            lower limit is negative, though the robot's cables can only pull.
+        PluginError: if the solver is unknown, not installed, rejects its options or the robot, or raises.
     """
     check_robot(robot)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
@@ -136,7 +136,7 @@ def distribute(
         _compiled(task, len(os.sched_getaffinity(0)) if jobs is None else int(jobs))
     elif isinstance(solver, str):
         _row_by_row(task)
-    else:  # somebody else may use it at the same time, and it has work space
+    else:  # another thread may use it, and it has a work space
         with _USED:
             _row_by_row(task)
     status, residual, margin, at_limit = task.report.T
@@ -146,7 +146,7 @@ def distribute(
 
 
 def _check_statuses(codes: Array, solver: object) -> None:
-    """Raise PluginError where a compiled solver returned a code that is no status."""
+    """Raise PluginError if a compiled solver returned a code that is no status."""
     unknown = codes[~np.isin(codes, list(Status))]
     if len(unknown):
         name = solver if isinstance(solver, str) else type(solver).__name__
@@ -154,14 +154,14 @@ def _check_statuses(codes: Array, solver: object) -> None:
 
 
 def check_robot(robot: object) -> None:
-    """Raise CdprError where what stands for a robot is none."""
+    """Raise CdprError if `robot` is no Robot."""
     if not isinstance(robot, Robot):
         remedy = "; cdpr.load_robot reads one from a file" if isinstance(robot, (str, os.PathLike)) else ""
         raise CdprError(f"robot: a cdpr.model.Robot is expected, got a {type(robot).__name__}{remedy}")
 
 
 def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tuple[TensionSolver, bool]:
-    """The solver, and whether it declares that it respects the limits."""
+    """Return the solver, and True if it declares that it respects the limits."""
     if options is not None and not isinstance(options, Mapping):
         raise CdprError(f"options: a mapping of names to values is expected, got {options!r}")
     if isinstance(solver, str):
@@ -186,14 +186,14 @@ def _respects_bounds(properties: Mapping[str, object]) -> bool:
 
 
 def _rows(values: ArrayLike, width: int, name: str) -> Array:
-    array = real(values, name)  # a million rows are not copied without need
+    array = real(values, name)  # large arrays are copied only if necessary
     if array.ndim not in (1, 2) or array.shape[-1] != width:
         raise CdprError(f"{name}: the shape must be ({width},) or (K, {width}), got {array.shape}")
     return array.reshape(-1, width)
 
 
 def _count(given: Mapping[str, Array | None]) -> int:
-    """The number of rows of the result."""
+    """Return the number of rows of the result."""
     rows = {name: len(array) for name, array in given.items() if array is not None}
     several = {name: count for name, count in rows.items() if count != 1}
     if len(set(several.values())) > 1:
@@ -203,7 +203,7 @@ def _count(given: Mapping[str, Array | None]) -> int:
 
 
 def check_unit(pose: Array, name: str) -> None:
-    """Raise CdprError where a quaternion of poses (K, 7) has not length 1."""
+    """Raise CdprError if a quaternion of poses (K, 7) does not have length 1."""
     length = np.sqrt(np.einsum("ki,ki->k", pose[:, 3:], pose[:, 3:]))
     if (off := np.flatnonzero(np.abs(length - 1.0) > tolerances.UNIT)).size:
         which = f"{name}[{off[0]}]" if name.endswith("s") else name
@@ -211,27 +211,27 @@ def check_unit(pose: Array, name: str) -> None:
 
 
 def _repeated(array: Array, count: int) -> Array:
-    """One row repeated, or all rows as they are."""
+    """Return a single row repeated, or all rows unchanged."""
     return np.repeat(array, count, axis=0) if len(array) == 1 and count != 1 else array
 
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """What is to be distributed, K rows, and the arrays for what comes of it."""
+    """K rows to distribute, and the arrays of their results."""
 
     robot: Robot
     solver: TensionSolver
     respects_bounds: bool
     gravity: Array  # (3,)
     pose: Array  # (K, 7)
-    wrench: Array | None  # (K, 6); None: what holds the platform still
+    wrench: Array | None  # (K, 6); None: static wrench
     limits: Array  # (K, 2, m), or (1, 2, m) for all rows
     tension: Array  # (K, m), written
     report: Array  # (K, 4), written
 
 
 def _compiled(task: _Task, jobs: int) -> None:
-    """Fill tension and report by compiled operations, in threads: they take no lock, and rows are independent."""
+    """Write tensions and reports by compiled operations in parallel threads; rows are independent."""
     assert isinstance(task.solver, CompiledSolver)
     batch = Batch(task.robot, task.gravity, task.solver, task.respects_bounds)
     wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
@@ -256,7 +256,7 @@ def _compiled(task: _Task, jobs: int) -> None:
 
 
 def _row_by_row(task: _Task) -> None:
-    """Fill tension and report by a solver that is Python."""
+    """Write tensions and reports with a Python solver."""
     robot, m = task.robot, task.robot.m
     live, state, spare = Present.of(m), np.zeros(13), {"length": np.zeros(m), "rate": np.zeros(m)}
     geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **spare)

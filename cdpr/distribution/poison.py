@@ -1,4 +1,4 @@
-"""Rubbish in a solver's memory: what a call has not written itself, it must not read."""
+"""Garbage values for a solver's memory: a call must not read what it has not written."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from cdpr.plugins import CompiledSolver, TensionSolver
 
-# NaN shows in whatever is computed from it, comparisons with it are false; with a huge number they are true; and zeros
-# are what a new work space holds, and what hides that nothing was written.
+# NaN propagates, and comparisons with it are false; with a huge number they are true; zeros are the content of new
+# memory and hide missing writes.
 POISON = (np.nan, 1e30, 0.0)
 
 
 class Memory:
-    """The arrays of a solver that calls write: of a compiled one its work space, of others what calls have changed.
+    """Arrays of a solver that calls write: the work space of a compiled solver, changed arrays of others.
 
-    Arrays that a solver only reads are its own, as are those entries of an array that no call has changed so far.
+    Arrays that a solver only reads, and entries that no call has changed so far, are not included.
     """
 
     def __init__(self, solver: TensionSolver) -> None:
@@ -25,7 +25,7 @@ class Memory:
         self._before = [(array, array.copy()) for array in self._arrays()]
 
     def fill(self, value: float) -> None:
-        """Fill all that calls have changed since the memory was looked at first."""
+        """Fill everything that calls have changed since this object was created."""
         if isinstance(self._solver, CompiledSolver):
             for array in self._solver.work:
                 array[...] = value
@@ -35,7 +35,7 @@ class Memory:
             array[changed.reshape(*array.shape, -1).any(axis=-1)] = value
 
     def _arrays(self) -> list[NDArray[np.float64]]:
-        """The arrays that are attributes of the solver, or stand in lists and tuples that are."""
+        """Return the arrays that are attributes of the solver, or elements of its lists and tuples."""
         found: dict[int, NDArray[np.float64]] = {}
 
         def look(value: Any, depth: int) -> None:

@@ -1,4 +1,4 @@
-"""A robot at a pose and along a motion as plain figures, units in their names: what `cdpr info` prints."""
+"""Plain figures of a robot, a pose and a motion with units in their names: the output of `cdpr info`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OPTIONAL = {
 
 
 def describe_robot(robot: Robot) -> dict[str, Any]:
-    """Return what holds at every pose."""
+    """Return the figures that do not depend on the pose."""
     platform, kind = robot.platform, restraint(robot)
     return {
         "name": robot.name,
@@ -63,9 +63,16 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
 
 
 def describe_pose(robot: Robot, pose: Array, gravity: Array, solve: Solve) -> dict[str, Any]:
-    """Return restraint, conditioning, lengths and static tensions at a pose (7,), position (m) and quaternion.
+    """Return restraint, conditioning, lengths and static tensions at a pose.
 
-    `gravity` is (3,), m/s^2, world. Raises CdprError where a cable has no length, hence no direction.
+    Args:
+        robot: the robot.
+        pose: (7,), position (m) and quaternion.
+        gravity: (3,), m/s^2, world.
+        solve: bound method of a tension solver.
+
+    Raises:
+        CdprError: if a cable has zero length and hence no direction.
     """
     check_lengths(robot, pose)
     state = make_state(pose[:3], pose[3:])
@@ -92,7 +99,7 @@ def describe_pose(robot: Robot, pose: Array, gravity: Array, solve: Solve) -> di
 
 
 def _why_not(robot: Robot, W: Array, still: Survey, solve: Solve) -> str:
-    """Say what kind of tensions would balance the weight, if any; W is (n, m) as `free_wrench_matrix` returns it."""
+    """Return which tensions would balance the weight, if any; W is (n, m) as in `free_wrench_matrix`."""
     weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows]
     wrench = weights * still.wrench[0][robot.rows]
     unit = newton(np.array([robot.tension_min, robot.tension_max]))
@@ -108,9 +115,9 @@ def _why_not(robot: Robot, W: Array, still: Survey, solve: Solve) -> str:
 
 
 def describe_motion(robot: Robot, motion: Survey) -> dict[str, Any]:
-    """Return the extent of a motion, what it asks of the cables, and which of their limits it exceeds.
+    """Return the extent of a motion, its requirements on the cables, and the exceeded limits.
 
-    The robot's degrees of freedom are those in which the cables have to balance the wrench.
+    The robot's degrees of freedom are those in which the cables must balance the wrench.
     """
     d, worst = motion.desired, int(np.argmin(np.where(motion.feasible, motion.margin, -np.inf)))
     return {

@@ -1,4 +1,4 @@
-"""Distribution of one row, by operations that stay bound between calls: a controller asks thousands of times."""
+"""Distribution of single rows by operations that stay bound between calls, for controllers with thousands of calls."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from cdpr.plugins import CompiledSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import Registered, registry
 
-KEPT = 16  # robots and solvers whose operations stay bound
-SIMPLE = str, int, float, bool  # types of options whose text is unique
+KEPT = 16  # maximum number of bound operations
+SIMPLE = str, int, float, bool  # option types with unique text
 
-_idle: dict[tuple[int, str, str], Single] = {}  # a thread takes one out as long as it uses it
+_idle: dict[tuple[int, str, str], Single] = {}  # operations not in use; a thread removes one while it uses it
 _lock = Lock()
 
 
 class Single:
-    """Distribution of one row after the other by a solver.
+    """Distribution of single rows by one solver.
 
     Args:
         robot: The robot.
@@ -39,7 +39,7 @@ class Single:
     """
 
     def __init__(self, robot: Robot, entry: Registered, solver: CompiledSolver, respects_bounds: bool) -> None:
-        self.robot = robot  # as long as it is here no other one has its id
+        self.robot = robot  # keeps the robot alive, so that its id stays unique
         self.entry = entry
         self.low, self.high = robot.tension_min, robot.tension_max
         self.gravity = np.zeros(3)
@@ -53,8 +53,12 @@ class Single:
     ) -> tuple[Array, list[float]]:
         """Return tensions (m,), N, and their report: status, residual, N, margin, N, number of cables at a limit.
 
-        `pose` is (7,), `wrench` (6,), by default what holds the platform still against `gravity` (3,), `low` and `high`
-        are (m,), by default the robot's limits.
+        Args:
+            pose: (7,), position (m) and quaternion.
+            wrench: (6,), N and N m; by default the static one against `gravity`.
+            low: (m,), N, lowest tensions; by default the robot's.
+            high: (m,), N, highest tensions; by default the robot's.
+            gravity: (3,), m/s^2, world.
         """
         rows = self.rows
         rows.poses[0] = pose
@@ -129,7 +133,7 @@ def distribute_single(
 
 
 def _plain(values: ArrayLike, size: int) -> Array | None:
-    """Return numbers as an array (size,); None where they are anything else."""
+    """Return numbers as an array (size,); None if they are anything else."""
     array: Any = values
     if type(array) in (list, tuple) and not masked(array):
         try:
@@ -142,7 +146,7 @@ def _plain(values: ArrayLike, size: int) -> Array | None:
 
 
 def _text(options: Mapping[str, Any] | None) -> str | None:
-    """Return options as a text that tells them apart; None if there may be none."""
+    """Return a unique text of the options; None if they are not simple."""
     if not options:
         return "" if options is None or isinstance(options, Mapping) else None
     if not isinstance(options, Mapping):
@@ -152,7 +156,7 @@ def _text(options: Mapping[str, Any] | None) -> str | None:
 
 
 def _made(robot: Robot, solver: str, options: Mapping[str, Any] | None) -> Single | None:
-    """Make a solver and what distributes by it; None where it is not compiled."""
+    """Return a solver with its bound operations; None if it is not compiled."""
     try:
         entry = registry().get("solver", solver)
         factory = entry.load()
@@ -160,7 +164,7 @@ def _made(robot: Robot, solver: str, options: Mapping[str, Any] | None) -> Singl
             return None
         made = entry.make(robot, entry.read_options(options or {}))
     except CdprError:
-        return None  # it is raised again, after what comes before
+        return None  # raised again by the general function, after earlier errors
     if not speaks_for(made.compiled, made.solve):
         return None
     return Single(robot, entry, made, bool(entry.info.properties.get("respects_bounds", True)))

@@ -1,4 +1,4 @@
-"""Statuses of many distributions: integers that read as their names."""
+"""Array of statuses that prints names."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def _name(value: Any) -> str:
 
 
 class StatusArray(np.ndarray[Any, np.dtype[np.int64]]):
-    """An integer array of `cdpr.tension.Status`: compares and counts as integers, prints as names."""
+    """Integer array of `cdpr.tension.Status`: compares and counts as integers, prints as names."""
 
     def __new__(cls, values: NDArray[Any]) -> StatusArray:
-        """View a copy of `values`, whole numbers, as statuses."""
+        """Return a copy of `values`, whole numbers, as statuses."""
         return values.astype(np.int64).view(cls)
 
     def __getitem__(self, key: Any) -> Any:
-        """Return one Status, or an array of them."""
+        """Return one Status or an array of them."""
         found = super().__getitem__(key)
         return found if isinstance(found, np.ndarray) else Status(found)
 
@@ -32,5 +32,5 @@ class StatusArray(np.ndarray[Any, np.dtype[np.int64]]):
     __repr__ = __str__
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        """Leave what is computed from statuses, such as comparisons, a plain array."""
+        """Return results computed from statuses, such as comparisons, as plain arrays."""
         return array[()] if return_scalar else array

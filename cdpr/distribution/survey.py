@@ -1,4 +1,4 @@
-"""Lengths, rates and tensions along a desired motion, without simulating it: inverse kinematics and dynamics."""
+"""Lengths, rates and tensions along a desired motion, without simulation: inverse kinematics and dynamics."""
 
 from __future__ import annotations
 
@@ -20,39 +20,39 @@ from cdpr.tension.stage import Asked, Solve, TensionStage
 
 
 class Happening(Protocol):
-    """What changes limits, tensions and external wrench at some samples."""
+    """Changes of limits, tensions and external wrench at given samples."""
 
     def distribute(self) -> None:
-        """Distribute, in place of the stage itself."""
+        """Distribute tensions instead of the stage."""
 
     def begin(self) -> int:
-        """Return the number of the first sample at which `act` is due, negative where there is none."""
+        """Return the first sample at which `act` is due; negative if there is none."""
 
     def act(self, k: int) -> int:
-        """Let happen what is due at sample k; return the sample that is due next, negative where there is none."""
+        """Apply the changes due at sample k; return the next sample that is due, negative if there is none."""
 
 
-# From the stage and the external wrench (6,), live.
+# From the stage and the live external wrench (6,).
 Happens = Callable[[TensionStage, Array], Happening]
 
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """K samples of a motion of a robot with m cables; conventions as `cdpr.model` says."""
+    """K samples of a motion of a robot with m cables; conventions of `cdpr.model`."""
 
     time: Array  # (K,), s
     desired: Array  # (K, 19)
     length: Array  # (K, m), m
     rate: Array  # (K, m), m/s
-    wrench: Array  # (K, 6) that the cables must exert, N and N m
-    tension: Array  # (K, m), N; where no distribution is admissible, that which comes nearest to the wrench
+    wrench: Array  # (K, 6), N and N m, required wrench of the cables
+    tension: Array  # (K, m), N; closest to the wrench if no distribution is admissible
     status: Array  # (K,), `cdpr.tension.Status`
     residual: Array  # (K,), N, moments divided by the characteristic length
     margin: Array  # (K,), N, smallest distance of a tension from its limits
 
     @property
     def feasible(self) -> Array:
-        """Whether tensions within the limits balance the wrench, (K,)."""
+        """True if tensions within the limits balance the wrench, (K,)."""
         return np.asarray(self.status == 0.0)
 
 
@@ -66,11 +66,16 @@ def survey(
     happens: Happens | None = None,
     samples: Array | None = None,
 ) -> Survey:
-    """Follow the desired motion (K, 19) at the times (K,), s; the wrench is that of inverse dynamics.
+    """Return lengths, rates and tensions along a desired motion, with the wrench of inverse dynamics.
 
-    `gravity` is (3,), m/s^2, world; `solve` is the bound method of a solver made for this robot. A pose at rest is one
-    sample without velocity and acceleration. What `happens` during the motion goes by the numbers of the `samples`
-    (K,), rising; the cables have to balance an external wrench, too.
+    Args:
+        robot: the robot.
+        time: (K,), s.
+        desired: (K, 19), desired motion; a static pose is one sample without velocity and acceleration.
+        gravity: (3,), m/s^2, world.
+        solve: bound method of a solver for this robot.
+        happens: factory of changes during the motion; the cables also balance its external wrench.
+        samples: (K,), increasing sample numbers to which these changes refer.
     """
     time, desired = checked(time, (None,), "time"), checked(desired, (len(time), 19), "desired")
     gravity, count, m = checked(gravity, (3,), "gravity"), len(time), robot.m

@@ -1,4 +1,4 @@
-"""The conformance kit: proves a backend, a solver or a controller right. For plugin authors, and for our own plugins.
+"""Conformance kit for backends, solvers and controllers, for authors of plugins and for the built-in plugins.
 
 One list of checks, in three forms:
 
@@ -6,15 +6,15 @@ One list of checks, in three forms:
 
     results = check_solver(MySolver, properties={"exact": True})  # a factory, as a list of CheckResult
 
-    @pytest.mark.parametrize("check", solver_checks("mine"), ids=str)  # an installed plugin, one test a check
+    @pytest.mark.parametrize("check", solver_checks("mine"), ids=str)  # an installed plugin, one test per check
     def test_mine(check):
         check()
 
     $ cdpr check solver mine
 
-What a plugin declares in `PluginInfo.properties` decides which checks apply; the others are reported as n/a. A failure
-that is known is passed as `expected_failures={id: reason}`; it must then fail, or the declaration is out of date. The
-seconds of a result inform and are never judged. Samples and seeds are fixed: a check says the same each time.
+The properties declared in `PluginInfo.properties` select the checks that apply; the others are reported as n/a. Known
+failures are passed as `expected_failures={id: reason}`; such a check must fail, or the declaration is out of date.
+Times are for information only. Samples and seeds are fixed, so results are reproducible.
 """
 
 from typing import TYPE_CHECKING

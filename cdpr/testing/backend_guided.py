@@ -1,4 +1,4 @@
-"""Checks of a backend with a platform that a guide holds: free along x and z and about y, or on a ball."""
+"""Checks of a backend with a guided platform: free along x and z and about y, or on a ball joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks of a backend as a part of a program: arrays, repeats, instances, snapshots, silence, leaks."""
+"""Checks of a backend's interface: arrays, repeatability, instances, snapshots, output, leaks."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from cdpr.testing.columns import expect_written
 from cdpr.testing.process import Silence, descriptors, resident_bytes, threads
 from cdpr.testing.subjects import BackendSubject
 
-CLOCK = 1e-6  # share by which an engine's sum of steps may differ from their number times the step
+CLOCK = 1e-6  # share by which an engine's summed time may differ from the number of steps times the step
 
 
 def _ride(subject: BackendSubject, steps: int = 200) -> Array:
-    """Make a plant and return where held commands and a held wrench take it."""
+    """Create a plant, simulate it with constant commands and wrench, and return the final state."""
     backend = subject.make(samples.state(np.random.default_rng(1), tilt=0.3))
     backend.command[:] = np.linspace(50.0, 120.0, 8)
     backend.external[:] = [5.0, -3.0, 400.0, 2.0, 1.0, -1.0]
@@ -124,7 +124,7 @@ def columns_are_written(subject: BackendSubject) -> str:
     backend = subject.make(start)
 
     def work(k: int) -> None:
-        if k:  # the first sample is what reset leaves
+        if k:  # the first sample is the state after reset
             backend.command[:] = 40.0 + k
             backend.step(2)
 
@@ -149,7 +149,7 @@ def keeps_quiet(subject: BackendSubject) -> None:
         backend = subject.make(samples.state(np.random.default_rng(7)))
         backend.step(10)
         backend.external[0] = np.nan
-        with contextlib.suppress(CdprError):  # it may refuse
+        with contextlib.suppress(CdprError):  # it may reject the input
             backend.step(3)
         backend.reset(samples.state(np.random.default_rng(8)))
         subject.close(backend)

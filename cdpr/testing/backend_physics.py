@@ -1,4 +1,4 @@
-"""Checks of a backend against the equations of motion of a free platform."""
+"""Checks of a backend by the equations of motion of a free platform."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from cdpr.testing.check import Check, Failed, expect, expect_close, needs
 from cdpr.testing.samples import GRAVITY, NO_GRAVITY
 from cdpr.testing.subjects import BackendSubject
 
-SHORT = 1e-5  # s; over one such step from rest every consistent scheme gives the acceleration
-ONE_STEP = 1e-6  # share of an acceleration that it may be off by then
-SLOW = 1e-5, 1e-7, 1e-9  # m/s and rad/s; engines put bodies to sleep from 1e-2 down
-LOADS = 1e-3, 1.0, 1e2, 1e3, 3e3, 1e4, 1e5  # N and N m, of one cable and of a wrench
-STALE = 1e-4  # m, rad, m/s, rad/s: above the error of one step of 1 ms, far below what a step moves
+SHORT = 1e-5  # s; one such step from rest gives the acceleration with any consistent scheme
+ONE_STEP = 1e-6  # relative tolerance of such an acceleration
+SLOW = 1e-5, 1e-7, 1e-9  # m/s and rad/s; engines put bodies to sleep below 1e-2
+LOADS = 1e-3, 1.0, 1e2, 1e3, 3e3, 1e4, 1e5  # N and N m, of cables and of wrenches
+STALE = 1e-4  # m, rad, m/s, rad/s: above the error of a step of 1 ms, far below the motion in a step
 
 NO_COMMAND = np.zeros(8)
 NO_WRENCH = np.zeros(6)
@@ -37,7 +37,7 @@ def state_round_trip(subject: BackendSubject) -> None:
         kept = given.copy()
         backend.reset(given)
         expect_close(given, kept, 0.0, "the array given to reset")
-        given[:] = 0.0  # it was copied, not kept
+        given[:] = 0.0  # the backend must have copied it
         q = backend.state[3:7]
         sign = 1.0 if q @ kept[3:7] > 0.0 else -1.0
         expect_close(backend.state[[0, 1, 2]], kept[:3], 1e-11, "position, m")
@@ -86,7 +86,7 @@ def loads_are_not_clamped(subject: BackendSubject) -> None:
 def _accelerates(
     subject: BackendSubject, gravity: Array, command: Array, external: Array, what: str, least: float = 1.0
 ) -> None:
-    """Compare one short step from rest with the equations of motion; accelerations below `least` count as that."""
+    """Compare one short step from rest with the equations of motion; `least` is the smallest reference magnitude."""
     start = samples.state(np.random.default_rng(12), speed=0.0)
     backend = subject.make(start, gravity=gravity, step=SHORT)
     backend.command[:], backend.external[:] = command, external
@@ -144,7 +144,7 @@ def gravity_pulls_under_any_load(subject: BackendSubject) -> None:
 
 
 def _after_a_step(subject: BackendSubject, gravity: Array, command: Array, external: Array) -> Array:
-    """Linear and angular acceleration (6,) of one short step from rest."""
+    """Return the linear and angular acceleration (6,) of one short step from rest."""
     backend = subject.make(samples.state(np.random.default_rng(12), speed=0.0), gravity=gravity, step=SHORT)
     backend.command[:], backend.external[:] = command, external
     backend.step(1)
@@ -180,7 +180,7 @@ def tumbling_keeps_energy_and_momentum(subject: BackendSubject) -> None:
 
 
 def _invariants(robot: Robot, state: Array) -> tuple[float, Array, Array]:
-    """Kinetic energy, momentum and angular momentum about the centre of mass."""
+    """Return the kinetic energy, momentum and angular momentum about the centre of mass."""
     R, platform = rotations.matrix(state[3:7]), robot.platform
     v = state[7:10] + np.cross(state[10:], R @ platform.center_of_mass)
     spin = R @ platform.inertia @ R.T @ state[10:]
@@ -211,7 +211,7 @@ def huge_wrench_shows(subject: BackendSubject) -> None:
 
 
 def _shows(subject: BackendSubject, command: Array, external: Array) -> None:
-    """Fail unless the state after one step with this load is one that no sound simulation has."""
+    """Fail unless the state after one step with this load is obviously invalid."""
     backend = subject.make(samples.state(np.random.default_rng(18), tilt=0.3))
     backend.step(20)
     backend.command[:], backend.external[:] = command, external
@@ -248,7 +248,7 @@ def _truth(start: bytes, command: bytes, external: bytes) -> Array:
 
 
 def expect_order(order: float, end: Callable[[float], Array], truth: Array) -> str:
-    """Fail unless the distance of `end(step)` from the truth falls with `order`; return what it falls with."""
+    """Fail unless the distance of `end(step)` from the reference falls with `order`; return the measured order."""
     steps = np.array([20e-3, 10e-3, 5e-3] if order > 1.5 else [4e-3, 2e-3, 1e-3])
     errors = [samples.distance(end(step), truth) for step in steps]
     measured = float(np.polyfit(np.log(steps), np.log(errors), 1)[0])

@@ -1,4 +1,4 @@
-"""Checks of a backend that moves robots on winches."""
+"""Checks of a backend with winches."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from cdpr.testing.subjects import BackendSubject
 WINCH = Winch(drum_radius=0.05, inertia=5e-3, viscous_friction=0.05)
 STIFFNESS, DAMPING = 1e5, 100.0  # N, N s/m
 STEP, STEPS = 2e-4, 500
-BALANCED = 1e-2  # share of the work that the energy may be off by; an engine of first order leaves a thousandth
-APART = 1.0  # N, by which commands of some hundred newtons and tensions differ at least, by friction and inertia
+BALANCED = 1e-2  # tolerance of the energy as a share of the work; a first-order engine has a thousandth
+APART = 1.0  # N, minimum difference between commands of some hundred newtons and tensions, by friction and inertia
 
 
 def winched(model: str) -> Robot:
-    """The free robot on winches."""
+    """Return the free robot on winches."""
     robot = samples.free()
     cables = tuple(replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING) for c in robot.cables)
     return replace(robot, cables=cables, cable_model=model)
@@ -46,7 +46,7 @@ def winches_pull_as_told(subject: BackendSubject) -> None:
         backend.step(1)
         wanted = samples.acceleration(samples.free(), start, GRAVITY, tension, NO_WRENCH)
         told = (backend.state[7:] - start[7:]) / SHORT
-        bound = 1e3 * ONE_STEP * max(1.0, float(np.abs(wanted).max()))  # tensions change while it moves
+        bound = 1e3 * ONE_STEP * max(1.0, float(np.abs(wanted).max()))  # tensions change during the step
         expect_close(told, wanted, bound, f"acceleration under the tensions told, {model} cables")
         subject.close(backend)
         backend = subject.make(start, robot, step=STEP)

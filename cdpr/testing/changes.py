@@ -1,4 +1,4 @@
-"""Options that a plugin declares changeable, changed as a simulation would."""
+"""Checks of a plugin's changeable options."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ SAMPLES = 20
 
 
 def expect_changes(names: Sequence[str], options: Any, make: Callable[[Any], P], ask: Callable[[P, int], Array]) -> str:
-    """Fail unless options change as they are declared to.
+    """Fail unless options change as declared.
 
-    A plugin whose options were changed answers to the bit as one that had them from the start; each option makes a
-    difference; and what is remembered of earlier calls stays.
+    A plugin with changed options must give the same bits as one created with them. Each option must have an effect, and
+    the memory of earlier calls must remain.
 
     Args:
-        names: of the options.
-        options: those at the start.
-        make: makes the plugin, given options.
-        ask: the answer of a plugin to sample k.
+        names: names of the options.
+        options: initial options.
+        make: function that creates the plugin with given options.
+        ask: function that returns the answer of a plugin to sample k.
     """
     needs(names, "it declares no changeable options")
     plain = [ask(part, k) for part in [make(options)] for k in range(SAMPLES)]
@@ -49,7 +49,7 @@ def expect_changes(names: Sequence[str], options: Any, make: Callable[[Any], P],
 
 
 def others(options: BaseModel, name: str) -> Iterator[BaseModel]:
-    """Yield options in which one has another value, near ones and far ones, as far as the model takes them."""
+    """Yield options with different values of one option, small and large changes, as far as they are valid."""
     model = type(options)
     key = next(key for key, field in model.model_fields.items() if name in (key, field.alias))
     present = getattr(options, key)

@@ -1,4 +1,4 @@
-"""What a check is, and how one is carried out."""
+"""Checks and their execution."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ Outcome = Literal["passed", "failed", "n/a", "expected"]
 
 
 class Failed(Exception):  # noqa: N818 - an outcome
-    """The plugin does not do what the check asks; the text says what it does instead."""
+    """Failure of a check; the text describes the plugin's behaviour."""
 
 
 class NotApplicable(Exception):  # noqa: N818 - an outcome
-    """The check does not concern this plugin; the text says why."""
+    """Check that does not apply to this plugin; the text is the reason."""
 
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What came of one check.
+    """Result of one check.
 
-    `outcome` is "passed", "failed", "n/a" (does not concern this plugin) or "expected" (failed, as declared). `detail`
-    says what was found; `seconds` is the wall time it took.
+    `outcome` is "passed", "failed", "n/a" (not applicable) or "expected" (failed as declared). `detail` describes the
+    findings; `seconds` is the wall time.
     """
 
     id: str
@@ -44,25 +44,25 @@ class CheckResult:
 
 @dataclass(frozen=True)
 class Check(Generic[S]):
-    """A function of a plugin under test: it returns, perhaps with a remark, or raises Failed or NotApplicable.
+    """Check of a plugin: a function that returns, optionally with a remark, or raises Failed or NotApplicable.
 
-    Its name is the check's id, and the first line of its docstring the reason for it.
+    Its name is the check's id, and the first line of its docstring the reason.
     """
 
     function: Callable[[S], str | None]
 
     @property
     def id(self) -> str:
-        """The check's name."""
+        """Id of the check."""
         return self.function.__name__
 
     @property
     def reason(self) -> str:
-        """What the check is for, in one line."""
+        """Purpose of the check in one line."""
         return (self.function.__doc__ or "").strip().splitlines()[0].rstrip(".")
 
     def carry_out(self, subject: AbstractContextManager[S], expected_failures: Mapping[str, str]) -> CheckResult:
-        """Run the check; whatever the plugin does, there is a result."""
+        """Run the check; return a result whatever the plugin does."""
         started = perf_counter()
         outcome, detail = self._outcome(subject)
         seconds = perf_counter() - started
@@ -75,7 +75,7 @@ class Check(Generic[S]):
 
     def _outcome(self, subject: AbstractContextManager[S]) -> tuple[Outcome, str]:
         try:
-            # What a plugin warns of while it is given NaN is no fault, whatever the caller makes of warnings.
+            # warnings of a plugin on NaN inputs are no failure
             with np.errstate(all="ignore"), warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 with subject as plugin:
@@ -91,25 +91,25 @@ class Check(Generic[S]):
 
 
 def expect(condition: object, otherwise: str) -> None:
-    """Fail with a text unless the condition holds."""
+    """Raise Failed with a text unless the condition holds."""
     if not condition:
         raise Failed(otherwise)
 
 
 def expect_close(actual: ArrayLike, wanted: ArrayLike, tolerance: float, what: str) -> None:
-    """Fail unless all entries are finite and within `tolerance` of those wanted."""
+    """Raise Failed unless all entries are finite and within `tolerance` of the wanted ones."""
     distance = float(np.max(np.abs(np.asarray(actual, dtype=float) - np.asarray(wanted, dtype=float)), initial=0.0))
     expect(distance <= tolerance, f"{what}: off by {distance:.3g}, allowed {tolerance:.3g}")
 
 
 def expect_same_bits(actual: ArrayLike, wanted: ArrayLike, what: str) -> None:
-    """Fail unless two arrays hold the same bits."""
+    """Raise Failed unless two arrays have the same bits."""
     a, b = np.asarray(actual), np.asarray(wanted)
     if a.tobytes() != b.tobytes():
         raise Failed(f"{what}: differs by up to {float(np.max(np.abs(a - b))):.3g}, not one bit is allowed")
 
 
 def needs(condition: object, otherwise: str) -> None:
-    """Leave the check as not applicable unless the condition holds."""
+    """Raise NotApplicable with a text unless the condition holds."""
     if not condition:
         raise NotApplicable(otherwise)

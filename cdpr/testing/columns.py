@@ -1,4 +1,4 @@
-"""The columns of a plugin as a simulation would give them."""
+"""Check of a plugin's columns, provided as in a simulation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cdpr.model import Robot
 from cdpr.plugins import Backend, Column, Controller, TensionSolver
 from cdpr.testing.check import expect, needs
 
-GUARD = 1234.5  # stands between the columns, which nobody may write over
+GUARD = 1234.5  # separates the columns and must not be overwritten
 SAMPLES = 5
 
 
@@ -21,14 +21,14 @@ def expect_written(
     start: Callable[[], object],
     work: Callable[[int], object],
 ) -> str:
-    """Fail unless a plugin writes finite numbers into all columns that it was given, and nothing beside them.
+    """Fail unless a plugin writes finite numbers into all its columns and nothing else.
 
     Args:
-        columns: what it declares.
-        robot: the one that it was made for.
+        columns: its declared columns.
+        robot: its robot.
         part: the plugin.
-        start: resets it.
-        work: makes it do what a sample asks for, given the number of the sample.
+        start: function that resets it.
+        work: function that lets it process a sample, given the sample number.
     """
     needs(columns, "it declares no columns")
     row = np.full(1 + sum(1 + (column.width or robot.m) for column in columns), GUARD)

@@ -20,7 +20,7 @@ from cdpr.testing.subjects import ControllerSubject
 
 
 def _target(state: Array) -> Array:
-    """The state (13,) as a desired state (19,) that is held."""
+    """Return a state (13,) as a constant desired state (19,)."""
     return np.concatenate([state, np.zeros(6)])
 
 
@@ -29,7 +29,7 @@ def _rest(seed: int) -> Array:
 
 
 def _motion(k: int) -> tuple[Array, Array]:
-    """A state and a desired state near it; those of all k are near each other, as in a motion."""
+    """Return a state and a desired state near it; all k are close to each other, as in a motion."""
     rng = np.random.default_rng(k)
     q = rotations.from_rpy(*(np.array([0.1, -0.05, 0.2]) + 0.02 * rng.normal(size=3)))
     position = np.array([0.1, -0.1, 2.0]) + 0.02 * rng.normal(size=3)
@@ -103,7 +103,7 @@ def snapshot_restores(subject: ControllerSubject) -> None:
     except PluginError:
         needs(False, "it takes no snapshots")
     ways = []
-    for first in (30, 200, 30):  # the second time elsewhere
+    for first in (30, 200, 30):  # in between, continue elsewhere
         ways.append([subject.ask(controller, *_motion(first + k), time=1e-3 * (30 + k)) for k in range(20)])
         controller.restore(snapshot)
     for here, there in zip(ways[0], ways[2], strict=True):
@@ -154,7 +154,7 @@ def directions_are_equal(subject: ControllerSubject) -> None:
 
 
 def _turned(q: Array, values: Array) -> Array:
-    """A state or desired state seen from axes turned by q."""
+    """Return a state or desired state in axes rotated by q."""
     R, values = rotations.matrix(q), values.copy()
     values[3:7] = rotations.multiply(q, values[3:7])
     for start in (0, *range(7, len(values), 3)):

@@ -1,4 +1,4 @@
-"""The three forms of the kit: functions of a factory, cases for pytest, and by name for the command line."""
+"""The three forms of the kit: checks of a factory, cases for pytest, and checks by plugin name for the command line."""
 
 from __future__ import annotations
 
@@ -59,10 +59,11 @@ def check_backend(
     """Check a backend: `factory(robot, gravity, physics_step, options)`.
 
     Args:
-        factory: what the plugin's `PluginInfo.factory` names.
-        properties: what it declares: `order`, `snapshot` (true if it can), `threads`, `speed_max` (m/s, if it clamps).
-        options: an instance of its options model; none by default.
-        columns: those that it declares; by default the attribute `columns` of the factory.
+        factory: target of the plugin's `PluginInfo.factory`.
+        properties: declared properties: `order`, `snapshot` (True if supported), `threads`, `speed_max` (m/s, if it
+            clamps).
+        options: instance of its options model; None by default.
+        columns: declared columns; by default the attribute `columns` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
     """
@@ -82,15 +83,15 @@ def check_solver(
     """Check a tension solver: `factory(robot, options)`.
 
     Args:
-        factory: what the plugin's `PluginInfo.factory` names.
-        properties: what it declares: `exact` (balances to round-off), `respects_bounds`, `continuity` ("jump", "C0",
-            "C1", "Cinf"), `coverage` ("full" if it solves whatever can be solved), `objective` ("min_norm" or
-            "mid_range"), `cost` (what else it minimises, convex: a function of tensions, lowest and highest tensions,
-            or where one is, "module:function"), `slow` (it is asked fewer problems), `warm_start` (true if answers may
-            depend on earlier ones, within the accuracy).
-        options: an instance of its options model; none by default.
-        columns: those that it declares; by default the attribute `columns` of the factory.
-        changeable: likewise the options that may change.
+        factory: target of the plugin's `PluginInfo.factory`.
+        properties: declared properties: `exact` (balances to round-off), `respects_bounds`, `continuity` ("jump", "C0",
+            "C1", "Cinf"), `coverage` ("full" if it solves every solvable problem), `objective` ("min_norm" or
+            "mid_range"), `cost` (another convex objective: a function of tensions, lowest and highest tensions, or its
+            location, "module:function"), `slow` (it gets fewer problems), `warm_start` (True if answers may depend on
+            earlier ones, within the accuracy).
+        options: instance of its options model; None by default.
+        columns: declared columns; by default the attribute `columns` of the factory.
+        changeable: changeable options; by default the attribute `changeable` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
     """
@@ -112,12 +113,12 @@ def check_controller(
     """Check a controller: `factory(robot, gravity, control_step, options)`.
 
     Args:
-        factory: what the plugin's `PluginInfo.factory` names.
-        properties: what it declares: `output` ("wrench" or "command"), `isotropic` (false if its default gains differ
-            between directions).
-        options: an instance of its options model; none by default.
-        columns: those that it declares; by default the attribute `columns` of the factory.
-        changeable: likewise the options that may change.
+        factory: target of the plugin's `PluginInfo.factory`.
+        properties: declared properties: `output` ("wrench" or "command"), `isotropic` (False if its default gains
+            differ between directions).
+        options: instance of its options model; None by default.
+        columns: declared columns; by default the attribute `columns` of the factory.
+        changeable: changeable options; by default the attribute `changeable` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
     """
@@ -131,7 +132,7 @@ def check_controller(
 
 @dataclass(frozen=True)
 class Case(Generic[S]):
-    """One check of one installed plugin: `str(case)` is its id; called, it raises if the plugin fails."""
+    """One check of one installed plugin; `str(case)` is its id, and a call raises if the plugin fails."""
 
     check: Check[S]
     make: Callable[[], AbstractContextManager[S]]
@@ -141,11 +142,11 @@ class Case(Generic[S]):
         return self.check.id
 
     def carry_out(self) -> CheckResult:
-        """Return what came of it."""
+        """Run the check and return its result."""
         return self.check.carry_out(self.make(), self.expected_failures)
 
     def __call__(self) -> None:
-        """Raise Failed where the plugin fails, and SkipTest where the check does not concern it."""
+        """Raise Failed if the plugin fails, and SkipTest if the check does not apply."""
         result = self.carry_out()
         if result.outcome == "failed":
             raise Failed(f"{result.id} ({result.reason}): {result.detail}")
@@ -173,9 +174,10 @@ def controller_checks(
 
 
 def check_plugin(role: Role, name: str) -> list[CheckResult]:
-    """Check an installed plugin as it declares itself, with its default options.
+    """Check an installed plugin with its declared properties and default options.
 
-    Raises PluginError where it is unknown or cannot be loaded.
+    Raises:
+        PluginError: if it is unknown or cannot be loaded.
     """
     return [case.carry_out() for case in _cases(role, name, None, NOTHING)]
 

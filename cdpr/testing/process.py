@@ -1,4 +1,4 @@
-"""What a plugin does to its process: what it prints, leaves in files and keeps."""
+"""Effects of a plugin on its process: output, files and memory."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from types import TracebackType
 
 
 class Silence:
-    """Listens, within `folder` as working folder, to all that is printed, by Python or below it.
+    """Context that captures all output, of Python and of native code, with `folder` as working folder.
 
     Attributes:
-        said: what was printed.
-        left: files that were left in the folder.
+        said: captured output.
+        left: files left in the folder.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -53,12 +53,12 @@ class Silence:
 
 
 def descriptors() -> int:
-    """Open files of this process (Linux)."""
+    """Return the number of open files of this process (Linux)."""
     return len(os.listdir("/proc/self/fd"))
 
 
 def threads() -> int:
-    """Threads of this process (Linux), those of libraries included."""
+    """Return the number of threads of this process (Linux), including those of libraries."""
     return len(os.listdir("/proc/self/task"))
 
 
@@ -72,10 +72,10 @@ class _Heap(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Held:
-    """What the process holds: blocks of Python's own allocator, and bytes of the system's.
+    """Memory of the process: blocks of Python's allocator and bytes of the system's.
 
-    Both are counted, not estimated from pages, so that a hundred calls show what a call leaves behind. Where the C
-    library cannot count (it is not glibc), the bytes are those of the resident pages.
+    Both are counted, not estimated from pages, so that a hundred calls reveal a leak. Without glibc, the bytes are
+    those of the resident pages.
     """
 
     blocks: int
@@ -83,7 +83,7 @@ class Held:
 
     @staticmethod
     def now() -> Held:
-        """Count after a collection."""
+        """Return the counts after a garbage collection."""
         gc.collect()
         try:
             count = ctypes.CDLL(None).mallinfo2
@@ -94,12 +94,12 @@ class Held:
         return Held(sys.getallocatedblocks(), heap.uordblks + heap.hblkhd)
 
     def more_than(self, before: Held) -> tuple[int, int]:
-        """Blocks and bytes more than before."""
+        """Return the increase of blocks and bytes."""
         return self.blocks - before.blocks, self.size - before.size
 
 
 def resident_bytes() -> int:
-    """Memory that this process holds (Linux), without what it has freed."""
+    """Return the resident memory of this process (Linux), bytes, without freed memory."""
     with contextlib.suppress(AttributeError):  # not glibc
         ctypes.CDLL(None).malloc_trim(0)
     pages = int(Path("/proc/self/statm").read_text().split()[1])

@@ -1,4 +1,4 @@
-"""Robots, states and problems that the checks use, and the motion that is right for them. All seeds are fixed."""
+"""Robots, states and problems of the checks, and their reference motion. All seeds are fixed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def make_robot(
 
 
 def crossed(m: int) -> Array:
-    """Anchors (m, 6) from the corners of a 4 m cube to a small box, crossed and irregular: redundantly held."""
+    """Return irregular, crossed anchors (m, 6) from the corners of a 4 m cube to a small box, with redundancy."""
     rng = np.random.default_rng(m)
     corners = np.array([[x, y, z] for x in (-2, 2) for y in (-2, 2) for z in (0, 4)], dtype=float)
     anchors = np.empty((m, 6))
@@ -50,7 +50,7 @@ def crossed(m: int) -> Array:
 
 @lru_cache
 def free() -> Robot:
-    """Eight cables, centre of mass off the origin, all products of inertia."""
+    """Return a robot with eight cables, a centre of mass off the origin, and all products of inertia."""
     R = rotations.matrix(rotations.from_rpy(0.4, -0.7, 1.1))
     inertia = R @ np.diag([2.0, 3.0, 4.0]) @ R.T
     return make_robot(crossed(8), inertia=(inertia + inertia.T) / 2, center_of_mass=(0.05, -0.03, 0.1))
@@ -58,7 +58,7 @@ def free() -> Robot:
 
 @lru_cache
 def braced() -> Robot:
-    """The same platform on eight cables that hold it well in all directions, as controllers of cables need it."""
+    """Return the same platform on eight cables that restrain it well in all directions, as controllers require."""
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
     flips = [[1, 1, -1], [-1, 1, -1], [-1, 1, 1], [-1, 1, 1], [1, 1, -1], [-1, 1, -1], [-1, 1, -1], [-1, 1, 1]]
     anchors = np.hstack([2.0 * corners + [0.0, 0.0, 2.0], corners * flips * [0.3, 0.3, 0.25]])
@@ -69,7 +69,7 @@ def braced() -> Robot:
 
 @lru_cache
 def planar() -> Robot:
-    """Four cables in a vertical plane, free along x and z and about y; centre of mass off that axis."""
+    """Return a robot with four cables in a vertical plane: dof x, z and ry; centre of mass off the y axis."""
     frame = np.array([[-2, 0, 0], [2, 0, 0], [-2, 0, 4], [2, 0, 4]], dtype=float)
     box = np.array([[0.3, 0, -0.2], [-0.3, 0, -0.25], [-0.3, 0, 0.2], [0.3, 0, 0.15]])
     inertia = np.array([[2.0, 0.2, -0.1], [0.2, 3.0, 0.3], [-0.1, 0.3, 4.0]])
@@ -80,19 +80,19 @@ def planar() -> Robot:
 
 @lru_cache
 def spherical() -> Robot:
-    """The free robot's platform on a ball at its origin, centre of mass off it."""
+    """Return the free robot's platform on a ball joint at its origin, with its centre of mass off the origin."""
     return replace(free(), dof=("rx", "ry", "rz"))
 
 
 @lru_cache
 def ball() -> Robot:
-    """The same inertia about every axis, centre of mass at the origin: velocities stay what they are."""
+    """Return a robot with equal inertia about all axes and centre of mass at the origin: velocities stay constant."""
     return make_robot(crossed(6), mass=2.0, inertia=0.1 * np.eye(3))
 
 
 @lru_cache
 def solver_robots() -> tuple[Robot, ...]:
-    """Robots of all redundancies: spatial with 6 to 12 cables, planar, point masses, a carriage."""
+    """Return robots of all redundancies: spatial with 6 to 12 cables, planar, point masses, a carriage."""
     point = crossed(4)
     point[:, 3:] = 0.0
     rail = np.array([[-2.0, 0, 0, -0.1, 0, 0], [2.0, 0, 0, 0.1, 0, 0]])
@@ -107,26 +107,26 @@ def solver_robots() -> tuple[Robot, ...]:
 
 @lru_cache
 def sparse() -> Robot:
-    """Fewer cables than degrees of freedom."""
+    """Return a robot with fewer cables than degrees of freedom."""
     return make_robot(crossed(8)[[1, 3, 5, 7]])
 
 
 def attitude(rng: np.random.Generator) -> Array:
-    """Any unit quaternion (4,), all equally likely, w >= 0."""
+    """Return a uniformly distributed unit quaternion (4,) with w >= 0."""
     q = rng.normal(size=4)
     q /= np.linalg.norm(q)
     return np.asarray(q if q[0] >= 0.0 else -q)
 
 
 def state(rng: np.random.Generator, *, speed: float = 1.0, tilt: float | None = None) -> Array:
-    """A state (13,) near the middle of the cube; in any attitude, or tilted by up to `tilt` rad about each axis."""
+    """Return a state (13,) near the cube's centre, in any attitude or tilted by up to `tilt` rad about each axis."""
     q = attitude(rng) if tilt is None else rotations.from_rpy(*rng.uniform(-tilt, tilt, 3))
     position = np.array([0.0, 0.0, 2.0]) + rng.uniform(-0.4, 0.4, 3)
     return np.concatenate([position, q, speed * rng.normal(size=6)])
 
 
 def planar_state(rng: np.random.Generator, *, speed: float = 1.0) -> Array:
-    """A state (13,) that the planar robot can have."""
+    """Return a valid state (13,) of the planar robot."""
     vx, vz, spin = speed * rng.normal(size=3)
     q = rotations.from_axis_angle(np.array([0.0, 1.0, 0.0]), rng.uniform(-0.6, 0.6))
     x, z = rng.uniform(-0.4, 0.4, 2)
@@ -134,17 +134,17 @@ def planar_state(rng: np.random.Generator, *, speed: float = 1.0) -> Array:
 
 
 def spherical_state(rng: np.random.Generator, *, speed: float = 1.0) -> Array:
-    """A state (13,) that the spherical robot can have: any attitude about a ball near the middle of the cube."""
+    """Return a valid state (13,) of the spherical robot: any attitude about a ball near the centre of the cube."""
     given = state(rng, speed=speed)
     given[7:10] = 0.0
     return given
 
 
 def acceleration(robot: Robot, state: Array, gravity: Array, command: Array, external: Array) -> Array:
-    """Acceleration of the origin and angular acceleration (6,), world axes; held directions stay at rest.
+    """Return linear and angular acceleration of the origin (6,), world axes; held directions stay at rest.
 
-    The inverse dynamics are linear in the acceleration, and the guide takes what the held directions need: the rows and
-    columns of the degrees of freedom alone make the equations of motion.
+    The inverse dynamics are linear in the acceleration, and the guide provides the constraint wrench: the rows and
+    columns of the degrees of freedom alone give the equations of motion.
     """
     rows = robot.rows
     bias = dynamics.required_wrench(robot, state, gravity)
@@ -159,7 +159,7 @@ def acceleration(robot: Robot, state: Array, gravity: Array, command: Array, ext
 def travel(
     robot: Robot, start: Array, gravity: Array, command: Array, external: Array, seconds: float, step: float
 ) -> Array:
-    """State (13,) after some time under held commands and wrench, by the classical Runge-Kutta scheme."""
+    """Return the state (13,) after a time under constant commands and wrench, by the classical Runge-Kutta scheme."""
 
     def slope(y: Array) -> Array:
         spin = 0.5 * rotations.multiply(np.concatenate([[0.0], y[10:]]), y[3:7])
@@ -177,14 +177,14 @@ def travel(
 
 
 def distance(a: Array, b: Array) -> float:
-    """Largest difference of two states (13,): position, rotation vector between them, twist."""
+    """Return the largest difference of two states (13,) in position, rotation vector and twist."""
     turn = rotations.rotation_vector(rotations.multiply(a[3:7], rotations.conjugate(b[3:7])))
     return float(np.max(np.abs(np.concatenate([a[:3] - b[:3], turn, a[7:] - b[7:]]))))
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """W t = wrench within t_min <= t <= t_max, W (n, m)."""
+    """Problem W t = wrench, t_min <= t <= t_max, with W (n, m)."""
 
     robot: Robot
     W: Array
@@ -193,18 +193,18 @@ class Problem:
     t_max: Array
 
     def with_wrench(self, wrench: Array) -> Problem:
-        """The same with another wrench (n,)."""
+        """Return the problem with another wrench (n,)."""
         return replace(self, wrench=np.ascontiguousarray(wrench))
 
 
 def problem(robot: Robot, state: Array, tension: Array) -> Problem:
-    """The problem at a state (13,) whose wrench `tension` (m,) balances."""
+    """Return the problem at a state (13,) with the wrench that `tension` (m,) balances."""
     W = np.ascontiguousarray(kinematics.wrench_matrix(robot, state)[robot.rows])
     return Problem(robot, W, W @ tension, robot.tension_min.copy(), robot.tension_max.copy())
 
 
 def robot_state(robot: Robot, rng: np.random.Generator) -> Array:
-    """A state (13,) that a robot of `solver_robots` can have."""
+    """Return a valid state (13,) of a robot of `solver_robots`."""
     if robot.n == 6:
         return state(rng, tilt=0.3)
     if "ry" in robot.dof:
@@ -215,12 +215,12 @@ def robot_state(robot: Robot, rng: np.random.Generator) -> Array:
 
 @lru_cache
 def feasible(count: int = 200) -> tuple[tuple[Problem, ...], ...]:
-    """For each robot, problems that have an answer by construction."""
+    """Return problems with a known answer for each robot."""
     groups = []
     for k, robot in enumerate(solver_robots()):
         rng = np.random.default_rng(100 + k)
         low, high = robot.tension_min, robot.tension_max
-        reach = rng.uniform(0.05, 1.0, (count, 1))  # many loads that are small for the limits
+        reach = rng.uniform(0.05, 1.0, (count, 1))  # many loads that are small compared with the limits
         tensions = low + (high - low) * reach * rng.uniform(0.0, 1.0, (count, robot.m))
         groups.append(tuple(problem(robot, robot_state(robot, rng), tension) for tension in tensions))
     return tuple(groups)
@@ -228,7 +228,7 @@ def feasible(count: int = 200) -> tuple[tuple[Problem, ...], ...]:
 
 @lru_cache
 def paths(count: int = 3) -> tuple[tuple[Path, ...], ...]:
-    """For each robot, smooth paths of pose and wrench on which every point has an answer."""
+    """Return smooth, feasible paths of pose and wrench for each robot."""
     groups = []
     for k, robot in enumerate(solver_robots()):
         group = []
@@ -241,7 +241,7 @@ def paths(count: int = 3) -> tuple[tuple[Path, ...], ...]:
     return tuple(groups)
 
 
-@lru_cache(maxsize=8192)  # some 2400 are the same for every solver
+@lru_cache(maxsize=8192)  # some 2400 are shared by all solvers
 def on_path(path: Path, s: float) -> Problem:
     """Return the problem at 0 <= s <= 1."""
     return Problem(path.robot, *path.at(s), path.robot.tension_min, path.robot.tension_max)
@@ -249,7 +249,7 @@ def on_path(path: Path, s: float) -> Problem:
 
 @lru_cache
 def misleading(count: int, seed: int) -> tuple[tuple[adversaries.Adversaries, tuple[Problem, ...]], ...]:
-    """Problems made to mislead, of each of the robots of `cdpr.distribution.adversaries`: as they are, and singly."""
+    """Return adversarial problems of each robot of `cdpr.distribution.adversaries`, together and singly."""
     groups = []
     for robot in adversaries.robots():
         found = adversaries.adversaries(robot, count, seed)
@@ -260,7 +260,7 @@ def misleading(count: int, seed: int) -> tuple[tuple[adversaries.Adversaries, tu
 
 @lru_cache
 def infeasible() -> tuple[tuple[Problem, ...], ...]:
-    """For each robot, problems that have none: a direction in which the wrench is more than the cables can pull.
+    """Return infeasible problems for each robot: along some direction, the wrench exceeds the reach of the cables.
 
     For any y, y . W t is at most the sum of the larger of c_i t_min,i and c_i t_max,i with c = W^T y (Farkas).
     """

@@ -1,4 +1,4 @@
-"""Checks of what a tension solver answers."""
+"""Checks of a tension solver's answers."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from cdpr.testing.samples import Problem
 from cdpr.testing.solver_interface import expect_balanced
 from cdpr.testing.subjects import Cost, SolverSubject, ask
 
-MANY, FEW = 400, 20  # problems made to mislead, for each size of robots, and of solvers declared slow
+MANY, FEW = 400, 20  # adversarial problems per robot size, for fast and slow solvers
 
-# Steps, as shares of the way to another admissible answer, that must not lower a cost that a plugin brings.
+# Steps, as shares of the way to another admissible answer, that must not lower a plugin's cost.
 STEPS = (1e-2, 1e-4, 1e-6)
 
 ROUND_OFF = 1e-13  # of a cost that is a sum over some cables
 
-INSIDE = 1e-6  # share of the largest limit: closer to a limit, a cable counts as at it
+INSIDE = 1e-6  # share of the largest limit: closer to a limit, a cable counts as at the limit
 
 
 def _answered(subject: SolverSubject) -> Iterator[tuple[Problem, Array]]:
-    """All feasible problems that the solver answers with OK."""
+    """Yield all feasible problems that the solver answers with OK."""
     for group in subject.asked(samples.feasible()):
         solver = subject.make(group[0].robot)
         for problem in group:
@@ -94,7 +94,7 @@ def unreachable_is_never_ok(subject: SolverSubject) -> None:
     solver = subject.make(robot)
     for _ in range(100):
         problem = samples.problem(robot, samples.state(rng, tilt=0.3), rng.uniform(10.0, 100.0, robot.m))
-        nowhere = np.linalg.svd(problem.W)[0][:, -1]  # orthogonal to all that the cables can do
+        nowhere = np.linalg.svd(problem.W)[0][:, -1]  # orthogonal to the reach of the cables
         status, _ = ask(solver, problem.with_wrench(problem.wrench + 100.0 * nowhere))
         expect(status != Status.OK, "OK with 4 cables for 6 freedoms and a wrench outside their span")
     for problem in samples.feasible()[2][:50]:
@@ -150,7 +150,7 @@ def answers_are_continuous(subject: SolverSubject) -> None:
 
 
 def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -> None:
-    """Look at the largest step of the tensions on the path ever more closely: it must vanish."""
+    """Refine the largest step of the tensions on the path: it must vanish."""
 
     def answer(s: float) -> Array | None:
         status, tension = ask(solver, samples.on_path(path, s))
@@ -228,14 +228,14 @@ def objective_is_reached(subject: SolverSubject) -> str:
 
 
 def _no_step_is_cheaper(subject: SolverSubject, cost: Cost) -> str:
-    """A convex cost is least where no direction within the admissible set lowers it.
+    """Fail if a direction within the admissible set lowers a convex cost.
 
-    Tried are the way to the best answer that the cost's gradient sees, a linear program, and random ones.
+    The tried directions lead to the best answer by the cost's gradient, a linear program, and to random answers.
     """
     certified = 0
     for k, (problem, tension) in enumerate(_answered(subject)):
         low, high = problem.t_min, problem.t_max
-        reach = 1.0 + float(np.abs(tension).max())  # a limit for steps where the solver minds none
+        reach = 1.0 + float(np.abs(tension).max())  # step limit if the solver ignores limits
         if not subject.respects_bounds:
             low, high = tension - reach, tension + reach
         N = _null_space(problem.W)
@@ -264,7 +264,7 @@ def _null_space(W: Array) -> Array:
 
 
 def _farthest(direction: Array, N: Array, tension: Array, low: Array, high: Array) -> Array:
-    """The x (r,) with low <= tension + N x <= high for which direction . x is least."""
+    """Return the x (r,) with low <= tension + N x <= high that minimises direction . x."""
     x, _, status = extreme_point(direction, N, tension, np.minimum(low, tension), np.maximum(high, tension))
     return x if status == Status.OK else np.zeros(N.shape[1])
 

@@ -1,4 +1,4 @@
-"""Checks of a tension solver as a part of a program: inputs, state, repeats, exceptions, leaks."""
+"""Checks of a tension solver's interface: inputs, state, repeatability, exceptions, leaks."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def views_are_answered_alike(subject: SolverSubject) -> None:
 
 
 def _view(array: Array) -> Array:
-    """The array as a read-only part of a longer one, between numbers that are not finite."""
+    """Return the array as a read-only part of a longer one, between non-finite numbers."""
     long = np.full(array.size + 16, np.nan)
     long[8:-8] = array.ravel()
     return read_only(long[8:-8].reshape(array.shape))
@@ -191,14 +191,14 @@ def eight_are_answered_as_one(subject: SolverSubject) -> str:
 
 
 def _eight(solver: CompiledSolver) -> Bound | None:
-    """Return its operation for eight problems, bound to arrays of its own; None if there is none."""
+    """Return the operation for eight problems, bound to its own arrays; None if there is none."""
     n, m = solver.robot.n, solver.robot.m
     shapes = (n, m), (n,), (m,), (m,), (m,)
     return solver.side_by_side(*(np.empty((*shape, LANES)) for shape in shapes))
 
 
 def _expect_the_same(solver: CompiledSolver, eight: Bound | None, problems: Sequence[Problem], rubbish: float) -> int:
-    """Ask eight problems at once and one after the other; return how many of them have an answer."""
+    """Solve eight problems at once and one by one; return the number of solved ones."""
     assert eight is not None
     parameters = {id(array) for name, array in eight.given.items() if name in solver.parameters}
     written: Any = eight.arrays
@@ -225,7 +225,7 @@ def _expect_the_same(solver: CompiledSolver, eight: Bound | None, problems: Sequ
 
 
 def _spoilt(problem: Problem) -> list[Problem]:
-    """Copies with one entry, or all, of W or wrench not finite."""
+    """Return copies with one entry, or all entries, of W or wrench not finite."""
     bad = []
     for name in ("W", "wrench"):
         for value in (np.nan, np.inf, -np.inf):
@@ -280,9 +280,9 @@ def expect_balanced(subject: SolverSubject, problem: Problem, tension: Array) ->
     expect_close(problem.W @ tension, problem.wrench, subject.accuracy * load, "OK, but W t - wrench")
 
 
-# Answers between two looks at the memory, and looks; a solver that is declared `slow` gives fewer.
+# Answers between two memory measurements, and number of measurements; solvers declared `slow` give fewer.
 ANSWERS, FEW_ANSWERS, LOOKS = 400, 25, 4
-# What one answer may leave behind on average: less than the smallest object, and than the shortest array of numbers.
+# Memory that one answer may leave on average: less than the smallest object, and than the shortest array of numbers.
 BLOCKS, BYTES = 0.5, 200.0
 
 
@@ -295,7 +295,7 @@ def nothing_leaks(subject: SolverSubject) -> str:
     count = FEW_ANSWERS if subject.declares("slow") else ANSWERS
 
     looks = []
-    for _ in range(LOOKS + 1):  # what the first round makes and keeps is no leak
+    for _ in range(LOOKS + 1):  # objects created in the first round and kept are no leak
         for k in range(count):
             problem = group[k % len(group)]
             solver.solve(problem.W, problem.wrench, problem.t_min, problem.t_max, tension)

@@ -1,4 +1,4 @@
-"""The plugin under test: how the checks make it and call it."""
+"""Plugins under test: creation and calls."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from cdpr.testing import samples
 from cdpr.testing.check import NotApplicable, expect
 from cdpr.testing.samples import GRAVITY, Problem
 
-# Of tensions, lowest and highest tensions, each (m,), N: what a solver minimises, convex in the tensions.
+# Convex cost of tensions, given lowest and highest tensions, each (m,), N.
 Cost = Callable[[Array, Array, Array], float]
 
 
-FIRST = 50  # of the problems for each robot, for a solver declared slow
+FIRST = 50  # problems per robot for a solver declared slow
 
 
 class _Subject:
-    """Closes what was made when its check ends."""
+    """Plugin under test; everything created is closed at the end of its check."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class _Subject:
         self._open: list[Backend | Controller] = []
 
     def having(self, options: Any) -> Self:
-        """Return the same with other options."""
+        """Return the subject with other options."""
         other = copy(self)
         other.options = options
         return other
@@ -66,7 +66,7 @@ class BackendSubject(_Subject):
         return self
 
     def make(self, state: Array, robot: Robot | None = None, gravity: Array = GRAVITY, step: float = 1e-3) -> Backend:
-        """Make a plant and put it into `state` (13,); by default the free robot with its mass off the origin."""
+        """Create a plant in `state` (13,); by default the free robot with its centre of mass off the origin."""
         backend: Backend = self._made(robot or samples.free(), gravity, step, self.options)
         self._open.append(backend)
         backend.reset(state)
@@ -75,7 +75,11 @@ class BackendSubject(_Subject):
     def guided(
         self, state: Array, gravity: Array = GRAVITY, step: float = 1e-3, *, robot: Robot | None = None
     ) -> Backend:
-        """Make the planar robot, or another; a backend that refuses it with a PluginError has no such guides."""
+        """Create a guided robot, the planar one by default.
+
+        Raises:
+            NotApplicable: if the backend refuses it with a PluginError.
+        """
         robot = robot or samples.planar()
         try:
             return self.make(state, robot, gravity, step)
@@ -95,26 +99,26 @@ class SolverSubject(_Subject):
         return self
 
     def make(self, robot: Robot) -> TensionSolver:
-        """Make a solver for a robot."""
+        """Create a solver for a robot."""
         solver: TensionSolver = self._made(robot, self.options)
         return solver
 
     def declares(self, name: str) -> bool:
-        """Whether a property is declared and true."""
+        """Return True if a property is declared and true."""
         return bool(self.properties.get(name))
 
     def asked(self, groups: tuple[tuple[Problem, ...], ...]) -> tuple[tuple[Problem, ...], ...]:
-        """All problems of each group, or the first ones if the solver is declared `slow`."""
+        """Return all problems of each group, or only the first ones for a solver declared `slow`."""
         return tuple(group[:FIRST] for group in groups) if self.declares("slow") else groups
 
     @property
     def respects_bounds(self) -> bool:
-        """Whether OK promises tensions within the limits: so unless the plugin says otherwise."""
+        """True if OK implies tensions within the limits, the default."""
         return bool(self.properties.get("respects_bounds", True))
 
     @property
     def cost(self) -> Cost | None:
-        """What the plugin declares that it minimises: a function, or where to find one, "module:function"."""
+        """Declared cost of the plugin: a function, or its location "module:function"."""
         declared = self.properties.get("cost")
         if isinstance(declared, str):
             module, _, name = declared.partition(":")
@@ -124,19 +128,19 @@ class SolverSubject(_Subject):
 
     @property
     def accuracy(self) -> float:
-        """Share of the load, or of the largest limit, by which an answer may be off."""
+        """Relative tolerance of an answer, as a share of the load or of the largest limit."""
         return 1e-9 if self.declares("exact") else 1e-6
 
 
 def ask(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
-    """Return the solver's status and answer; the status must be one, and the answer to OK must be finite."""
+    """Return the solver's status and answer; fail if the status is invalid or an answer with OK is not finite."""
     tension = np.full(problem.W.shape[1], np.nan)
     status = solver.solve(problem.W, problem.wrench, problem.t_min, problem.t_max, tension)
     expect(
         isinstance(status, (int, np.integer)) and not isinstance(status, bool) and status in list(Status),
         f"returned {status!r}, which is no cdpr.tension.Status",
     )
-    sound = np.isfinite(problem.W).all() and np.isfinite(problem.wrench).all()  # the stage refuses what is not
+    sound = np.isfinite(problem.W).all() and np.isfinite(problem.wrench).all()  # the stage rejects non-finite input
     expect(status != Status.OK or not sound or np.isfinite(tension).all(), "OK, but not every tension is written")
     return int(status), tension
 
@@ -149,11 +153,11 @@ class ControllerSubject(_Subject):
 
     @property
     def commands(self) -> bool:
-        """Whether it puts out the command of each cable instead of a wrench."""
+        """True if the output is the command of each cable instead of a wrench."""
         return bool(self.properties.get("output", "wrench") == "command")
 
     def make(self, robot: Robot, gravity: Array = GRAVITY, step: float = 1e-3) -> Controller:
-        """Make a controller, connected to a tension stage that has nothing to report."""
+        """Create a controller, connected to a tension stage with an empty report."""
         controller: Controller = self._made(robot, gravity, step, self.options)
         self._open.append(controller)
         controller.connect(np.zeros(4))

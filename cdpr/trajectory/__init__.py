@@ -1,9 +1,8 @@
-"""The desired motion: quintic segments, at rest before the first and after the last.
+"""Desired motions: piecewise quintic, at rest before the first segment and after the last.
 
-`through` and `interpolate` make smooth curves through knots, `arch` and `circle` are paths of a given form, and
-`stop_to_stop` and `follow`, which goes along lines and arcs, keep limits on velocity, acceleration and jerk;
-`redirected` leaves a motion for a pose, `of_tool` lets a tool of the platform move. All become one table, for
-one kernel.
+`through` and `interpolate` return smooth curves through knots; `arch` and `circle` are standard paths. `stop_to_stop`
+and `follow` (for lines and arcs) respect limits of velocity, acceleration and jerk. `redirected` changes a motion's
+target, and `of_tool` moves a tool of the platform. All use one table of segments and one kernel.
 """
 
 from typing import TYPE_CHECKING

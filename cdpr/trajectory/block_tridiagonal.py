@@ -1,4 +1,4 @@
-"""Symmetric positive definite systems of 2 x 2 blocks, each beside its neighbours: compiled."""
+"""Compiled solution of symmetric positive definite block tridiagonal systems with 2 x 2 blocks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cdpr.native.bind import bind
 
 
 def solve_block_tridiagonal(diagonal: ArrayLike, upper: ArrayLike, right: ArrayLike) -> Array:
-    """Solve a symmetric positive definite system; time and memory grow with K.
+    """Solve a symmetric positive definite system; time and memory are linear in K.
 
     Args:
         diagonal: (K, 2, 2), blocks on the diagonal.
@@ -18,10 +18,10 @@ def solve_block_tridiagonal(diagonal: ArrayLike, upper: ArrayLike, right: ArrayL
         right: (K, 2).
 
     Returns:
-        The solution (K, 2); not finite where the system is singular.
+        The solution (K, 2); not finite if the system is singular.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> solve_block_tridiagonal([[[4.0, 0.0], [0.0, 2.0]]], np.empty((0, 2, 2)), [[2.0, 2.0]])

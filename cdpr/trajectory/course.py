@@ -1,4 +1,4 @@
-"""A path of many pieces, and how each is to be passed."""
+"""Path of many pieces with speeds, tolerances and stops."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from cdpr.trajectory.curves import Curves
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """N pieces of a path, one after the other.
+    """N contiguous pieces of a path.
 
     Attributes:
-        pieces: where they go.
-        speed: largest on each piece, m/s, (N,).
-        tolerance: how far the corner at the end of each may be missed, m, (N,); 0 for not at all.
-        stop: whether the motion rests at the end of each, (N,).
-        pause: how long, s, (N,); 0 where it does not stop.
+        pieces: geometry.
+        speed: largest speed on each piece, m/s, (N,).
+        tolerance: allowed distance from the corner at the end of each piece, m, (N,); 0 for exact corners.
+        stop: True if the motion stops at the end of the piece, (N,).
+        pause: duration of the stop, s, (N,); 0 without stop.
     """
 
     pieces: Curves

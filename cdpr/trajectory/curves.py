@@ -1,7 +1,7 @@
-"""Pieces of a path: straight, round (helices and spirals, too), or a polynomial that rounds a corner.
+"""Pieces of a path: lines, arcs (including helices and spirals), and polynomials that round corners.
 
-Each is q(s), s from 0 to its length, (3,) m: a quintic of the share w = s / length, and besides a radius, linear in w,
-that turns by an angle, linear in w. |q'(s)| is 1 at most for lines and arcs, and 1 where they are no spirals.
+Each piece is q(s), (3,) m, with s from 0 to its length: a quintic in w = s / length plus a rotating radius, whose
+length and angle are linear in w. |q'(s)| is at most 1 for lines and arcs, and exactly 1 unless they are spirals.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from cdpr.trajectory.knots import quintic
 Indices = NDArray[np.int64]
 
 PLACES = (
-    16  # parts of a corner's polynomial, at whose ends it is looked at; with the middle, where a symmetric one is far
+    16  # intervals of a corner's polynomial for sampling, including the middle, where a symmetric corner is farthest
 )
-# A norm of polynomials of degree n between two such places exceeds both by about (n / PLACES)^2 / 8 of itself.
+# The norm of a polynomial of degree n exceeds its samples by about (n / PLACES)^2 / 8 of itself.
 MISSED, VARIED = 1.01, 1.5
 
-STRAIGHT = 1e-9  # a cubic of which the direction turns by less, rad, is a line
+STRAIGHT = 1e-9  # rad; cubics with a smaller change of direction are lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +32,13 @@ class Curves:
 
     Attributes:
         length: range of s, m, (N,).
-        powers: coefficients of the quintic of w, lowest power first, m, (N, 3, 6).
-        side: (N, 2, 3) unit vectors: of the radius at the beginning, and of where it turns to; zero where none turns.
-        radii: of beginning and end, m, (N, 2).
-        angle: by which the radius turns, rad, (N,).
+        powers: coefficients of the quintic in w, lowest power first, m, (N, 3, 6).
+        side: (N, 2, 3) unit vectors: direction of the radius at the beginning, and the perpendicular towards which it
+            turns; zero if none turns.
+        radii: radii at the beginning and end, m, (N, 2).
+        angle: rotation angle of the radius, rad, (N,).
         bounds: largest norms of the first to sixth derivative of q by s, (N, 6).
-        skew: largest |q' . q''| and |q'' . q'''| as shares of the bounds, (N, 2): 0 where they are at right angles.
+        skew: largest |q' . q''| and |q'' . q'''| as shares of the bounds, (N, 2); 0 if perpendicular.
     """
 
     length: Array
@@ -52,11 +53,11 @@ class Curves:
         return len(self.length)
 
     def take(self, which: Indices | NDArray[np.bool_]) -> Curves:
-        """Return some of them."""
+        """Return some of the pieces."""
         return Curves(*(getattr(self, field.name)[which] for field in fields(self)))
 
     def replace(self, which: Indices, others: Curves) -> None:
-        """Put others in the place of some of them."""
+        """Replace some of the pieces."""
         for field in fields(self):
             getattr(self, field.name)[which] = getattr(others, field.name)
 
@@ -85,12 +86,12 @@ class Curves:
         return np.asarray((third - radius * angle**3 * on - 3.0 * growth * angle**2 * out) / length**3)
 
     def way(self, which: Indices, s: Array, ds: Array) -> Array:
-        """Return q(s + ds) - q(s), (K, 3), as precisely as ds is given."""
+        """Return q(s + ds) - q(s), (K, 3), without cancellation for small ds."""
         length = self.length[which]
         w, dw = (s / length)[:, None], (ds / length)[:, None]
         c, end = self.powers[which], w + dw
         way = np.zeros((len(s), 3))
-        ladder = np.ones_like(w)  # sum of the products of powers of w and end: (end^k - w^k) / dw
+        ladder = np.ones_like(w)  # sums of products of powers of w and end: (end^k - w^k) / dw
         power = np.ones_like(w)
         for k in range(1, 6):
             way += c[:, :, k] * ladder
@@ -98,12 +99,12 @@ class Curves:
             ladder = ladder * end + power
         radius, growth, angle, out, on = self._turned(which, w)
         half = 0.5 * angle * dw
-        # Of the unit vector along the radius: 2 sin(half) times the direction on which it moves in the middle.
+        # Change of the unit vector along the radius: 2 sin(half) times the tangent in the middle.
         turned = 2.0 * np.sin(half) * (np.cos(half) * on - np.sin(half) * out)
         return np.asarray(dw * (way + growth * (out + turned)) + radius * turned)
 
     def _turned(self, which: Indices, w: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Radius, its growth by w, the whole angle, and the unit vectors along the radius and across, at shares w."""
+        """Return the radius, its derivative by w, the angle, and the radial and tangential unit vectors at w."""
         radii, angle, side = self.radii[which], self.angle[which][:, None], self.side[which]
         growth = radii[:, 1:] - radii[:, :1]
         sine, cosine = np.sin(angle * w), np.cos(angle * w)
@@ -112,7 +113,7 @@ class Curves:
 
 
 def lines(begin: Array, end: Array) -> Curves:
-    """Straight pieces between points (N, 3), m."""
+    """Return straight pieces between points (N, 3), m."""
     count = len(begin)
     powers = np.zeros((count, 3, 6))
     powers[:, :, 0], powers[:, :, 1] = begin, end - begin
@@ -124,15 +125,15 @@ def lines(begin: Array, end: Array) -> Curves:
 
 
 def arcs(center: Array, out: Array, on: Array, radii: Array, angle: Array, climb: Array) -> Curves:
-    """Round pieces.
+    """Return arcs, helices and spirals.
 
     Args:
         center: (N, 3), m, in the plane of the beginning.
-        out: (N, 3) unit vector from it to the beginning.
-        on: (N, 3) unit vector across: where the radius turns to, for a positive angle.
-        radii: of beginning and end, m, (N, 2).
-        angle: by which the radius turns, rad, (N,), positive.
-        climb: (N, 3) way along the axis, m.
+        out: (N, 3), unit vector from it to the beginning.
+        on: (N, 3), perpendicular unit vector towards which the radius turns.
+        radii: radii at the beginning and end, m, (N, 2).
+        angle: rotation angle of the radius, rad, (N,), positive.
+        climb: (N, 3), displacement along the axis, m.
     """
     count = len(center)
     powers = np.zeros((count, 3, 6))
@@ -147,7 +148,7 @@ def arcs(center: Array, out: Array, on: Array, radii: Array, angle: Array, climb
 
 
 def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curves:
-    """Quintics of lengths (N,) that meet q, q', q'' (N, 3) of their begin and end."""
+    """Return quintics of lengths (N,) with the given q, q', q'' (N, 3) at both ends."""
     h = length[:, None]
     powers = quintic(h, begin[0], end[0] - begin[0], begin[1], end[1], begin[2], end[2]).reshape(-1, 3, 6)
     count = len(length)
@@ -157,9 +158,9 @@ def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curv
         left = left[:, :, 1:] * np.arange(1, left.shape[2])
         share = np.linspace(0.0, 1.0, PLACES + 1) ** np.arange(left.shape[2])[:, None]
         norms = np.linalg.norm(left @ share, axis=1).max(axis=1)
-        # The fourth derivative is linear, the fifth constant: no place is missed.
+        # the fourth derivative is linear and the fifth constant, so samples are exact
         bounds[:, order - 1] = norms * (MISSED if order < 4 else 1.0) / length**order
-        if order == 1:  # it is 1 at both ends, and varies little
+        if order == 1:  # 1 at both ends with small variation
             norms /= length
             bounds[:, 0] = 1.0 + VARIED * np.maximum(norms - 1.0, 0.0)
     still = np.zeros((count, 2, 3)), np.zeros((count, 2)), np.zeros(count)
@@ -167,9 +168,10 @@ def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curv
 
 
 def cubics(length: Array, begin: Sequence[Array], second: Array, whole: Array) -> Curves:
-    """Cubics of lengths (N,) from q, q', q'' (N, 3) at their begin and q'' at their end.
+    """Return cubics of lengths (N,) from q, q', q'' (N, 3) at the beginning and q'' at the end.
 
-    Where the direction turns by less than STRAIGHT on the whole length of what they are parts of, they are lines.
+    They are lines if the direction changes by less than STRAIGHT over `whole`, the length of the curve that contains
+    them.
     """
     count, h = len(length), length[:, None]
     x, d, dd = begin
@@ -181,7 +183,8 @@ def cubics(length: Array, begin: Sequence[Array], second: Array, whole: Array) -
     powers[:, :, 2] = np.where(straight[:, None], 0.0, 0.5 * h**2 * dd)
     powers[:, :, 3] = np.where(straight[:, None], 0.0, h**3 * third / 6.0)
     bounds[:, 1], bounds[:, 2] = np.where(straight, 0.0, size), np.where(straight, 0.0, np.linalg.norm(third, axis=1))
-    # Products of polynomials are within their Bernstein coefficients; q' has d, middle, end, and q'' dd, second.
+    # Products of polynomials are bounded by their Bernstein coefficients: those of q' are d, middle, end; of q'' dd,
+    # second.
     middle, end = d + 0.5 * h * dd, d + 0.5 * h * (dd + second)
     fastest = np.max([np.linalg.norm(each, axis=1) for each in (d, middle, end)], axis=0)
     bounds[:, 0] = np.where(fastest <= 1.0 + STRAIGHT, 1.0, fastest)
@@ -199,5 +202,5 @@ def cubics(length: Array, begin: Sequence[Array], second: Array, whole: Array) -
 
 
 def together(parts: Sequence[Curves]) -> Curves:
-    """Return the pieces of all, one after the other."""
+    """Return the concatenation of pieces."""
     return Curves(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Curves)))

@@ -1,10 +1,10 @@
-"""Along a path of many pieces with limited speed, acceleration and jerk, each piece at the speed that is wanted.
+"""Motion along a path of many pieces with limited speed, acceleration and jerk, and a wanted speed on each piece.
 
-Between two stops the way s(t) along the path has piecewise constant jerk (`pace`), with limits that leave
-room for the path's own curvature (`corners.caps`), so that norms of velocity, acceleration and jerk of q(s(t)) keep
-theirs. It is not the fastest such motion: where speeds rise in steps, the acceleration falls to zero at each.
+Between two stops the position s(t) along the path has piecewise constant jerk (`pace`). Its limits leave room for the
+path's curvature (`corners.caps`), so that the norms of velocity, acceleration and jerk of q(s(t)) respect theirs. The
+motion is not time-optimal: at each increase of the speed, the acceleration falls to zero.
 
-The motion becomes quintics of time, as all others: of straight pieces exactly, of others within EXACT of the path.
+The motion is converted to quintics of time, like all motions: exactly for straight pieces, within EXACT otherwise.
 """
 
 from __future__ import annotations
@@ -26,37 +26,47 @@ from cdpr.trajectory.pace import pace
 from cdpr.trajectory.smoothing import smoothed
 from cdpr.trajectory.trajectory import COLUMNS, Trajectory, hold
 
-# How far a quintic may be from q(s(t)), m, and its jerk from that of q(s(t)), as a share of the limit; of which the
-# path's planning takes that much less.
+# Largest deviation of a quintic from q(s(t)), m, and of its jerk as a share of the limit; planning of the path reserves
+# that share.
 EXACT, JERK_EXACT = 1e-10, 1e-3
 
-# Phases shorter than this, s, are left out: the motion moves by less than rounding meanwhile.
+# s; shorter phases are omitted: the motion in them is below round-off.
 SHORTEST = 1e-11
 
-# A piece of which less is left than this share is used up by its corners.
+# Pieces of which corners leave less than this share are omitted.
 USED_UP = 1e-12
 
-# Parts so brief that rounding of their ends' places and speeds, up to this share of them, would make more of the jerk
-# than JERK_EXACT have one jerk, from the acceleration at one end to that at the other.
+# Parts so short that round-off of their end positions and speeds, up to this share, would change the jerk by more than
+# JERK_EXACT get a constant jerk from the accelerations at their ends.
 ROUNDING = 1e-14
 
-SAME = 1e-9  # durations that differ by less of themselves are equal
+SAME = 1e-9  # relative difference of equal durations
 
-MAX_SEGMENTS = 2_000_000  # of 336 bytes each
+MAX_SEGMENTS = 2_000_000  # 336 bytes each
 
-CHUNK = 65536  # polynomials that are made at once: memory
+CHUNK = 65536  # polynomials per batch, to limit memory
 
-HALVINGS = 60  # of a phase's duration, in which the time at a place is looked for
+HALVINGS = 60  # bisections of a phase's duration to find the time at a position
 
 
 def follow(
     start: float, course: Course, limits: Limits, orientation: Array, check: Callable[[], None] = lambda: None
 ) -> Trajectory:
-    """Follow a course from `start` (s) on, from rest to rest, with one attitude (4,), within limits.
+    """Return the motion along a course from rest to rest, with constant attitude and within limits.
 
-    At a corner that is neither smooth nor rounded the motion stops. Corners are rounded within their tolerance, and as
-    fast as limits allow, where that takes no more time than stopping at them. CdprError where that takes more than
-    MAX_SEGMENTS quintics. Calls `check` now and then, which may raise to give up.
+    The motion stops at corners that are neither smooth nor rounded. Corners are rounded within their tolerance, and as
+    fast as limits allow, unless a stop takes less time.
+
+    Args:
+        start: start time, s.
+        course: the path.
+        limits: limits of the motion.
+        orientation: (4,), attitude.
+        check: called occasionally; it may raise to cancel.
+
+    Raises:
+        ValueError: if the course is empty.
+        CdprError: if the motion needs more than MAX_SEGMENTS quintics.
     """
     if not len(course.pieces):
         raise ValueError("a course has one piece or more")
@@ -66,7 +76,7 @@ def follow(
         slower = _slower(plan, _planned(exact, limits, check))
         if slower.any():
             tolerance = np.where(slower, 0.0, course.tolerance)
-            tolerance[plan.ends] = 0.0  # what stopped there stops again: the other chains stay what they are
+            tolerance[plan.ends] = 0.0  # stops remain stops, so that other chains do not change
             plan = _planned(replace(course, tolerance=tolerance), limits, check)
     phases, rows = plan.phases, plan.rows
     times = start + np.concatenate([[0.0], np.cumsum(phases[:, 0])[:-1]])
@@ -78,16 +88,16 @@ def follow(
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """Sections of a path, M in C chains, which are passed without a stop.
+    """Sections of a path: M sections in C chains, which are passed without a stop.
 
     Attributes:
-        curves: what they are parts of.
-        curve: of which each is a part, (M,).
-        offset: s of the curve at its beginning, m, (M,).
-        starts: along the path, of beginnings and of the end, m, (M + 1,).
-        speed: largest that is wanted, m/s, (M,).
+        curves: curves of the sections.
+        curve: curve of each section, (M,).
+        offset: s of the curve at the section's beginning, m, (M,).
+        starts: path positions of the beginnings and of the end, m, (M + 1,).
+        speed: largest wanted speed, m/s, (M,).
         chains: first section of each chain, and M, (C + 1,).
-        last: piece at which each chain ends, (C,).
+        last: piece at the end of each chain, (C,).
     """
 
     curves: Curves
@@ -101,14 +111,14 @@ class _Path:
 
 @dataclass(frozen=True, eq=False)
 class _Plan:
-    """How a path is passed.
+    """Plan of a motion along a path.
 
     Attributes:
-        path: with C chains.
-        phases: duration, s, and speed, acceleration at the beginning, jerk, (P, 5).
+        path: path with C chains.
+        phases: duration, s, then position, speed, acceleration at the beginning, and jerk, (P, 5).
         rows: first phase of each chain, and P, (C + 1,).
-        ends: piece of the course at which each chain ends, (C,).
-        rounded: whether it leaves the course anywhere.
+        ends: piece of the course at the end of each chain, (C,).
+        rounded: True if the motion leaves the course anywhere.
     """
 
     path: _Path
@@ -119,7 +129,7 @@ class _Plan:
 
 
 def _planned(course: Course, limits: Limits, check: Callable[[], None]) -> _Plan:
-    """Round what may be rounded, and find how fast it can be passed."""
+    """Return the plan with corners rounded where allowed."""
     fastest = min(limits.velocity, float(course.speed.max()))
     kept = Limits(fastest, (1.0 - JERK_EXACT) * limits.acceleration, (1.0 - JERK_EXACT) * limits.jerk)
     made, joined, source = smoothed(course, kept)
@@ -139,7 +149,7 @@ def _planned(course: Course, limits: Limits, check: Callable[[], None]) -> _Plan
 
 
 def _slower(plan: _Plan, exact: _Plan) -> NDArray[np.bool_]:
-    """Return of each piece whether it belongs to a chain that would be faster with a stop at each of its corners."""
+    """Return True for pieces of chains that would be faster with a stop at each of their corners."""
 
     def ends(each: _Plan) -> Array:
         return np.concatenate([[0.0], np.cumsum(each.phases[:, 0])])[each.rows[1:]]
@@ -150,12 +160,12 @@ def _slower(plan: _Plan, exact: _Plan) -> NDArray[np.bool_]:
 
 
 def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Curves) -> _Path:
-    """Put pieces and rounded corners in their order."""
+    """Return pieces and rounded corners in their order."""
     count = len(course.pieces)
     none = np.zeros(1)
     begin, end = np.concatenate([none, cut]), np.concatenate([cut, none])
     corner = np.flatnonzero(cut > 0.0)
-    # Keys of order: 2 i for piece i, 2 i + 1 for the corner at its end.
+    # Sort keys: 2 i for piece i, 2 i + 1 for the corner at its end.
     order = np.concatenate([2 * np.arange(count), 2 * corner + 1])
     by_order = np.argsort(order)
     slow = np.minimum(course.speed[:-1], course.speed[1:])
@@ -164,7 +174,7 @@ def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Cu
     curve = np.concatenate([np.arange(count), count + np.arange(len(corner))])[by_order]
     offset = np.concatenate([begin, np.zeros(len(corner))])[by_order]
     speed = np.concatenate([course.speed, slow[corner]])[by_order]
-    # A piece that its corners have used up is none; its chain goes on with the next corner.
+    # Pieces used up by their corners are omitted; their chain continues with the next corner.
     stays = np.concatenate([left > USED_UP * course.pieces.length, np.full(len(corner), True)])[by_order]
     goes_on = np.concatenate([smooth | (cut > 0.0), [False]])
     new = np.concatenate([[True], ~goes_on[:-1]])[order[by_order] // 2] & (order[by_order] % 2 == 0)
@@ -177,11 +187,11 @@ def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Cu
 
 
 def _shares(path: _Path, used: Curves, pieces: int, limits: Limits) -> Array:
-    """Return which shares of acceleration and jerk changes of speed may take in sections, (M,), 1 in straight ones."""
+    """Return the shares of acceleration and jerk for changes of speed in sections, (M,); 1 in straight ones."""
     straight = used.bounds[:, 1] == 0.0
     share = np.where(straight, 1.0, np.where(path.curve < pieces, ROUND, AROUND))
-    # Zones of sections that are all straight or all not; of the latter those are alone that lie between lines which are
-    # long enough for any change of speed before and after them.
+    # Zones of sections that are all straight or all curved. A curved zone is single if the lines on both sides are long
+    # enough for any change of speed.
     new = np.concatenate([[True], straight[1:] != straight[:-1]])
     new[path.chains[:-1]] = True
     first = np.flatnonzero(new)
@@ -199,7 +209,7 @@ def _shares(path: _Path, used: Curves, pieces: int, limits: Limits) -> Array:
 
 
 def _along(share: Array, limits: Limits) -> tuple[Array, Array]:
-    """Return acceleration and jerk along the path, (N,) each, of shares (N,) that are 1 where it is straight."""
+    """Return acceleration and jerk along the path, (N,) each, for shares (N,), which are 1 in straight sections."""
     whole = share * np.where(share < 1.0, 1.0 - JERK_EXACT, 1.0)
     return whole * limits.acceleration, whole * limits.jerk
 
@@ -223,7 +233,7 @@ def _table(
     orientation: Array,
     check: Callable[[], None],
 ) -> Trajectory:
-    """Make the trajectory of phases (P, 5) of chains (P,) that begin at times (P,), s."""
+    """Return the trajectory of phases (P, 5) of chains (P,) that begin at times (P,), s."""
     phase, begin = _parts(path.starts, phases)
     following = np.concatenate([phase[1:] == phase[:-1], [False]])
     end = np.where(following, np.concatenate([begin[1:], [0.0]]), phases[phase, 0])
@@ -233,7 +243,7 @@ def _table(
         return hold(path.curves.at(path.curve[:1], path.offset[:1])[0][0], orientation)
     middle = phases[phase, 1] + _state(phases[phase], 0.5 * (begin + end))[0]
     section = np.searchsorted(path.starts, middle, side="right") - 1
-    # Near a stop rounding may put it into the next chain, which goes another way.
+    # near a stop, round-off may select the next chain, which has another direction
     section = np.clip(section, path.chains[chain[phase]], path.chains[chain[phase] + 1] - 1)
     many = _divided(path, phases[phase], begin, end, section, jerk)
     if not many.sum() <= MAX_SEGMENTS:
@@ -264,7 +274,7 @@ def _polynomials(path: _Path, phases: Array, first: Array, share: Array, section
     x, d, dd = path.curves.at(curve, s)
     h, v, a = share[:, None], d * v0[:, None], d * a0[:, None] + dd * v0[:, None] ** 2
     none = np.zeros_like(x)
-    # Straight parts are cubics.
+    # straight parts are cubics
     found = np.stack([x, v * h, 0.5 * a * h**2, d * phases[:, 4:] * h**3 / 6.0, none, none], axis=2).reshape(-1, 18)
     bent = np.flatnonzero(path.curves.bounds[curve, 1] > 0.0)
     curve, s, share, v0, a0, phases = curve[bent], s[bent], share[bent], v0[bent], a0[bent], phases[bent]
@@ -281,7 +291,7 @@ def _polynomials(path: _Path, phases: Array, first: Array, share: Array, section
 
 
 def _parts(starts: Array, phases: Array) -> tuple[Indices, Array]:
-    """Divide phases where sections end: the phase of each part, in order, and when it begins in it, s."""
+    """Split phases at the ends of sections; return each part's phase, in order, and its beginning in the phase, s."""
     inner = starts[1:-1]
     within = np.clip(np.searchsorted(phases[:, 1], inner, side="right") - 1, 0, len(phases) - 1)
     part, away = phases[within], inner - phases[within, 1]
@@ -297,11 +307,11 @@ def _parts(starts: Array, phases: Array) -> tuple[Indices, Array]:
 
 
 def _divided(path: _Path, phases: Array, begin: Array, end: Array, section: Indices, jerk: float) -> Array:
-    """Return of how many quintics each part is made.
+    """Return the number of quintics of each part.
 
-    Of Hermite interpolation's error the largest is h^6 max|p^(6)| / 46080, and that of its third derivative, at both
-    ends, h^3 max|p^(6)| / 120, here taken twice; the sixth derivative of q(s(t)) is bounded by Faa di Bruno's formula,
-    with s'''' = 0.
+    The largest error of Hermite interpolation is h^6 max|p^(6)| / 46080, and that of its third derivative, at the ends,
+    h^3 max|p^(6)| / 120, here doubled. The sixth derivative of q(s(t)) is bounded by Faa di Bruno's formula with s''''
+    = 0.
     """
     k2, k3, k4, k5, k6 = path.curves.bounds[path.curve[section], 1:].T
     (_, v0, a0), (_, v1, a1) = _state(phases, begin), _state(phases, end)

@@ -1,9 +1,9 @@
-"""Straight moves from stop to stop, as fast as limits on velocity, acceleration and jerk allow.
+"""Time-optimal straight moves between stops with limited velocity, acceleration and jerk.
 
-On a straight line, with the attitude on the shortest rotation, position and attitude share one scalar from 0 to 1.
-For that the fastest motion from rest to rest is known in closed form: up to seven phases of constant jerk (Biagiotti
-and Melchiorri 2008, section 3.4). A library such as ruckig solves the harder problem of arbitrary boundary values, axis
-by axis; its community edition, like this, stops at inner points. It is the oracle of our tests.
+On a straight line with the shortest rotation, position and attitude share one scalar from 0 to 1. Its fastest motion
+from rest to rest is known in closed form: up to seven phases of constant jerk (Biagiotti and Melchiorri 2008, section
+3.4). Libraries such as ruckig solve the harder problem of arbitrary boundary values per axis; its community edition
+also stops at inner points. It is the oracle of our tests.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.trajectory.trajectory import COLUMNS, Trajectory, hold
 
-# A distance (m) or angle (rad) below this is none: points typed twice differ by rounding, if at all.
+# Smaller distances (m) and angles (rad) are zero: points entered twice differ only by rounding.
 NO_MOVE = 1e-12
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest norms: of translation in m/s, m/s^2, m/s^3, or of rotation in rad/s, rad/s^2, rad/s^3."""
+    """Largest norms for translation, m/s, m/s^2, m/s^3, or for rotation, rad/s, rad/s^2, rad/s^3."""
 
     velocity: float
     acceleration: float
@@ -33,7 +33,7 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class Stop:
-    """Where to stop."""
+    """Pose at which the motion stops."""
 
     position: Array  # (3,), m, world
     orientation: Array  # (4,) quaternion w, x, y, z
@@ -41,9 +41,16 @@ class Stop:
 
 
 def stop_to_stop(start: float, stops: Sequence[Stop], limits: Limits, angular: Limits | None) -> Trajectory:
-    """Go from each stop to the next, from `start` (s) on.
+    """Return the motion from each stop to the next.
 
-    `angular`, the limits of the rotation, may be None where the stops have one attitude; ValueError otherwise.
+    Args:
+        start: start time, s.
+        stops: the stops.
+        limits: limits of the translation.
+        angular: limits of the rotation; may be None if all stops have the same attitude.
+
+    Raises:
+        ValueError: if the limits of the rotation are missing.
     """
     rows: list[Array] = []
     time = start
@@ -59,10 +66,10 @@ def stop_to_stop(start: float, stops: Sequence[Stop], limits: Limits, angular: L
 
 
 def fastest(limits: Limits) -> list[tuple[float, float]]:
-    """Return (duration, jerk) of the phases of the fastest way from 0 to 1, from rest to rest."""
+    """Return (duration, jerk) of the phases of the fastest motion from 0 to 1, from rest to rest."""
     v, a, j = limits.velocity, limits.acceleration, limits.jerk
-    ramp = min(a / j, math.sqrt(v / j))  # time in which the acceleration rises
-    rise = ramp + v / (j * ramp)  # time in which the velocity does
+    ramp = min(a / j, math.sqrt(v / j))  # time of rising acceleration
+    rise = ramp + v / (j * ramp)  # time of rising velocity
     cruise = 1.0 / v - rise
     if cruise < 0.0:
         cruise = 0.0
@@ -73,7 +80,7 @@ def fastest(limits: Limits) -> list[tuple[float, float]]:
 
 
 def _move(rows: list[Array], time: float, here: Stop, there: Stop, limits: Limits, angular: Limits | None) -> float:
-    """Append the phases of one move; return when it ends."""
+    """Append the phases of one move; return its end time."""
     step = np.asarray(there.position) - here.position
     turn = rotations.rotation_vector(rotations.multiply(rotations.conjugate(here.orientation), there.orientation))
     distance, angle = float(np.linalg.norm(step)), float(np.linalg.norm(turn))
@@ -103,7 +110,7 @@ def _move(rows: list[Array], time: float, here: Stop, there: Stop, limits: Limit
 
 
 def _segment(time: float, duration: float, position: Array, orientation: Array) -> Array:
-    """A segment that stays."""
+    """Return a segment at rest."""
     row = np.zeros(COLUMNS)
     row[:2] = time, duration
     row[2:20:6] = position

@@ -1,7 +1,7 @@
 """Motions through knots.
 
-Position: each coordinate is the quintic that meets position, velocity and acceleration at both ends of a segment. (The
-thesis's equations 6.19 to 6.21 for the same polynomial are misprinted; these were derived anew.)
+Position: each coordinate is the quintic with the given position, velocity and acceleration at both ends of a segment.
+(Equations 6.19 to 6.21 of the thesis for the same polynomial are misprinted; these were derived independently.)
 
 Attitude: between knots at rest the rotation vector keeps its direction, so the platform takes the shortest rotation.
 """
@@ -22,9 +22,9 @@ from cdpr.trajectory.trajectory import COLUMNS, Trajectory
 
 @dataclass(frozen=True, eq=False)
 class Knot:
-    """Where the platform should be at a time, and how fast; world axes.
+    """Desired pose and rates at a time; world axes.
 
-    Velocities and accelerations that are None are chosen: zero at the first and last knot, minimum-jerk in between.
+    Velocities and accelerations that are None are computed: zero at the first and last knot, minimum-jerk in between.
     """
 
     time: float  # s
@@ -37,7 +37,7 @@ class Knot:
 
 
 def through(knots: Sequence[Knot]) -> Trajectory:
-    """Pass through two or more knots with increasing times, with continuous acceleration."""
+    """Return a motion through two or more knots with increasing times and continuous acceleration."""
 
     def rows(values: list[Array | None]) -> Array:
         return np.array([np.full(3, np.nan) if value is None else value for value in values], dtype=np.float64)
@@ -62,14 +62,24 @@ def interpolate(
     acceleration: Array | None = None,
     angular_acceleration: Array | None = None,
 ) -> Trajectory:
-    """Pass through K >= 2 knots: times (K,), s; positions (K, 3), m; unit quaternions (K, 4); rates (K, 3), world axes.
+    """Return a motion through K >= 2 knots.
 
-    Rates that are None or NaN are chosen as for a `Knot`.
+    Rates that are None or NaN are computed as for a `Knot`.
+
+    Args:
+        times: (K,), s, increasing.
+        position: (K, 3), m.
+        orientation: (K, 4), unit quaternions.
+        velocity, angular_velocity: (K, 3), m/s and rad/s, world axes.
+        acceleration, angular_acceleration: (K, 3), m/s^2 and rad/s^2, world axes.
+
+    Raises:
+        ValueError: if there are fewer than two knots or times do not increase.
     """
     if len(times) < 2 or not np.all(np.diff(times) > 0.0):
         raise ValueError("a motion needs two or more knots with increasing times")
     v, a = minimum_jerk(times, position, _ends_at_rest(velocity, times), _ends_at_rest(acceleration, times))
-    # In platform axes, where a turn keeps its rotation vector, the sum of the turns is smoothed like a position.
+    # In platform axes the rotation vector of a turn is constant, so the sum of turns is smoothed like a position.
     spin, spin_rate = minimum_jerk(
         times,
         np.concatenate([np.zeros((1, 3)), np.cumsum(_turns(orientation), axis=0)]),
@@ -80,10 +90,13 @@ def interpolate(
 
 
 def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: Array, spin_rate: Array) -> Trajectory:
-    """Join complete knots: times (K,), s; x, v, a (K, 3), world axes, m; quaternions (K, 4).
+    """Return a motion through complete knots; the platform takes the shorter rotation between two knots.
 
-    spin and spin_rate (K, 3) are angular velocity and acceleration in platform axes, rad/s and rad/s^2. Between two
-    knots the platform takes the shorter way round.
+    Args:
+        times: (K,), s.
+        x, v, a: (K, 3), position, velocity and acceleration, world axes, m.
+        orientation: (K, 4), quaternions.
+        spin, spin_rate: (K, 3), angular velocity and acceleration, platform axes, rad/s and rad/s^2.
     """
     orientation = _on_one_side(orientation)
     duration, turns = np.diff(times), _turns(orientation)
@@ -97,7 +110,7 @@ def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: A
 
 
 def _ends_at_rest(rates: Array | None, times: Array) -> Array:
-    """Copy of the rates (K, 3); zero at the ends where they are NaN."""
+    """Return a copy of the rates (K, 3) with zeros for NaN at both ends."""
     rows = np.full((len(times), 3), np.nan) if rates is None else np.array(rates, dtype=np.float64)
     for end in (0, -1):
         rows[end] = np.where(np.isnan(rows[end]), 0.0, rows[end])
@@ -105,13 +118,13 @@ def _ends_at_rest(rates: Array | None, times: Array) -> Array:
 
 
 def _on_one_side(q: Array) -> Array:
-    """The same attitudes (K, 4), signs chosen so that the quaternion does not jump from one to the next."""
+    """Return the same attitudes (K, 4) with signs chosen for continuous quaternions."""
     flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0.0, -1.0, 1.0)
     return np.asarray(q * np.concatenate([[1.0], np.cumprod(flips)])[:, None])
 
 
 def _turns(q: Array) -> Array:
-    """Rotation vectors (K - 1, 3), rad, from each attitude (K, 4) to the next, in the axes of the former."""
+    """Return rotation vectors (K - 1, 3), rad, from each attitude (K, 4) to the next, in the axes of the former."""
     a, b = q[:-1], q[1:]
     scalar = np.sum(a * b, axis=1, keepdims=True)
     axis = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - rotations.cross(a[:, 1:], b[:, 1:])
@@ -119,15 +132,15 @@ def _turns(q: Array) -> Array:
 
 
 def _to_body(q: Array, vectors: Array) -> Array:
-    """Vectors (K, 3) from world axes to those of the attitudes (K, 4)."""
+    """Return vectors (K, 3), given in world axes, in the axes of the attitudes (K, 4)."""
     twice = 2.0 * rotations.cross(vectors, q[:, 1:])
     return np.asarray(vectors + q[:, :1] * twice + rotations.cross(twice, q[:, 1:]))
 
 
 def quintic(h: Array, x: Array, step: Array, v0: Array, v1: Array, a0: Array, a1: Array) -> Array:
-    """Coefficients (K, 18), lowest power first, of the share of the duration h (K, 1).
+    """Return quintic coefficients (K, 18), lowest power first, in the share of the duration h (K, 1).
 
-    From x (K, 3) to x + step, with velocities and accelerations (K, 3) at both ends.
+    The quintics lead from x (K, 3) to x + step, with the given velocities and accelerations (K, 3) at both ends.
     """
     c1, c2 = v0 * h, 0.5 * a0 * h**2
     gap = step - c1 - c2

@@ -1,4 +1,4 @@
-"""Speed along a path of many sections: compiled, as a path has at least as many sections as its program has lines."""
+"""Compiled speed profile along a path of many sections; a path has at least as many as its program has lines."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ Indices = NDArray[np.int64]
 def pace(
     starts: ArrayLike, caps: ArrayLike, accelerations: ArrayLike, jerks: ArrayLike, chains: ArrayLike
 ) -> tuple[Array, Indices]:
-    """Plan each chain of sections from rest to rest, with limited jerk, no section passed faster than its cap.
+    """Plan each chain of sections from rest to rest, with limited jerk and no section passed faster than its cap.
 
-    A stretch is planned at the least cap of its sections. Where that is reached, the section that it belongs to is
-    passed at it, and what lies before and after is planned anew, without this section: its caps are higher. So no
-    speed is above a cap by construction, and each step ends with one section less.
+    A stretch is planned with the smallest cap of its sections. If the profile reaches that cap, its section is passed
+    at it. The parts before and after are then planned again without this section, with higher caps. So no speed exceeds
+    a cap, and each step removes one section.
 
     Args:
-        starts: (N + 1,) m, the beginning of each section, and the end of the last one; increasing.
+        starts: (N + 1,) m, the beginning of each section and the end of the last one; increasing.
         caps: (N,) m/s, the largest speed in each.
         accelerations: (N,) m/s^2, the largest along the path in each.
-        jerks: (N,) m/s^3, likewise; both are least in the same section.
+        jerks: (N,) m/s^3, likewise; both are smallest in the same section.
         chains: (C + 1,) the first section of each chain, and N; each has one or more.
 
     Returns:
-        Phases (P, 5): duration, s; place, m; speed, m/s, and acceleration, m/s^2, at the beginning; jerk, m/s^3. The
-        first phase of each chain, and P, (C + 1,).
+        Phases (P, 5): duration, s; position, m; speed, m/s, and acceleration, m/s^2, at the beginning; jerk, m/s^3. The
+            first phase of each chain, and P, (C + 1,).
 
     Raises:
-        ValueError: The shapes do not match, or the chains are not those of N sections.
+        ValueError: if the shapes do not match, or the chains are not those of N sections.
 
     Example:
         >>> phases, rows = pace([0.0, 1.0], [0.5], [2.0], [20.0], [0, 1])

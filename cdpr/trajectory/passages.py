@@ -1,8 +1,8 @@
-"""Passages of moving points by fixed points and lines, found along a whole motion and not at samples of it.
+"""Passages of moving points by fixed points and lines, found continuously along a motion, not only at samples.
 
-The speed of a point of the platform is bounded on every segment, by the Bernstein coefficients of its polynomials. An
-interval in which that speed does not suffice to come near is dropped, any other is halved until it is short: no passage
-lies between samples.
+The Bernstein coefficients of a segment's polynomials bound the speed of a point of the platform. Intervals in which
+that speed is too low to come near are dropped; all others are bisected until they are short. So no passage is missed
+between samples.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from cdpr.model.robot import Array
 from cdpr.tolerances import HELD
 
-# Share of a cable's largest distance from its anchor during the motion below which it passes the anchor. A controller
-# misses the desired motion by about as much, and a cable so short turns by degrees within a control step.
+# Share of a cable's largest distance from its anchor during the motion below which it passes the anchor. Controllers
+# have tracking errors of this size, and a cable this short turns by degrees within a control step.
 NEAR = 1e-3
-FINE = 0.5  # of that distance, what a point travels at most in the shortest intervals
-SAMPLES, REFINEMENTS = 9, 8  # of the interval that is closest: to 4^-8 of its width
-SIDES = 33  # places near an axis at which the sides are compared
+FINE = 0.5  # largest travel of a point in the shortest intervals, as a share of that distance
+SAMPLES, REFINEMENTS = 9, 8  # for the closest interval: down to 4^-8 of its width
+SIDES = 33  # places near an axis at which sides are compared
 
 # Value of the derivative of a quintic sum(c_j s^j): Bernstein coefficients (5,) of a quartic from c_1 to c_5.
 _BERNSTEIN = np.array(
@@ -32,22 +32,23 @@ _RATES = _BERNSTEIN * np.arange(1.0, 6.0)
 class Passage(NamedTuple):
     """Closest approach of a cable's end to its anchor, or to the axis through it."""
 
-    cable: int  # counted from 0
+    cable: int  # index
     time: float  # s
     distance: float  # m
-    axis: bool  # whether the axis is passed
+    axis: bool  # True if the axis is passed
 
 
 def passages(segments: Array, anchors: Array, axes: Array, end: float = np.inf) -> list[Passage]:
-    """Return the passages of a motion until `end` (s), in the order of time.
+    """Return the passages of a motion until `end` (s) in the order of time.
 
-    A cable passes its anchor where it is shorter than NEAR of its largest length. A cable with an axis passes that
-    where it is as near to it and reaches the other side; motions along the axis pass nothing.
+    A cable passes its anchor if it is shorter than NEAR of its largest length. A cable with an axis passes the axis if
+    it comes as near to it and reaches the other side; motions along the axis are no passages.
 
     Args:
-        segments: (K, 42) of a `Trajectory`.
-        anchors: (m, 6) on the frame, world, and on the platform, platform axes, m.
-        axes: (m, 3) unit vectors of lines through the anchors on the frame; zeros where there is none.
+        segments: (K, 42), of a `Trajectory`.
+        anchors: (m, 6), on the frame, world, and on the platform, platform axes, m.
+        axes: (m, 3), unit vectors of lines through the frame anchors; zeros if there is none.
+        end: end time, s.
     """
     tips = _Tips(segments[segments[:, 0] < end] if (segments[:, 0] < end).any() else segments[:1], anchors, axes)
     found = []
@@ -61,12 +62,12 @@ def passages(segments: Array, anchors: Array, axes: Array, end: float = np.inf) 
 
 
 class _Tips:
-    """Ends of cables on the platform along a motion; a place on it is the number of a segment plus a share of it."""
+    """Platform ends of cables along a motion; a place is the index of a segment plus a share of it."""
 
     def __init__(self, segments: Array, anchors: Array, axes: Array) -> None:
         self.segments, self.anchors, self.axes = segments, anchors, axes
         position, turn = (segments[:, at : at + 18].reshape(-1, 3, 6) for at in (2, 20))
-        # Bounds of the speeds (K,), per share: |omega| is at most the rate of the rotation vector.
+        # Bounds of the speeds (K,) per share: |omega| is at most the rate of the rotation vector.
         moved, turned = (np.linalg.norm(c[..., 1:] @ _RATES.T, axis=1).max(axis=1) for c in (position, turn))
         self.speed = moved[:, None] + turned[:, None] * np.linalg.norm(anchors[:, 3:], axis=1)
         self.position, self.turn = position, turn
@@ -76,7 +77,7 @@ class _Tips:
         return float(self.segments[k, 0] + (at - k) * self.segments[k, 1])
 
     def offset(self, k: NDArray[np.intp], s: Array, i: NDArray[np.intp], whole: bool = False) -> Array:
-        """Return where the ends of cables i are at shares s of segments k, from the anchors, and square to axes."""
+        """Return the vectors from anchors to the ends of cables i at shares s of segments k, square to the axes."""
         powers = s[:, None] ** np.arange(6)
         p, phi = (np.einsum("nij,nj->ni", c[k], powers) for c in (self.position, self.turn))
         b = self.anchors[i, 3:]
@@ -88,7 +89,7 @@ class _Tips:
         return np.asarray(d - np.sum(d * axis, axis=1)[:, None] * axis)
 
     def near(self) -> list[tuple[int, float, float, float, float]]:
-        """Return cable, first and last place, and place and width of the closest interval, wherever one comes near."""
+        """Return cable, first and last place, and place and width of the closest interval for each approach."""
         count, m = self.speed.shape
         k, i = (index.ravel() for index in np.indices((count, m)))
         ends = [np.linalg.norm(self.offset(k, np.full(len(k), s), i, whole=True), axis=1) for s in (0.0, 0.5, 1.0)]
@@ -120,9 +121,9 @@ class _Tips:
         return at, d
 
     def crossed(self, i: int, low: float, high: float) -> bool:
-        """Return whether cable i is on opposite sides of its axis somewhere between two places near it.
+        """Return True if cable i is on both sides of its axis between two places near it.
 
-        Sides are compared at many places: a motion may end right behind the axis, or turn and leave where it came from.
+        Many places are compared: a motion may end directly behind the axis, or return to the side from which it came.
         """
         count = len(self.segments)
         places = np.clip(np.linspace(low, high, SIDES), 0.0, count)
@@ -133,7 +134,7 @@ class _Tips:
 
 
 def _joined(leaves: list[tuple[int, float, float, float]]) -> list[tuple[int, float, float, float, float]]:
-    """Join intervals that touch."""
+    """Join adjacent intervals."""
     out: list[tuple[int, float, float, float, float]] = []
     least = np.inf
     for i, low, high, d in sorted(leaves):

@@ -1,4 +1,4 @@
-"""Paths of a given form, passed from rest to rest."""
+"""Standard paths from rest to rest."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from cdpr.model.robot import Array
 from cdpr.trajectory.knots import join
 from cdpr.trajectory.trajectory import Trajectory
 
-# How far a circle made of quintics may be from the true one, as a share of the radius; the rounding of the angle, 1e-15
-# of it, comes on top and shows beyond 100 turns.
+# Largest deviation of a circle of quintics from the true one, as a share of the radius; round-off of the angle, a share
+# of 1e-15, is added and is noticeable above 100 turns.
 CIRCLE_ERROR = 1e-11
 
 
@@ -24,13 +24,20 @@ def arch(
     height: float,
     vertical: float,
 ) -> Trajectory:
-    """Go up, across and down, as one motion with continuous acceleration: pick and place.
+    """Return a pick-and-place motion: up, across and down, with continuous acceleration.
 
-    The platform rises during the first half of `duration` (s), to `height` (m) above the higher one of `ends` (two
-    positions (3,), m), and sinks during the second; it goes across, and turns from the first of `attitudes` to the
-    second by the shortest rotation, between the shares `vertical` and 1 - `vertical` of the duration (0 <= vertical
-    < 1/2). Each is a quintic from rest to rest: the arch stays within its height and is purely vertical at its ends.
-    The arch of the thesis's program (cdpr3, controlsCurve) has the same phases, with `vertical` 0.213.
+    The platform rises during the first half of the duration and sinks during the second. It moves across, and turns by
+    the shortest rotation, between the shares `vertical` and 1 - `vertical` of the duration. Each is a quintic from rest
+    to rest, so the arch stays within its height and is purely vertical at its ends. The arch of the thesis's program
+    (cdpr3, controlsCurve) has the same phases, with `vertical` 0.213.
+
+    Args:
+        start: start time, s.
+        duration: duration, s.
+        ends: first and last position (3,), m, world.
+        attitudes: first and last attitude (4,).
+        height: height above the higher end, m.
+        vertical: share of the duration, 0 <= vertical < 1/2.
     """
     share = np.unique([0.0, vertical, 0.5, 1.0 - vertical, 1.0])
     across = _rest_to_rest((share - vertical) / (1.0 - 2.0 * vertical), (1.0 - 2.0 * vertical) * duration)
@@ -56,13 +63,22 @@ def circle(
     pitch: float = 0.0,
     turning: bool = False,
 ) -> Trajectory:
-    """Go round the axis through `center` (3,) along the unit vector `normal` (3,), from `position` (3,): m, world axes.
+    """Return a motion around an axis; all vectors are in world axes.
 
-    `turns`, right-handed if positive, take `duration` (s); with a `pitch` (m per turn, along the normal) the circle is
-    a helix. The angle is a quintic of time from rest to rest. The platform keeps its `orientation` (4,) or, if
-    `turning`, turns with the path. The angle and the climb are met exactly. The circle is met within CIRCLE_ERROR: the
-    quintics' error is at most h^6 max|x^(6)| / 46080 for segments of duration h (Hermite interpolation), and the sixth
-    derivative is bounded from that of exp(i angle).
+    The angle is a quintic of time from rest to rest. Angle and climb are exact. The circle is met within CIRCLE_ERROR:
+    the error of the quintics is at most h^6 max|x^(6)| / 46080 for segments of duration h (Hermite interpolation), and
+    the sixth derivative is bounded by that of exp(i angle).
+
+    Args:
+        start: start time, s.
+        duration: duration, s.
+        position: (3,), first position, m.
+        orientation: (4,), first attitude.
+        center: (3,), point on the axis, m.
+        normal: (3,), unit vector along the axis.
+        turns: number of turns, right-handed if positive.
+        pitch: climb along the normal, m per turn; not 0 for a helix.
+        turning: True if the platform turns with the path instead of keeping its attitude.
     """
     arm = position - center
     climb = (arm @ normal) * normal
@@ -81,7 +97,7 @@ def circle(
 
 
 def _rest_to_rest(share: Array, duration: float) -> Array:
-    """Rows (3, K): the quintic from 0 to 1, at rest outside, and its two derivatives by time, at shares (K,)."""
+    """Return rows (3, K): the quintic from 0 to 1, at rest outside, and its two time derivatives, at shares (K,)."""
     s = np.clip(share, 0.0, 1.0)
     left = 1.0 - s
     value = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
@@ -89,7 +105,7 @@ def _rest_to_rest(share: Array, duration: float) -> Array:
 
 
 def _turned(orientation: Array, vectors: Array) -> Array:
-    """Attitudes (K, 4): `orientation` (4,) followed by rotation vectors (K, 3) in platform axes."""
+    """Return attitudes (K, 4): `orientation` (4,) followed by rotation vectors (K, 3) in platform axes."""
     angle = np.linalg.norm(vectors, axis=1, keepdims=True)
     turns = np.concatenate([np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * math.pi)) * vectors], axis=1)
     left = np.column_stack([rotations.multiply(orientation, unit) for unit in np.eye(4)])
@@ -97,7 +113,7 @@ def _turned(orientation: Array, vectors: Array) -> Array:
 
 
 def _sixth_derivative(full: float) -> float:
-    """Bound on that of exp(i `full` s) by the share of time, s the quintic from rest to rest.
+    """Return a bound of the sixth derivative of exp(i `full` s) by the share of time, with s the rest-to-rest quintic.
 
     Faa di Bruno's formula with the largest values of the first to fifth derivative of s; its sixth is zero.
     """

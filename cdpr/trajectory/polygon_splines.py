@@ -1,8 +1,8 @@
-"""Cubic B-splines that follow polygons within a tolerance: compiled.
+"""Compiled cubic B-splines that follow polygons within a tolerance.
 
-The control points lie on the polygon, at the means of three knots each (Schoenberg's variation-diminishing spline, de
-Boor 1978, chapter XI), or in curves as far outside of it as makes parabolas exact: so straight stretches stay as they
-are, and wide spans average what many short chords zigzag.
+The control points lie on the polygon at the means of three knots each (Schoenberg's variation-diminishing spline, de
+Boor 1978, chapter XI), or in curves as far outside as makes parabolas exact. So straight stretches stay exact, and wide
+spans average the zigzag of many short chords.
 """
 
 from __future__ import annotations
@@ -27,26 +27,26 @@ def polygon_splines(
     parted: ArrayLike,
     runs: ArrayLike,
 ) -> tuple[Array, Indices]:
-    """Let a curve follow each polygon; their M vertices follow each other in the arrays.
+    """Return a smooth curve along each polygon; the M vertices of all polygons are concatenated.
 
     Args:
         points: (M, 3) m, the vertices of all.
-        chord: (M,) m, length of the chord before each; of a polygon's first one without meaning.
-        turn: (M,) change of the direction at each, as the norm of the difference of unit vectors.
+        chord: (M,) m, length of the chord before each; ignored at the first vertex of a polygon.
+        turn: (M,) change of direction at each, as the norm of the difference of unit vectors.
         wanted: (M,) m, the width that each corner needs for its speed; 0 at ends.
-        allowed: (M,) m, the width that each may have.
+        allowed: (M,) m, the largest width of each.
         tolerance: (M,) m, of the chord after each vertex.
-        missing: (M,) m, by how much the curve may miss each vertex.
-        parted: (M,) bool, at which vertices a piece has to end.
+        missing: (M,) m, allowed distance of the curve from each vertex.
+        parted: (M,) bool, True for vertices at which a piece must end.
         runs: (R + 1,) the first vertex of each polygon, and M; each has two or more.
 
     Returns:
-        Pieces (P, 16): begin and end, m; place, and first and second derivative there; second derivative at the end; a
-        chord that it follows, counted within its polygon; the length of its span, m. The first piece of each polygon,
-        and P, (R + 1,): a polygon has none where chords are too short to round each corner within its own.
+        Pieces (P, 16): begin and end, m; position, and first and second derivative there; second derivative at the end;
+            the chord that it follows, counted within its polygon; the length of its span, m. The first piece of each
+            polygon, and P, (R + 1,): a polygon has none if chords are too short to round each corner within its own.
 
     Raises:
-        ValueError: The shapes do not match, or the runs are not those of M vertices.
+        ValueError: if the shapes do not match, or the runs are not those of M vertices.
 
     Example:
         >>> corner = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]

@@ -1,4 +1,4 @@
-"""Leaving a motion for another pose, without a jump in position, velocity or acceleration."""
+"""Change of a motion's target with continuous position, velocity and acceleration."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from cdpr.trajectory.jerk_limited import NO_MOVE, Limits
 from cdpr.trajectory.knots import Knot, through
 from cdpr.trajectory.trajectory import Stopping, Trajectory, sample_segments
 
-# A quintic's largest norms are looked for at so many places. Between two of them a norm of polynomials of degree n
-# exceeds both by about (n / places)^2 of itself, and so wrong are third derivatives taken by differences: below MISSED.
+# Sampling points for a quintic's largest norms. Between them, the norm of a polynomial of degree n exceeds the samples
+# by about (n / places)^2 of itself, and finite differences of third derivatives have the same error: below MISSED.
 PLACES = 500
 MISSED = 1e-4
 
-# Durations (s) that are tried; from one to the next by this factor, then halved until it is met within PRECISE.
+# Tried durations (s) with their ratio, followed by bisection to the relative precision PRECISE.
 SHORTEST, LONGEST, FACTOR, PRECISE = 1e-3, 1e4, 1.2, 1e-6
 
 
@@ -29,18 +29,19 @@ def redirected(
     limits: Limits | None = None,
     angular: Limits | None = None,
 ) -> Trajectory:
-    """Return `motion` until `time` (s), and from then on one quintic to a pose, at rest there.
+    """Return `motion` until `time` (s), followed by one quintic to a pose at rest.
 
     Args:
-        motion: as before; not one that is slowed down to rest.
-        time: when to leave it.
-        position: (3,) where to go, m, world; None for where the motion is at `time`.
-        orientation: (4,) attitude there, a unit quaternion; None likewise. The shorter way round is taken.
-        duration: how long it takes, s; None where limits are given.
-        limits: largest norms of the translation's derivatives: the quintic is the shortest that keeps them.
-        angular: those of the rotation, which needs them where it turns.
+        motion: previous motion; not one that slows down to rest.
+        time: time of the change, s.
+        position: (3,) target, m, world; None for the position at `time`.
+        orientation: (4,) target attitude, a unit quaternion; None likewise. The shorter rotation is taken.
+        duration: duration, s; None if limits are given.
+        limits: limits of the translation; the quintic is the shortest that respects them.
+        angular: limits of the rotation, required if it changes.
 
-    Raises CdprError where no quintic keeps the limits, as where the motion is faster already.
+    Raises:
+        CdprError: if no quintic respects the limits, such as if the motion is already faster.
     """
     if isinstance(motion, Stopping):
         raise CdprError(f"the motion stops at {motion.begin:g} s, and cannot go elsewhere")
@@ -63,7 +64,7 @@ def redirected(
 
 
 def _move(here: Array, there: Knot, time: float, duration: float) -> Trajectory:
-    """Go from a sample (19,) of a motion to a knot."""
+    """Return the move from a sample (19,) of a motion to a knot."""
     start = Knot(time, here[:3], here[3:7], here[7:10], here[10:13], here[13:16], here[16:])
     end = Knot(
         time + duration,
@@ -78,7 +79,7 @@ def _move(here: Array, there: Knot, time: float, duration: float) -> Trajectory:
 
 
 def _shortest(here: Array, there: Knot, limits: Limits, angular: Limits | None) -> float:
-    """Return the shortest duration (s) of a move within limits: the first that is found of those tried."""
+    """Return the shortest duration (s) of a move within limits: the first one found among those tried."""
 
     def kept(duration: float) -> bool:
         return _share(_move(here, there, 0.0, duration), limits, angular) <= 1.0
@@ -100,7 +101,7 @@ def _shortest(here: Array, there: Knot, limits: Limits, angular: Limits | None) 
 
 
 def _share(move: Trajectory, limits: Limits, angular: Limits | None) -> float:
-    """Return how much of the limits a move of one segment, which begins at time 0, takes."""
+    """Return the largest ratio of a move's derivatives to the limits; the move is one segment from time 0 on."""
     times = np.linspace(0.0, move.end, PLACES + 1)
     values = sample_segments(move.segments, np.zeros(len(times), dtype=np.int64), times)
     shares = [0.0]

@@ -1,4 +1,4 @@
-"""Derivatives of rotation vectors, of many at once: before the loop, where nothing is worth compiling."""
+"""Derivatives of many rotation vectors; used before the loop, so not compiled."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 from cdpr.model.robot import Array
 from cdpr.model.rotations import cross
 
-# Below this angle (rad) the coefficients are summed as series, of which the first term left out is below 1e-14.
+# rad; smaller angles use series with truncation errors below 1e-14.
 SMALL_ANGLE = 0.05
 
 
 def rotation_vector_rates(phi: Array, omega: Array, alpha: Array) -> tuple[Array, Array]:
-    """Derivatives (K, 3) of rotation vectors phi (K, 3), at most pi long, for body rates omega and alpha (K, 3).
+    """Return derivatives (K, 3) of rotation vectors phi (K, 3), |phi| <= pi, for body rates omega and alpha (K, 3).
 
     phi' = J^-1 omega and phi'' = J^-1 (alpha - J' phi') with J of `body_rates.hpp` and
     J^-1 = 1 + [phi] / 2 + c [phi]^2, c = (1 - t / 2 cot(t / 2)) / t^2, t = |phi|. (Chirikjian 2012, section 10.6.)
@@ -28,7 +28,7 @@ def rotation_vector_rates(phi: Array, omega: Array, alpha: Array) -> tuple[Array
 
 
 def _coefficients(square: Array) -> tuple[Array, Array, Array, Array]:
-    """c, a' / (t t'), b' / (t t') and b of angles t, from squares (K, 1); a, b as in `body_rates.hpp`."""
+    """Return c, a' / (t t'), b' / (t t') and b of angles t from squares (K, 1); a, b as in `body_rates.hpp`."""
     small = np.sqrt(square) < SMALL_ANGLE
     large = np.where(small, 1.0, square)
     t = np.sqrt(large)
@@ -51,17 +51,17 @@ def _coefficients(square: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _each(function: Callable[[float], float], values: Array) -> Array:
-    """A function of each of (K, 1) values, as kernels have it: numpy's own is another on each processor."""
+    """Apply a function to each of (K, 1) values; numpy's own functions depend on the processor, unlike the kernels."""
     return np.fromiter(map(function, values[:, 0].tolist()), np.float64, len(values))[:, None]
 
 
 def _inverse(phi: Array, c: Array, values: Array) -> Array:
-    """J^-1 times vectors (K, 3)."""
+    """Return J^-1 times vectors (K, 3)."""
     once = cross(phi, values)
     return np.asarray(values + 0.5 * once + c * cross(phi, once))
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Products (K, 1) of vectors (K, 3)."""
+    """Return the dot products (K, 1) of vectors (K, 3)."""
     x, y, z = (a * b).T
     return np.asarray(x + y + z)[:, None]

@@ -1,8 +1,7 @@
-"""Lines that follow each other as one curve: a cubic B-spline within the tolerance of their corners.
+"""Conversion of consecutive lines to one curve: a cubic B-spline within the tolerance of their corners.
 
-Many short chords become few wide spans, as far as the tolerance lets them (LinuxCNC merges lines for the same reason,
-and calls it a naive CAM detector), and a corner of long lines becomes two spans, as wide as its tolerance allows and
-its speed needs.
+Many short chords become few wide spans, as far as the tolerance allows (LinuxCNC merges lines for the same reason with
+its naive CAM detector). A corner of long lines becomes two spans, as wide as its tolerance allows and its speed needs.
 """
 
 from __future__ import annotations
@@ -19,22 +18,22 @@ from cdpr.trajectory.jerk_limited import Limits
 from cdpr.trajectory.polygon_splines import polygon_splines
 from cdpr.trajectory.worth import MISSES, worth
 
-# Pieces are joined smoothly where their directions differ by less, and their curvatures by less of themselves: points
-# in decimals miss a straight line by rounding. What is left is a step of 1e-9 of the speed.
+# Pieces meet smoothly if their directions differ by less, and their curvatures by less of themselves: decimal points
+# deviate from a straight line by rounding. The remaining step is 1e-9 of the speed.
 SMOOTH = 1e-9
 
-# A corner is so many times as wide as its speed needs, where its tolerance allows.
+# Factor of a corner's width over the width that its speed needs, if its tolerance allows.
 AMPLE = 3.0
 
-# No corner has to be narrower, m: from points so near, directions are still precise to 1e-10.
+# m, smallest necessary width of a corner: directions from such close points are precise to 1e-10.
 NARROW = 1e-5
 
 SHORT = 4e-6  # m; corners beside shorter lines may have no room to be rounded
 
-# Where corners beside it turn alike, by no more than this factor more or less, a corner may be so many times wider.
+# Corners with neighbours that turn in the same direction, within this factor, may be WIDER times wider.
 ALIKE, WIDER = 4.0, 8.0
 
-INNER, OUTER = 0.25, 0.5  # shares of a half chord for the sizes of its ends, so that the curve goes on straight
+INNER, OUTER = 0.25, 0.5  # shares of a half chord for the sizes of its ends, so that the curve continues straight
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +41,9 @@ class _Runs:
     """Lines that become one curve each: R runs.
 
     Attributes:
-        first: line of each run, (R,).
-        last: line of each run, (R,).
-        goes_on: whether the path is passed without a stop before the first and after the last, (R, 2).
+        first: first line of each run, (R,).
+        last: last line of each run, (R,).
+        goes_on: True if the motion does not stop before the first and after the last line, (R, 2).
     """
 
     first: Indices
@@ -53,12 +52,14 @@ class _Runs:
 
 
 def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_], Indices]:
-    """Return a course of N pieces, with curves for lines where tolerances allow.
+    """Return a course with curves instead of lines where tolerances allow.
 
-    And whether each piece joins the next, (N - 1,), and of which given piece each is, (N,).
+    No curve is farther from its lines than their tolerances. A single corner that would take more time than a stop
+    remains a stop.
 
-    No curve is farther from its lines than their tolerances, and a single corner that would take more time than a stop
-    stays one.
+    Returns:
+        The course of N pieces; True for pieces that join the next one smoothly, (N - 1,); the original piece of each,
+            (N,).
     """
     pieces, count = course.pieces, len(course.pieces)
     smooth, turn = _meeting(pieces)
@@ -78,7 +79,7 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_],
         tolerance[beside[stops]] = 0.0
         return smoothed(course, limits)
     if without.any():
-        # Stop beside what is too short, and if that does not help at all corners.
+        # add stops beside too short lines, or at all corners if that does not help
         within = np.zeros(count, dtype=np.int64)
         np.add.at(within, runs.first[without], 1)
         np.add.at(within, runs.last[without], -1)
@@ -88,11 +89,11 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_],
         return smoothed(course, limits)
     heads, tails = np.flatnonzero(runs.goes_on[:, 0]), np.flatnonzero(runs.goes_on[:, 1])
     halves = together([_halves(pieces, runs.first[heads], 0.0), _halves(pieces, runs.last[tails], 0.5)])
-    number = np.full(count + 1, 0)  # of the run that each line belongs to
+    number = np.full(count + 1, 0)  # number of runs that contain each line
     np.add.at(number, runs.first, 1)
     np.add.at(number, runs.last + 1, -1)
     alone = np.flatnonzero(np.cumsum(number[:-1]) == 0)
-    # In their order: of each run what comes first, its curves, and what comes last.
+    # In order: for each run its first half line, its curves, and its last half line.
     source = np.concatenate([alone, runs.first[heads], runs.last[tails], owner])
     place = np.concatenate([3 * alone, 3 * runs.first[heads], 3 * runs.last[tails] + 2, 3 * runs.first[run] + 1])
     whose = np.concatenate([np.full(len(alone), -1), heads, tails, run])
@@ -116,7 +117,7 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_],
 
 
 def _meeting(pieces: Curves) -> tuple[NDArray[np.bool_], Array]:
-    """Return whether pieces meet smoothly, (N - 1,), and by how much their directions differ."""
+    """Return whether pieces meet smoothly, (N - 1,), and the differences of their directions."""
     count = len(pieces)
     _, d0, dd0 = pieces.at(np.arange(count - 1), pieces.length[:-1])
     _, d1, dd1 = pieces.at(np.arange(1, count), np.zeros(count - 1))
@@ -127,7 +128,7 @@ def _meeting(pieces: Curves) -> tuple[NDArray[np.bool_], Array]:
 
 
 def _runs(course: Course, smooth: NDArray[np.bool_]) -> _Runs:
-    """Find the longest rows of lines with corners that may be missed; those that go straight on stay as they are."""
+    """Return the longest sequences of lines with tolerances at corners; straight continuations remain unchanged."""
     pieces = course.pieces
     straight = pieces.bounds[:, 1] == 0.0
     passed = ~course.stop[:-1] & (smooth | (course.tolerance[:-1] > 0.0))
@@ -143,7 +144,7 @@ def _runs(course: Course, smooth: NDArray[np.bool_]) -> _Runs:
 
 
 def _in_curves(pieces: Curves, corner: Indices, turn: Array) -> NDArray[np.bool_]:
-    """Say at which corners (K,) lines turn much as they do at both beside it."""
+    """Return True for corners (K,) that turn like both neighbours."""
     _, direction, _ = pieces.at(np.arange(len(pieces)), np.zeros(len(pieces)))
     change = np.zeros((len(turn) + 2, 3))
     change[1:-1] = np.diff(direction, axis=0)
@@ -167,14 +168,14 @@ def _halves(pieces: Curves, which: Indices, begin: float) -> Curves:
 def _curved(
     course: Course, turn: Array, widths: Array, runs: _Runs, limits: Limits
 ) -> tuple[Curves, Indices, Indices, NDArray[np.bool_]]:
-    """Return the curves of all runs, of which line each has its speed, and the run of each.
+    """Return the curves of all runs, the line that defines the speed of each, and its run.
 
-    And whether each run goes on, at its first and last end, from or into a line that it does not follow, (R, 2).
+    The last result is True for ends of a run whose adjacent line the curve does not follow straight, (R, 2).
     """
     pieces, many = course.pieces, runs.last - runs.first + 1
     starts = np.concatenate([[0], np.cumsum(many + 1)])
     total, ends = int(starts[-1]), starts[1:] - 1
-    # Of each vertex the line after it; of a run's last one the line before it.
+    # line after each vertex; for the last vertex of a run the line before it
     line = np.arange(total) - np.repeat(starts[:-1] - runs.first, many + 1)
     line[ends] -= 1
     share = np.zeros(total)
@@ -212,9 +213,9 @@ def _curved(
 
 
 def _reach(span: Array, rows: Indices) -> Array:
-    """Return how far from the ends of each run the first three control points reach, m, (R, 2).
+    """Return the distance of the first three control points from the ends of each run, m, (R, 2).
 
-    Where all three are on one line, direction and curvature at the end are the line's.
+    If all three are on one line, direction and curvature at the end are those of the line.
     """
     reach = np.zeros((len(rows) - 1, 2))
     some = np.flatnonzero(np.diff(rows))

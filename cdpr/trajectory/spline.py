@@ -1,4 +1,4 @@
-"""Velocities and accelerations for the knots that give none: the curve of least integrated squared jerk."""
+"""Unspecified velocities and accelerations of knots, by minimising the integrated squared jerk."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ _COST = _HIGH @ _JERK @ _HIGH.T
 def minimum_jerk(times: Array, x: Array, v: Array, a: Array) -> tuple[Array, Array]:
     """Return velocities and accelerations (K, 3) at knots with times (K,) and positions x (K, 3).
 
-    Entries of v and a that are not NaN are kept. The rest minimise the integral of the squared jerk, so that jerk and
-    its derivative are continuous where both were free. (Minimum-jerk spline; Flash and Hogan 1985 for one segment.)
-    A knot's unknowns meet only its neighbours', so that time and memory grow with K.
+    Entries of v and a that are not NaN are kept. The others minimise the integral of the squared jerk, so that jerk and
+    its derivative are continuous where both were free. (Minimum-jerk spline; Flash and Hogan 1985 for one segment.) The
+    unknowns of a knot are coupled only with those of its neighbours, so that time and memory are linear in K.
     """
     v, a = v.copy(), a.copy()
     if not (np.isnan(v).any() or np.isnan(a).any()):
         return v, a
     duration = np.diff(times)
-    # In units of the mean duration, the fifth powers stay moderate.
+    # in units of the mean duration, fifth powers stay moderate
     unit = (times[-1] - times[0]) / len(duration)
     h = duration / unit
     scale = np.tile(h[:, None] ** np.arange(3), 2)
@@ -51,13 +51,13 @@ def minimum_jerk(times: Array, x: Array, v: Array, a: Array) -> tuple[Array, Arr
 
 
 def _solve(cost: Array, steps: Array, known: Array, free: NDArray[np.bool_]) -> Array:
-    """Return velocity and acceleration (K, 2) of one coordinate that goes by `steps` (K - 1,).
+    """Return velocity and acceleration (K, 2) of one coordinate with displacements `steps` (K - 1,).
 
-    What is known becomes a row of the identity, its share in the other rows goes to the right-hand side.
+    Known values become rows of the identity, and their contributions to other rows move to the right-hand side.
     """
     rates = np.where(free, 0.0, known)
     before, after = cost[:, 1:3], cost[:, 4:6]
-    # Gradients with the unknowns at zero. A common shift of the positions costs nothing, so only the step matters.
+    # Gradients with zero unknowns. A common shift of the positions has no cost, so only the step matters.
     ends = np.concatenate([np.zeros((len(steps), 1)), rates[:-1], steps[:, None], rates[1:]], axis=1)
     gradient = np.zeros_like(rates)
     gradient[:-1] += np.einsum("kij,kj->ki", before, ends)

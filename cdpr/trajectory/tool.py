@@ -1,8 +1,7 @@
-"""The motion of a platform on which a tool moves as is desired.
+"""Motion of the platform for a desired motion of a tool.
 
-Where the platform keeps its attitude, its origin moves as the tool does, an offset away. Where it turns, the origin's
-way is no polynomial: it is met in position, velocity and acceleration at so many places that it is missed by less than
-`MISSED` between them; attitudes stay exactly as they were.
+If the platform keeps its attitude, its origin moves parallel to the tool. If it turns, the origin's path is no
+polynomial: it is interpolated in position, velocity and acceleration with an error below `MISSED`. Attitudes are exact.
 """
 
 from __future__ import annotations
@@ -21,22 +20,23 @@ from cdpr.trajectory.trajectory import COLUMNS, Trajectory, sample_segments
 
 Indices = NDArray[np.int64]
 
-MISSED = 1e-9  # m, below what any engine or comparison here tells apart
-MOST = 4096  # pieces of a segment; they miss by the sixth power of their length, so none has needed a tenth of them
-CHUNK = 16384  # segments that are moved at once: memory
-_LOOKS = (0.25, 0.5, 0.75)  # shares of a piece at which it is looked at
+MISSED = 1e-9  # m, below the resolution of engines and comparisons
+MOST = 4096  # pieces of a segment; the error falls with the sixth power of their length, so a tenth has always sufficed
+CHUNK = 16384  # segments per batch, to limit memory
+_LOOKS = (0.25, 0.5, 0.75)  # shares of a piece at which the error is checked
 # Coefficient k of a polynomial of w u + s is w^k times the sum over j of _SHIFT[k, j] s^(j - k) c_j.
 _SHIFT = np.array([[comb(j, k) for j in range(6)] for k in range(6)], dtype=np.float64)
 
 
 def of_tool(motion: Trajectory, tool: Array) -> Trajectory:
-    """Return the motion of the platform's origin by which a tool moves as `motion` says.
+    """Return the motion of the platform's origin for which a tool moves along `motion`.
 
     Args:
-        motion: of the tool, and the platform's attitude.
-        tool: (3,) where it is on the platform, m, platform axes.
+        motion: motion of the tool with the platform's attitude.
+        tool: (3,), position on the platform, m, platform axes.
 
-    Raises CdprError where the platform turns too wildly to follow.
+    Raises:
+        CdprError: if the platform turns too fast for the interpolation.
     """
     arm, segments = checked(tool, (3,), "tool"), motion.segments
     return Trajectory(
@@ -45,7 +45,7 @@ def of_tool(motion: Trajectory, tool: Array) -> Trajectory:
 
 
 def _moved(segments: Array, arm: Array) -> Array:
-    """Return the origin's way in segments (N, 42), as many or more."""
+    """Return the segments of the origin for segments (N, 42) of the tool, N or more."""
     turning = segments[:, 20:38].reshape(-1, 3, 6)[:, :, 1:].any(axis=(1, 2))
     still, left, count = np.flatnonzero(~turning), np.flatnonzero(turning), 1
     moved = segments[still]
@@ -63,9 +63,9 @@ def _moved(segments: Array, arm: Array) -> Array:
 
 
 def _pieces(segments: Array, which: Indices, arm: Array, count: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the origin's way in segments (N,) in which the platform turns, of `count` pieces each, (N, count, 42).
+    """Return the origin's motion in segments (N,) with rotation, in `count` pieces each, (N, count, 42).
 
-    And whether they are near enough to it, (N,).
+    The second result is True for segments with a sufficiently small error, (N,).
     """
     edges, many = np.linspace(0.0, 1.0, count + 1), len(which)
     ends = _origins(segments, np.repeat(which, count + 1), arm, np.tile(edges, many)).reshape(many, count + 1, 3, 3)
@@ -88,24 +88,27 @@ def _pieces(segments: Array, which: Indices, arm: Array, count: int) -> tuple[Ar
 
 
 def _part(coefficients: Array, low: float, share: float) -> Array:
-    """Coefficients (N, 18) of three quintics, as they are from a share `low` on, of a `share` of their duration."""
+    """Return the coefficients (N, 18) of three quintics restricted to a `share` of their duration from `low` on."""
     k = np.arange(6)
     shift = _SHIFT * low ** np.maximum(k[None] - k[:, None], 0) * (share**k)[:, None]
     return np.asarray(coefficients.reshape(-1, 3, 6) @ shift.T).reshape(-1, 18)
 
 
 def _desired(segments: Array, which: Indices, shares: Array) -> Array:
-    """Samples (K, 19) of segments (K,) at shares (K,) of them."""
+    """Return samples (K, 19) of segments (K,) at shares (K,) of them."""
     return sample_segments(segments, which, segments[which, 0] + segments[which, 1] * shares)
 
 
 def _reach(desired: Array, arm: Array) -> Array:
-    """Where a point (3,) of the platform is from its origin at samples (K, 19), (K, 3), m, world axes."""
+    """Return the vectors from the origin to a point (3,) of the platform at samples (K, 19), (K, 3), m, world axes."""
     return rotations.rotate(desired[:, 3:7], arm)
 
 
 def _origins(segments: Array, which: Indices, arm: Array, shares: Array) -> Array:
-    """Position, velocity and acceleration (K, 3, 3) of the platform's origin in segments (K,) at shares; world axes."""
+    """Return position, velocity and acceleration (K, 3, 3) of the platform's origin, world axes.
+
+    The samples are at shares (K,) of segments (K,).
+    """
     at = _desired(segments, which, shares)
     spin, reach = at[:, 10:13], _reach(at, arm)
     turned = np.cross(spin, reach)

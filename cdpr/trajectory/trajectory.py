@@ -1,4 +1,4 @@
-"""Desired motions made of segments, in each of which position and rotation vector are quintics of time.
+"""Desired motions of segments with quintic position and rotation vector.
 
 Attitude: R(t) = R_0 exp(phi(t)) with a quintic rotation vector phi in the axes of the segment's beginning.
 """
@@ -18,30 +18,34 @@ from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 
 # Columns of a segment: start, duration, coefficients of position and of the rotation vector (3 x 6 each, lowest power
-# first, of the share of the duration), attitude at its beginning.
+# first, in the share of the duration), attitude at its beginning.
 COLUMNS = 42
 
 
 class Trajectory:
-    """A desired motion: piecewise quintic, at rest before its start and after its end.
+    """Desired motion: piecewise quintic, at rest before its start and after its end.
 
-    `segments` are (K, 42), as `COLUMNS` says. Raises CdprError where they are not.
+    Args:
+        segments: (K, 42), see `COLUMNS`.
+
+    Raises:
+        CdprError: if the segments are invalid.
     """
 
     def __init__(self, segments: Array) -> None:
         self.segments = checked(np.atleast_2d(segments), (None, COLUMNS), "segments").copy()
         if not len(self.segments):
             raise CdprError("segments: a motion has at least one")
-        self._sampling: tuple[Array, Callable[[float], object], Lock] | None = None  # bound once, at the first sample
+        self._sampling: tuple[Array, Callable[[float], object], Lock] | None = None  # bound at the first sample
 
     @property
     def start(self) -> float:
-        """When the motion begins, s."""
+        """Start time, s."""
         return float(self.segments[0, 0])
 
     @property
     def end(self) -> float:
-        """When the motion ends, s."""
+        """End time, s."""
         return float(self.segments[-1, 0] + self.segments[-1, 1])
 
     def sampler(self, desired: Array) -> Callable[[float], object]:
@@ -49,7 +53,7 @@ class Trajectory:
         return bind("desired_motion", segments=self.segments, desired=live(desired, (19,), "desired"))
 
     def sample(self, time: float) -> Array:
-        """Return the desired state and accelerations at `time` (s), (19,), laid out as `cdpr.model` says."""
+        """Return the desired state and accelerations at `time` (s), (19,), in the layout of `cdpr.model`."""
         if self._sampling is None:
             desired = np.empty(19)
             self._sampling = desired, self.sampler(desired), Lock()
@@ -63,7 +67,7 @@ class Trajectory:
 
 
 class Stopping(Trajectory):
-    """A motion that is slowed down to rest along its path, from `begin` on within `duration` (s)."""
+    """Motion that slows down to rest along its path, from `begin` within `duration` (s)."""
 
     def __init__(self, motion: Trajectory, begin: float, duration: float) -> None:
         super().__init__(motion.segments)
@@ -72,7 +76,7 @@ class Stopping(Trajectory):
 
     @property
     def end(self) -> float:
-        """When the motion rests, s."""
+        """Time of rest, s."""
         return min(super().end, self.begin + self.duration)
 
     def sampler(self, desired: Array) -> Callable[[float], object]:
@@ -83,18 +87,18 @@ class Stopping(Trajectory):
 
 
 def sample_segments(segments: ArrayLike, which: ArrayLike, times: ArrayLike) -> Array:
-    """Return samples of segments, each at a time of its own.
+    """Return samples of segments, each at its own time.
 
     Args:
-        segments: (N, 42), as `COLUMNS` says.
+        segments: (N, 42), see `COLUMNS`.
         which: (K,) rows of `segments`.
         times: (K,) s.
 
     Returns:
-        (K, 19), laid out as `cdpr.model` says; at rest before and after the segment.
+        (K, 19), in the layout of `cdpr.model`; at rest before and after the segment.
 
     Raises:
-        ValueError: The shapes do not match, or a row does not exist.
+        ValueError: if the shapes do not match, or a row does not exist.
     """
     rows = np.ascontiguousarray(which, dtype=np.int64)
     given = {"segments": segments, "times": times}
@@ -107,7 +111,7 @@ def sample_segments(segments: ArrayLike, which: ArrayLike, times: ArrayLike) -> 
 
 
 def hold(position: Array, orientation: Array) -> Trajectory:
-    """Stay at a pose."""
+    """Return a motion at rest at a pose."""
     segment = np.zeros(COLUMNS)
     segment[1] = 1.0
     segment[2:20:6] = position

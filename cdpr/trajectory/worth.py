@@ -1,4 +1,4 @@
-"""What it costs to round a single corner of two lines, against stopping there."""
+"""Time of rounding a single corner of two lines, compared with a stop."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from cdpr.model.robot import Array
 from cdpr.trajectory.course import Course
 from cdpr.trajectory.jerk_limited import Limits
 
-# A single corner of size h, rounded from h before it to h behind, is missed by h / MISSES times its turn.
+# A single corner of size h, rounded from h before to h after it, deviates by h / MISSES times its turn.
 MISSES = 6.0
 
-# A corner is single where its size is no more than so many times its shorter line; others vanish among neighbours.
+# A corner is single if its size is at most this multiple of its shorter line; others merge with their neighbours.
 MERGED = 2.0
 
-# Sizes that are tried, as shares of the largest.
+# Tried sizes as shares of the largest.
 TRIED = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
 
-# A corner that has to be narrower, m, is none.
+# m; narrower corners are not rounded.
 NARROWEST = 1e-6
 
 # Shares of acceleration and jerk for a single corner's curvature (`corners.ALONE`).
@@ -25,15 +25,16 @@ BENT, BENT_JERK = 0.95, 0.85
 
 
 def worth(course: Course, sharp: Array, limits: Limits) -> Array:
-    """Return how wide to round the corners between N pieces, m, (N - 1,): 0 for a stop, infinite for what is allowed.
+    """Return the widths of rounded corners between N pieces, m, (N - 1,).
+
+    A width of 0 means a stop, an infinite one the largest that is allowed. The time of a corner is that of both changes
+    of speed and of its length at its speed, less the time of the same distance at full speed, which is the speed
+    reached on the line between two stops.
 
     Args:
-        course: the pieces; only single corners of lines are judged, others are worth rounding.
-        sharp: by how much their directions differ, (N - 1,), positive.
-        limits: of the motion.
-
-    A corner costs the time of both changes of speed, and of its own length at its speed, less the time of the same way
-    at full speed, which is what is reached in the line between two stops.
+        course: the pieces; only single corners of lines are judged, others are always rounded.
+        sharp: differences of their directions, (N - 1,), positive.
+        limits: limits of the motion.
     """
     length = course.pieces.length
     shorter = np.minimum(length[:-1], length[1:])
@@ -61,14 +62,14 @@ def worth(course: Course, sharp: Array, limits: Limits) -> Array:
 
 
 def _reached(way: Array, limits: Limits) -> Array:
-    """Return the speed, m/s, that is reached on a way, m, between two stops, with and without steady acceleration."""
+    """Return the speed, m/s, reached within a distance, m, between two stops, with or without constant acceleration."""
     rise = limits.acceleration / limits.jerk
     steady = 0.5 * limits.acceleration * (np.sqrt(rise**2 + 4.0 * way / limits.acceleration) - rise)
     return np.where(steady >= limits.acceleration * rise, steady, np.cbrt(0.25 * limits.jerk * way**2))
 
 
 def _lost(fast: Array, slow: Array, limits: Limits) -> Array:
-    """Return the time, s, that a change of speed takes more than its way does at the faster one."""
+    """Return the time, s, that a change of speed loses against the faster speed over the same distance."""
     change, rise = fast - slow, limits.acceleration / limits.jerk
     steady = change >= limits.acceleration * rise
     time = np.where(steady, change / limits.acceleration + rise, 2.0 * np.sqrt(change / limits.jerk))

@@ -1,8 +1,8 @@
-"""Workspaces: where a robot can hold, pull and accelerate.
+"""Workspaces: poses at which a robot can hold, pull and accelerate.
 
-At a pose, `measure` asks every facet of what the cables can exert (`facets`, `assess`) how far it is from what must be
-exerted (`required`). A `region` is a box of positions, cut into cells; a `workspace` is what was found there, of one of
-several `kinds`; an `oracle` asks linear programs about the same poses.
+At a pose, `measure` computes the distance of the required wrenches (`required`) from every facet of the available ones
+(`facets`, `assess`). A `region` is a box of positions divided into cells. A `workspace` is the result there, of one of
+several `kinds`; an `oracle` checks the same poses by linear programs.
 """
 
 from __future__ import annotations

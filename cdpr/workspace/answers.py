@@ -1,4 +1,4 @@
-"""What kinds of workspaces measure: each function answers a question about poses (K, 7) of a robot."""
+"""Measures of the kinds of workspaces; each function evaluates poses (K, 7) of a robot."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from cdpr.workspace.question import Question, directions
 
 
 def margin(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
-    """Measure the capacity margin, N."""
+    """Return the capacity margin, N."""
     return _exerted(robot, poses, question, jobs, "margin")
 
 
 def closure(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
-    """Measure by how much the cables can pull against each other in all directions."""
+    """Return the closure measure: the ability of the cables to pull against each other in all directions."""
     return _exerted(robot, poses, question, jobs, "closure")
 
 
 def payload(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
-    """Measure the largest mass, kg, beside the platform."""
+    """Return the largest additional mass, kg."""
     return _exerted(robot, poses, question, jobs, "payload")
 
 
 def free(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
-    """Measure the least clearance, m, of cables."""
+    """Return the smallest clearance of cables, m."""
     value, which = clearance(robot, question.obstacles, question.diameter).at(poses, jobs)
     return Measured(value, _ones(value), _no(value), which)
 
 
 def dexterity(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
-    """Measure the least over the largest singular value of the wrench matrix, moments divided by the length."""
+    """Return the ratio of the smallest to the largest singular value of W, moments divided by the length."""
     _, W = stiffness(robot, poses, np.zeros((len(poses), robot.m)), gravity=question.gravity, jobs=jobs)
     sizes = np.linalg.svd(W[:, robot.rows] * question.weights(robot)[:, None], compute_uv=False)
     value = np.zeros(len(poses)) if robot.m < robot.n else sizes[:, -1] / sizes[:, 0]
@@ -46,7 +46,10 @@ def dexterity(robot: Robot, poses: Array, question: Question, jobs: int | None =
 
 
 def stiff(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
-    """Measure the least stiffness, N/m with moments divided by the length, or that in one direction, all else free."""
+    """Return the smallest stiffness, or that in one direction with all else free.
+
+    The unit is N/m, with moments divided by the length.
+    """
     K, _, held = _stiffness(robot, poses, question, jobs, needed=True)
     if question.direction is None:
         return _least(K * np.outer(question.weights(robot), question.weights(robot)), held)
@@ -55,15 +58,15 @@ def stiff(robot: Robot, poses: Array, question: Question, jobs: int | None = Non
     regular = held & (np.linalg.cond(K) < 1.0 / RANK_TOLERANCE)
     value[regular] = 1.0 / np.linalg.inv(K[regular])[:, at, at]
     least = _least(K * np.outer(question.weights(robot), question.weights(robot)), held).value
-    value[least <= 0.0] = -np.abs(value[least <= 0.0])  # it falls over some other way
+    value[least <= 0.0] = -np.abs(value[least <= 0.0])  # unstable in some other direction
     return Measured(value, np.abs(K).max(axis=(1, 2)), _no(value), _nothing(value))
 
 
 def stable(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
-    """Measure the least stiffness with which the platform returns, N/m with moments divided by the length.
+    """Return the smallest stiffness with which the platform returns, N/m with moments divided by the length.
 
-    Of cables whose axial stiffness is not known the length does not change: what counts are motions that stretch none
-    of those that are taut. Infinite where there is no such motion: a platform on rigid cables that pull is stable.
+    Cables of unknown axial stiffness have constant length: only motions that stretch no taut such cable count. The
+    result is infinite if there is no such motion, since a platform held by taut rigid cables is stable.
     """
     K, W, held = _stiffness(robot, poses, question, jobs, needed=False)
     weights = question.weights(robot)
@@ -75,7 +78,7 @@ def stable(robot: Robot, poses: Array, question: Question, jobs: int | None = No
     for k in np.flatnonzero(held):
         taut = _rigid(robot, question) & (tension[k] > SLACK * tension[k].max())
         _, sizes, motions = np.linalg.svd((W[k][robot.rows] * weights[:, None])[:, taut].T)
-        kept = motions[significant(sizes) :]  # these stretch no cable
+        kept = motions[significant(sizes) :]  # motions that stretch no cable
         left = np.linalg.eigvalsh(_symmetric(kept @ K[k] @ kept.T))
         value[k] = left[0] if len(left) else np.inf
         scale[k] = np.abs(left).max(initial=1.0)
@@ -83,7 +86,7 @@ def stable(robot: Robot, poses: Array, question: Question, jobs: int | None = No
 
 
 def frequency(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
-    """Measure the lowest natural frequency, Hz, with locked drums and without damping; negative where it falls over."""
+    """Return the lowest natural frequency, Hz, with locked drums and without damping; negative if unstable."""
     K, _, held = _stiffness(robot, poses, question, jobs, needed=True)
     rows = np.ix_(robot.rows, robot.rows)
     mass = np.array([each[rows] for each in inertia(robot, poses)])
@@ -96,7 +99,7 @@ def frequency(robot: Robot, poses: Array, question: Question, jobs: int | None =
 
 
 def limits(robot: Robot, question: Question, numbers: list[int], *, bodies: bool) -> dict[str, str]:
-    """Return names of what limits values: of what is nearest to what, or of a direction."""
+    """Return the names of the limiting bodies or directions by number."""
     if bodies:
         among = clearance(robot, question.obstacles, question.diameter)
         return {str(number): among.name(number) for number in numbers}
@@ -105,7 +108,7 @@ def limits(robot: Robot, question: Question, numbers: list[int], *, bodies: bool
 
 
 def notes(robot: Robot, question: Question, *, bodies: bool) -> list[str]:
-    """Return what one should know of an answer beside its values."""
+    """Return remarks on an answer."""
     if not bodies:
         return []
     among, told = clearance(robot, question.obstacles, question.diameter), []
@@ -125,7 +128,7 @@ def _exerted(robot: Robot, poses: Array, question: Question, jobs: int | None, m
 
 
 def _rigid(robot: Robot, question: Question) -> NDArray[np.bool_]:
-    """Which cables have no axial stiffness, (m,)."""
+    """Return True for cables without axial stiffness, (m,)."""
     given = question.axial_stiffness is not None
     return np.array([not given and cable.axial_stiffness is None for cable in robot.cables])
 
@@ -133,7 +136,7 @@ def _rigid(robot: Robot, question: Question) -> NDArray[np.bool_]:
 def _stiffness(
     robot: Robot, poses: Array, question: Question, jobs: int | None, *, needed: bool
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """K (K, n, n) and W (K, 6, m) with the tensions that hold the platform, and whether there are such."""
+    """Return K (K, n, n) and W (K, 6, m) at the static tensions, and True for poses where these exist."""
     rigid = _rigid(robot, question)
     if needed and rigid.any():
         name = robot.cables[int(np.argmax(rigid))].name
@@ -153,7 +156,7 @@ def _stiffness(
 
 
 def _least(K: Array, held: NDArray[np.bool_]) -> Measured:
-    """The least eigenvalue of K (K, n, n), NaN where the cables do not hold the platform."""
+    """Return the smallest eigenvalue of K (K, n, n); NaN if the cables do not hold the platform."""
     found = np.linalg.eigvalsh(_symmetric(K))
     value = np.where(held, found[:, 0], np.nan)
     return Measured(value, np.abs(found).max(axis=1), _no(value), _nothing(value))

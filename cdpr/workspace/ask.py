@@ -1,4 +1,4 @@
-"""Positions that are asked whether they are inside a workspace, in all attitudes of a region."""
+"""Evaluation of positions in all attitudes of a region."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ def ask_positions(
     positions: Array,
     jobs: int | None,
 ) -> Asked:
-    """Answer positions (n, 3) in all attitudes of a region."""
+    """Return the results for positions (n, 3) in all attitudes of a region."""
     value, limit = np.full(len(positions), np.nan), np.full(len(positions), -1, dtype=np.int64)
     boundary, inside = np.zeros(len(positions), dtype=bool), np.full(len(positions), over == "all")
     for first in range(0, len(positions), PIECE):
         cut = slice(first, first + PIECE)
         poses = np.empty((len(positions[cut]), 7))
         poses[:, :3] = positions[cut]
-        lost = np.zeros(len(poses), dtype=bool)  # of all attitudes one has no value: then there is no least of them
+        lost = np.zeros(len(poses), dtype=bool)  # True if an attitude has no value, so that there is no minimum
         for q in region.orientations:
             poses[:, 3:] = q
             found = kind.answer(robot, poses, question, jobs)
@@ -65,7 +65,7 @@ def ask_positions(
 def inside_of(
     robot: Robot, kind: WorkspaceKind, question: Question, found: Measured, poses: Array
 ) -> NDArray[np.bool_]:
-    """Return whether poses are inside, (K,); where W lacks rank, a solver says whether that is possible."""
+    """Return True for poses inside, (K,); where W is rank-deficient, a solver decides if possible."""
     rounding = BOUNDARY * found.scale
     with np.errstate(invalid="ignore"):
         if question.at_least is not None:
@@ -82,10 +82,10 @@ def inside_of(
 
 
 def _held(robot: Robot, poses: Array, question: Question) -> NDArray[np.bool_]:
-    """Whether tensions within the limits exert all corners of what is required, beyond the weight."""
+    """Return True if tensions within the limits provide all corners of the required set in addition to the weight."""
     required, held = question.required, np.ones(len(poses), dtype=bool)
     if required.form == "ellipsoid" and len(required.vectors):
-        return ~held  # not all of one with an extent, where W lacks rank; of a flat one nobody says
+        return ~held  # unknown for flat ellipsoids; others do not fit a rank-deficient W
     for corner in required.corners():
         moved = (corner[:3], corner[3:]) if required.accelerations else ()
         wrenches = [required_wrench(robot, make_state(p[:3], p[3:]), question.gravity, *moved) for p in poses]
@@ -97,7 +97,11 @@ def _held(robot: Robot, poses: Array, question: Question) -> NDArray[np.bool_]:
 def checked_question(
     kind: WorkspaceKind, robot: Robot, question: Question | None, over: Over, asked: dict[str, Any]
 ) -> Question:
-    """Return what is asked, with the parts that are given by their names. Raises CdprError."""
+    """Return the complete question, including the parts given by name.
+
+    Raises:
+        CdprError: if it is invalid.
+    """
     if over not in ("all", "any"):
         raise CdprError(f"over: all or any of the orientations is expected, got {over!r}")
     known = [each.name for each in fields(Question)]

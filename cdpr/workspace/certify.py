@@ -1,8 +1,8 @@
-"""Boxes of a region that are proved to be inside a workspace, or outside; the rest is cut into eight, and so on.
+"""Boxes of a region that are proved to be inside or outside a workspace; undecided boxes are divided into eight.
 
-What is proved holds at each position of a box, not at its middle alone. Where forces decide, the operation `prove`
-(proofs.hpp) proves it; where a value changes by no more than a slope along a metre, it is that in the middle, less what
-half a diagonal makes of it. What is known of the robot and the wrenches is taken as known to within some roundings.
+A proof holds at every position of a box, not only at its centre. For forces, the operation `prove` (proofs.hpp) proves
+it. For values with a bounded slope, the centre's value minus the slope times half the diagonal suffices. Data of the
+robot and of the wrenches are assumed to be exact up to a few roundings.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from cdpr.workspace.measure import asked_of
 from cdpr.workspace.question import Question
 from cdpr.workspace.regions import Region
 
-START = 8  # boxes along the longest side, to begin with
-PIECE = 65536  # boxes that are looked at before it is asked whether enough is decided
-UNDECIDED = 0.02  # share of the region that may stay undecided, unless said
-MOST = 20_000_000  # boxes that are looked at: some minutes, and a gigabyte
-LACKING = 3  # levels of boxes that are asked whether W lacks rank all over them
-WITHIN = 0.21, 0.79  # shares of a side, at which they are asked: corners may be anchors
-DEEPEST = 17  # times that a box is cut: boxes can be numbered, and their sides are above round-off
-# What is given, or made of that in a few operations, may be off by this share of the largest number of its kind.
+START = 8  # initial boxes along the longest side
+PIECE = 65536  # boxes between two checks of the undecided share
+UNDECIDED = 0.02  # default share of the region that may stay undecided
+MOST = 20_000_000  # limit of evaluated boxes: some minutes, and a gigabyte
+LACKING = 3  # levels at which boxes are checked for rank-deficient W
+WITHIN = 0.21, 0.79  # shares of a side at which they are checked; corners may coincide with anchors
+DEEPEST = 17  # maximum number of divisions: boxes can be numbered, and their sides exceed round-off
+# Relative error of given data, and of data computed from them in a few operations.
 ROUNDED = 2.0**-46
-# Halves of sides are taken as larger by this share, so that boxes that meet do so after rounding, too.
+# Relative increase of half sides, so that adjacent boxes overlap in spite of rounding.
 OVERLAP = 2.0**-40
-# What a clearance may be off by round-off, m: a hundred times what distances of segments within 100 m are.
+# Round-off of a clearance, m: a hundred times that of distances between segments within 100 m.
 SLACK = 1e-9
 
 OUTSIDE, NEITHER, INSIDE = -1, 0, 1
@@ -52,14 +52,14 @@ class Proofs:
     """Boxes that together fill a region.
 
     Attributes:
-        region: that is filled.
-        roots: (3,), boxes along each axis before any was cut.
-        level: (k,), how often each has been halved.
-        place: (k, 3), its number along each axis among those of its level.
-        proved: (k,), INSIDE, OUTSIDE, or NEITHER where it is undecided.
-        asked: how many boxes were looked at.
-        lacking: share of the region that was not cut further, because W lacks rank all over it: the proofs invert
-            W W^T. Not kept in files.
+        region: the region.
+        roots: (3,), initial boxes along each axis.
+        level: (k,), number of divisions.
+        place: (k, 3), index along each axis among the boxes of its level.
+        proved: (k,), INSIDE, OUTSIDE, or NEITHER if undecided.
+        asked: number of evaluated boxes.
+        lacking: share of the region that was not divided further, because W is rank-deficient in all of it: the proofs
+            invert W W^T. Not stored in files.
     """
 
     region: Region
@@ -72,7 +72,7 @@ class Proofs:
 
     @property
     def notes(self) -> list[str]:
-        """Why nothing is proved of a part, in a sentence."""
+        """Reason why a part has no proof, in a sentence."""
         if not self.lacking:
             return []
         part = "anywhere in the box" if self.lacking > 1.0 - ROUNDED else f"in {100 * self.lacking:.3g} % of the box"
@@ -83,7 +83,7 @@ class Proofs:
 
     @property
     def volume(self) -> float:
-        """What is proved to be inside, m^3, or m^2 or m where the platform moves in a plane or along a line."""
+        """Size of the part proved to be inside, m^3, or m^2 or m for motion in a plane or along a line."""
         return self.shares()[NAMES[INSIDE]] * self.region.cell * self.region.cells
 
     def told(self) -> dict[str, Any]:
@@ -99,12 +99,12 @@ class Proofs:
         return low, low + sides
 
     def shares(self) -> dict[str, float]:
-        """Return which shares of the region are "proved_inside", "proved_outside" and "undecided"."""
+        """Return the shares of the region that are "proved_inside", "proved_outside" and "undecided"."""
         size = self._sizes()
         return {name: float(size[self.proved == verdict].sum()) for verdict, name in NAMES.items()}
 
     def at(self, positions: Array) -> Whole:
-        """Return what is proved at positions (n, 3) of the region, (n,)."""
+        """Return the verdicts at positions (n, 3) of the region, (n,)."""
         region, found = self.region, np.full(len(positions), NEITHER)
         extent = np.where(region.upper > region.lower, region.upper - region.lower, 1.0)
         share = (positions - region.lower) / extent
@@ -121,7 +121,7 @@ class Proofs:
         return found
 
     def drawn(self, rng: np.random.Generator, count: int) -> tuple[Array, Whole]:
-        """Return positions (n, 3) in what is decided, uniformly, and what is proved there; none where nothing is."""
+        """Return uniformly random decided positions (n, 3) and their verdicts; empty if nothing is decided."""
         size = self._sizes() * (self.proved != NEITHER)
         if not size.any():
             return np.empty((0, 3)), np.empty(0, dtype=np.int64)
@@ -130,18 +130,18 @@ class Proofs:
         return low[chosen] + rng.random((count, 3)) * (high - low)[chosen], self.proved[chosen]
 
     def _sizes(self) -> Array:
-        """Shares of the region that boxes are, (k,)."""
+        """Return the sizes of the boxes as shares of the region, (k,)."""
         return np.asarray(0.5 ** (self.level * len(self.region.moving)) / float(np.prod(self.roots)))
 
     def plain(self) -> dict[str, NDArray[Any]]:
-        """Return it as arrays, which a file holds."""
+        """Return its data as arrays for a file."""
         asked = np.array(self.asked)
         named = {"level": self.level, "place": self.place, "proved": self.proved, "roots": self.roots, "asked": asked}
         return {f"box_{name}": array for name, array in named.items()}
 
     @classmethod
     def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Proofs:
-        """Undo `plain`."""
+        """Return the proofs from the arrays of `plain`."""
         level, place, proved, roots = (arrays[f"box_{name}"] for name in ("level", "place", "proved", "roots"))
         return cls(region, roots, level, place, proved, int(arrays["box_asked"]))
 
@@ -157,19 +157,20 @@ def certify(
     jobs: int | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Proofs:
-    """Prove boxes of a region to be inside a workspace or outside.
+    """Prove boxes of a region to be inside or outside a workspace.
 
     Args:
-        robot: whose cables leave from points.
-        kind: one that can be `proved`.
-        region: that is cut into boxes; its cells do not matter.
-        question: what is asked.
-        over: whether "all" attitudes must be inside, or "any" of them.
-        undecided: the share of the region that may stay undecided. More does where `MOST` boxes were looked at.
+        robot: robot whose cables leave from points.
+        kind: kind with `proved`.
+        region: region to divide into boxes; its cells are ignored.
+        question: parameters of the kind.
+        over: "all" or "any" attitudes must be inside.
+        undecided: share of the region that may stay undecided; more if `MOST` boxes were evaluated.
         jobs: threads; the result is the same.
-        progress: called with what is decided, in percent, and 100.
+        progress: called with the decided share in percent, and 100.
 
-    Raises CdprError where nothing can be proved of such a robot or question.
+    Raises:
+        CdprError: if nothing can be proved for such a robot or question.
     """
     _check(robot, kind, question, undecided)
     provers = [_prover(robot, kind, question, region, q, jobs) for q in region.orientations]
@@ -212,7 +213,7 @@ def certify(
 def _lacks(
     robot: Robot, kind: WorkspaceKind, question: Question, region: Region, low: Array, sides: Array
 ) -> NDArray[np.bool_]:
-    """Return whether W lacks rank at all points looked at of boxes with lowest corners (k, 3), in all attitudes."""
+    """Return True for boxes with W rank-deficient at all sampled points in all attitudes; corners are (k, 3)."""
     lost = np.ones(len(low), dtype=bool)
     for share in [(0.5, 0.5, 0.5), *product(WITHIN, repeat=3)]:
         for q in region.orientations:
@@ -225,7 +226,7 @@ def _lacks(
 
 
 def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: float) -> None:
-    """Raise CdprError where nothing can be proved."""
+    """Raise CdprError if nothing can be proved."""
     if not kind.proved:
         known = ", ".join(each.name for each in KINDS.values() if each.proved)
         raise CdprError(f"method: nothing is proved of {kind.name}, but of {known}; take grid or octree")
@@ -244,7 +245,7 @@ def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: flo
 def _prover(
     robot: Robot, kind: WorkspaceKind, question: Question, region: Region, q: Array, jobs: int | None
 ) -> Callable[[Array, Array], Whole]:
-    """What proves boxes of middles (n, 3) and half sides (3,) in one attitude."""
+    """Return the function that proves boxes with centres (n, 3) and half sides (3,) in one attitude."""
     if kind.slope is not None:
         slope, edge = kind.slope, question.at_least or 0.0
 
@@ -274,7 +275,7 @@ def _prover(
 
 
 def _wrenches(robot: Robot, question: Question, q: Array) -> Array:
-    """All that must be exerted in one attitude, (k, 6): corners of the required set, with what carries the weight."""
+    """Return all required wrenches in one attitude, (k, 6): corners of the required set plus the weight."""
     state = make_state((0.0, 0.0, 0.0), q)
     corners, required = question.required.corners(), question.required
     if required.accelerations:
@@ -291,10 +292,10 @@ def _extent(region: Region) -> Array:
 
 
 def _sides(region: Region, roots: Whole, level: Any) -> Array:
-    """Sides of boxes that have been halved so often, m."""
+    """Return the sides of boxes after a number of divisions, m."""
     return np.asarray(_extent(region) / roots * 0.5**level)
 
 
 def _counts(region: Region, roots: Whole, level: int) -> tuple[int, ...]:
-    """Boxes of a level along each axis."""
+    """Return the number of boxes of a level along each axis."""
     return tuple(int(n) << level if side else 1 for n, side in zip(roots, _extent(region), strict=True))

@@ -1,12 +1,12 @@
-"""The folder of a workspace in chunks: what was asked, a ledger, the tables of some cells each, and a summary.
+"""Folder of a workspace in chunks: description, ledger, tables of the cells, and summary.
 
-    workspace.json    what was asked, of which robot and by which versions; all that the result depends on
-    cases.jsonl       a line for each chunk that is written, with its checksum and its tally (`cdpr.jobs.folder`)
-    chunks/000000.npz value, float64; inside and boundary, packed bits; limit, whole numbers as small as they go
-    summary.json      once all are there
+    workspace.json    parameters, robot and versions; everything that determines the result
+    cases.jsonl       one line per written chunk, with its checksum and its tally (`cdpr.jobs.folder`)
+    chunks/000000.npz value, float64; inside and boundary, packed bits; limit, integers as small as possible
+    summary.json      written after all chunks
 
-Values have all their digits: so what is loaded is the workspace that memory would have held, to the bit. A cell takes
-9.25 bytes; margins hardly compress.
+Values are stored exactly, so that a loaded workspace equals one computed in memory to the bit. A cell takes 9.25 bytes;
+margins are hardly compressible.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ KIND = "workspace"
 FORMAT = "cdpr workspace chunks 2"
 CHUNKS, SUMMARY, MANIFEST = "chunks", "summary.json", f"{KIND}.json"
 
-MEMORY = 0.5  # of the machine's that tables may take
-CELL = 19  # bytes of a cell in memory: value and limit, inside, boundary and evaluated
-CELL_WRITTEN = 10  # bytes of a cell on a disk, and a little to spare
+MEMORY = 0.5  # largest share of the machine's memory for tables
+CELL = 19  # bytes of a cell in memory: value, limit, inside, boundary and evaluated
+CELL_WRITTEN = 10  # bytes of a cell on disk, with some reserve
 
-# What of workspace.json says that it is another one, and how a message calls it.
+# Keys of workspace.json that identify a workspace, and their names in messages.
 ASKED = {
     "format": "format",
     "kind": "kind",
@@ -70,7 +70,11 @@ def packed(found: Asked) -> bytes:
 
 
 def unpacked(content: bytes, count: int) -> Asked:
-    """Undo `packed` of so many cells. Raises ValueError, KeyError or BadZipFile."""
+    """Return the cells of the content of a chunk's file with `count` cells.
+
+    Raises:
+        ValueError, KeyError, BadZipFile: if it is damaged.
+    """
     with np.load(io.BytesIO(content), allow_pickle=False) as found:
         inside, boundary = (np.unpackbits(found[name], count=count).astype(bool) for name in ("inside", "boundary"))
         read = Asked(found["value"], found["limit"].astype(np.int64), inside, boundary)
@@ -80,12 +84,12 @@ def unpacked(content: bytes, count: int) -> Asked:
 
 
 def chunk_path(folder: Path, number: int) -> Path:
-    """Return where a chunk is."""
+    """Return the path of a chunk."""
     return folder / CHUNKS / f"{number:06d}.npz"
 
 
 def read_chunk(folder: Path, number: int, row: Outcome) -> bytes | None:
-    """Return the content of a chunk's file; None where it is not there or not what was written."""
+    """Return the content of a chunk's file; None if it is missing or damaged."""
     try:
         content = chunk_path(folder, number).read_bytes()
     except OSError:
@@ -94,7 +98,7 @@ def read_chunk(folder: Path, number: int, row: Outcome) -> bytes | None:
 
 
 def plain(value: Any) -> Any:
-    """Return frozen data, such as a robot, as what JSON holds; what is not finite as text."""
+    """Return frozen data, such as a robot, as JSON data; non-finite numbers become text."""
     if is_dataclass(value):
         return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
     if isinstance(value, Mapping):
@@ -107,13 +111,13 @@ def plain(value: Any) -> Any:
 
 
 def digest(content: Mapping[str, Any]) -> str:
-    """Return what tells workspaces apart."""
+    """Return the hash that identifies a workspace."""
     asked = {name: content[name] for name in ASKED}
     return checksum(json.dumps(asked, sort_keys=True).encode())
 
 
 def refuse_another(folder: Path, content: Mapping[str, Any]) -> None:
-    """Raise OutputError, which says what differs, where a folder is of another workspace, LogError if spoilt."""
+    """Raise OutputError with the difference if a folder belongs to another workspace, LogError if it is damaged."""
     if not (folder / MANIFEST).is_file():
         return
     known = _manifest(folder)
@@ -129,7 +133,7 @@ def refuse_another(folder: Path, content: Mapping[str, Any]) -> None:
 
 
 class Folder(NamedTuple):
-    """What a folder of a workspace holds: names as in a file, the cells, and their tables."""
+    """Content of a workspace folder: data as in a file, the cells, and their tables."""
 
     about: dict[str, Any]
     region: Region
@@ -137,7 +141,11 @@ class Folder(NamedTuple):
 
 
 def read_folder(folder: Path) -> Folder:
-    """Read a folder in which all chunks are. Raises LogError where it cannot be read, or is too large."""
+    """Read a complete folder.
+
+    Raises:
+        LogError: if it is incomplete, damaged, or too large.
+    """
     known = _manifest(folder)
     there = known["region"]
     lower, upper, attitudes = (np.array(there[name], dtype=float) for name in ("lower", "upper", "orientations"))
@@ -198,7 +206,7 @@ def _manifest(folder: Path) -> dict[str, Any]:
 
 
 def _differences(name: str, there: Any, here: Any) -> Iterator[tuple[str, Any, Any]]:
-    """Yield names, such as robot.cables.3.tension_max, of what is not the same, with both."""
+    """Yield the names, such as robot.cables.3.tension_max, and both values of all differences."""
     if isinstance(there, dict) and isinstance(here, dict) and there.keys() == here.keys():
         for key in here:
             yield from _differences(f"{name}.{key}", there[key], here[key])

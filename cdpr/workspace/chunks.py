@@ -1,9 +1,8 @@
-"""A workspace of any number of cells, computed in chunks into a folder: it goes on where it stopped.
+"""Workspaces of any number of cells, computed in chunks into a folder that can be resumed.
 
-A chunk is a range of the cells' numbers, the same whoever computes it and however many do so: the folder's files and
-its summary have the same bits for any number of threads, on a cluster, and where it was killed and went on. The
-summary is that of `workspace` in memory, to the bit. In memory are a few chunks for each thread, and a layer of the
-table across its first axis, by which pieces that hang together are counted.
+A chunk is a fixed range of cell numbers. The folder's files and its summary have the same bits for any number of
+threads, on a cluster, and after interruptions. The summary equals that of `workspace` in memory to the bit. The memory
+holds a few chunks per thread, and one layer of the table across its first axis to count connected parts.
 """
 
 from __future__ import annotations
@@ -42,16 +41,16 @@ from cdpr.workspace.question import Question
 from cdpr.workspace.regions import PIECE, Region
 from cdpr.workspace.tally import Tally, figures, tally, total
 
-PIECES = 8  # of cells that are asked together, in a chunk: half a second of margins, and 5 MB
-AHEAD = 2  # chunks that a cluster has for each of its threads: one at work, one that waits
-MOST_WIDE = 10**7  # cells along an axis, and of a layer: what is kept of them takes half a gigabyte
+PIECES = 8  # pieces of cells per chunk: half a second of margins, and 5 MB
+AHEAD = 2  # chunks of a cluster per thread: one running, one waiting
+MOST_WIDE = 10**7  # limit of cells along an axis and in a layer: half a gigabyte of memory
 
 Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is asked of all cells."""
+    """Parameters of all cells."""
 
     robot: Robot
     kind: str
@@ -62,7 +61,7 @@ class Task:
 
 
 class Chunk(NamedTuple):
-    """Some cells."""
+    """Range of cells."""
 
     task: Task
     number: int
@@ -70,10 +69,10 @@ class Chunk(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a chunk gave."""
+    """Result of a chunk."""
 
     number: int
-    content: bytes  # of its file
+    content: bytes  # content of its file
     checksum: str
     counted: Tally
 
@@ -94,22 +93,27 @@ def workspace_in_chunks(
     pieces: int = PIECES,
     **asked: Any,
 ) -> dict[str, Any]:
-    """Find which cells of a region are inside a workspace, as `workspace` does by its grid, into a folder.
+    """Find the cells of a region inside a workspace, like `workspace` by its grid, and write them into a folder.
+
+    After a KeyboardInterrupt the folder can be resumed.
 
     Args:
-        robot, kind, region, question, over, asked: as for `workspace`.
-        folder: new, empty, or one that holds some chunks of the same workspace.
-        resume: go on with a folder that holds some; a chunk whose file is damaged is computed again.
-        jobs: threads, one a core unless given; the result is the same.
-        scheduler: address of a Dask cluster that computes the chunks instead, such as tcp://host:8786.
-        progress: called with the number of cells that are done, and their total.
-        source: what finds the robot's file again, for the record.
-        pieces: so many times 65536 cells are a chunk.
+        robot, kind, region, question, over, asked: as in `workspace`.
+        folder: new, empty, or with some chunks of the same workspace.
+        resume: continue a folder with some chunks; damaged chunks are computed again.
+        jobs: threads, one per core by default; the result is the same.
+        scheduler: address of a Dask cluster that computes the chunks, such as tcp://host:8786.
+        progress: called with the number of finished cells and their total.
+        source: information to find the robot's file again, for the record.
+        pieces: size of a chunk in units of 65536 cells.
 
-    Returns what `Workspace.summary` would; `load_workspace(folder)` reads the tables, where memory holds them.
+    Returns:
+        The summary, as `Workspace.summary`; `load_workspace(folder)` reads the tables if they fit into memory.
 
-    Raises CdprError where an argument makes no sense, OutputError where the folder holds something else, is in use or
-    cannot be written, PluginError without distributed. After a KeyboardInterrupt the folder goes on with `resume`.
+    Raises:
+        CdprError: if an argument is invalid.
+        OutputError: if the folder has other content, is in use or cannot be written.
+        PluginError: if distributed is not installed.
     """
     chosen, place = kind_of(kind), folder_name(folder)
     whole = checked_question(chosen, robot, question, over, asked)
@@ -152,7 +156,11 @@ def workspace_in_chunks(
 
 
 def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> Found:
-    """Compute a chunk, piece by piece. Raises Interrupted once `stopped`."""
+    """Compute a chunk, piece by piece.
+
+    Raises:
+        Interrupted: after `stopped` returns True.
+    """
     task, numbers = chunk.task, np.arange(chunk.cells.start, chunk.cells.stop)
     kind, region, parts, counted = kind_of(task.kind), task.region, [], []
     for first in range(0, len(numbers), PIECE):
@@ -168,7 +176,7 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> Foun
 
 
 def _content(task: Task, chunk: int, source: Mapping[str, Any] | None) -> dict[str, Any]:
-    """What workspace.json says."""
+    """Return the content of workspace.json."""
     region, kind = task.region, kind_of(task.kind)
     content: dict[str, Any] = {
         "name": f"{kind.name} of {task.robot.name}",
@@ -193,7 +201,7 @@ def _content(task: Task, chunk: int, source: Mapping[str, Any] | None) -> dict[s
         "robot": chunk_files.plain(task.robot),
         "source": dict(source or {}),
     }
-    content = json.loads(json.dumps(content))  # as it will be read
+    content = json.loads(json.dumps(content))  # as read from the file
     return content | {"digest": chunk_files.digest(content)}
 
 
@@ -202,7 +210,7 @@ def _cells(region: Region, chunk: int, number: int) -> range:
 
 
 def _whole(folder: JobFolder, count: int, resume: bool) -> set[int]:
-    """Return the numbers of the chunks that are there as they were written."""
+    """Return the numbers of the undamaged chunks in the folder."""
     if folder.rows and not resume:
         raise OutputError(
             f"{folder.path}: holds {len(folder.rows)} of {count} chunks of this workspace: go on with them, --resume, "
@@ -227,7 +235,7 @@ def _on_cluster(chunks: Iterator[Chunk], address: str, keep: Callable[[Found], N
 
 
 def _finish(folder: JobFolder, task: Task, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Put the summary together, in the order of the chunks, and write it."""
+    """Combine the summary in the order of the chunks, and write it."""
     region, kind, pieces, parts = task.region, kind_of(task.kind), Connected(task.region.shape), []
     for number in range(content["cases"]):
         row = folder.rows[str(number)]

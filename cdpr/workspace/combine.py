@@ -1,4 +1,4 @@
-"""One workspace of two over the same cells: where both are, where one is, where the first alone is."""
+"""Combination of two workspaces over the same cells: intersection, union or difference."""
 
 from __future__ import annotations
 
@@ -22,9 +22,12 @@ HOW: dict[str, Callable[[Inside, Inside], Inside]] = {
 
 
 def combine(first: Workspace, how: str, second: Workspace) -> Workspace:
-    """Return where both workspaces are ("and"), one of them at least ("or"), or the first alone ("minus").
+    """Return the intersection ("and"), the union ("or") or the difference ("minus") of two workspaces.
 
-    It has no values but 1 inside and 0 outside. Raises CdprError where the cells are not the same, or the attitudes.
+    Its values are 1 inside and 0 outside.
+
+    Raises:
+        CdprError: if cells or attitudes differ.
     """
     if how not in HOW:
         raise CdprError(f"how: one of {', '.join(HOW)} is expected, got {how!r}")

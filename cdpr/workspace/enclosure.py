@@ -1,7 +1,7 @@
-"""Numbers that depend on the position in a box, enclosed by Taylor models of first order: compiled, on numpy arrays.
+"""Compiled enclosures of position-dependent numbers in a box by first-order Taylor models, on numpy arrays.
 
-A model (c, x, y, z, r) states: anywhere in a box with half sides h, where the platform is d away from the middle, the
-number is c + x d_x / h_x + y d_y / h_y + z d_z / h_z, within r (enclosure.hpp).
+A model (c, x, y, z, r) means: anywhere in a box with half sides h, at the offset d from the centre, the number is c + x
+d_x / h_x + y d_y / h_y + z d_z / h_z, within r (enclosure.hpp).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ class Models(NamedTuple):
 
     Attributes:
         sum: (k, 5), models of first + second.
-        product: (k, 5), of first times second.
-        multiple: (k, 5), of factor times first.
-        largest: (k,), sizes that the first do not exceed.
+        product: (k, 5), models of first times second.
+        multiple: (k, 5), models of factor times first.
+        largest: (k,), upper bounds of |first|.
     """
 
     sum: Array
@@ -32,7 +32,7 @@ class Models(NamedTuple):
 
 
 def arithmetic(first: ArrayLike, second: ArrayLike, factor: ArrayLike) -> Models:
-    """Compute models of sums, products and multiples.
+    """Return models of sums, products and multiples.
 
     Args:
         first: (k, 5), models.
@@ -43,7 +43,7 @@ def arithmetic(first: ArrayLike, second: ArrayLike, factor: ArrayLike) -> Models
         The models.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> arithmetic([[1, 0, 0, 0, 0]], [[2, 0, 0, 0, 0]], [3.0]).largest.round(9)
@@ -57,18 +57,18 @@ def arithmetic(first: ArrayLike, second: ArrayLike, factor: ArrayLike) -> Models
 
 
 def inverse_distance(vector: ArrayLike, half: ArrayLike, error: ArrayLike) -> Array:
-    """Compute models of 1 / |v - d| in boxes.
+    """Return models of 1 / |v - d| in boxes.
 
     Args:
         vector: (k, 3) m, v.
         half: (k, 3) m, half sides of the boxes.
-        error: (k,) m, by which each entry of v may be off.
+        error: (k,) m, largest error of each entry of v.
 
     Returns:
-        (k, 5) models, 1/m; r is infinite where the distance may be 0.
+        (k, 5) models, 1/m; r is infinite if the distance may be 0.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> inverse_distance([[2.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], [0.0])[0, 0]

@@ -1,4 +1,4 @@
-"""Workspaces as others read them: VTI and VTU for ParaView, PLY for viewers of meshes, CSV for tables."""
+"""Export of workspaces: VTI and VTU for ParaView, PLY for mesh viewers, CSV for tables."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from cdpr.workspace.result import Workspace
 from cdpr.workspace.surface import surface
 from cdpr.workspace.turns import Turns
 
-BLOCK = 2**20  # bytes that are compressed at a time
-LEVEL = 6  # of zlib, the same in all its versions
+BLOCK = 2**20  # size of a compressed block, bytes
+LEVEL = 6  # zlib level, identical in all its versions
 
 
 def vti(found: Workspace) -> bytes:
@@ -49,15 +49,16 @@ def vti(found: Workspace) -> bytes:
     return "\n".join(lines).encode()
 
 
-# VTK's numbers of cells of one, two and three dimensions whose corners are in the order of their coordinates.
+# VTK types of 1D, 2D and 3D cells whose corners are ordered by coordinates.
 BOX_TYPES = {1: 3, 2: 8, 3: 11}
-MOST_BOXES = 4_000_000  # in one file: what makes it takes a gigabyte
+MOST_BOXES = 4_000_000  # limit of one file; writing takes a gigabyte of memory
 
 
 def vtu(found: Workspace) -> bytes:
-    """Return the boxes that are proved, or not, as an unstructured VTK grid: 1 inside, -1 outside, 0 undecided.
+    """Return the boxes of a certified workspace as an unstructured VTK grid: 1 inside, -1 outside, 0 undecided.
 
-    Raises CdprError where there are none, or too many.
+    Raises:
+        CdprError: if there are none or too many.
     """
     if found.proofs is None:
         raise CdprError("a .vtu file holds the boxes that --method certify proves; others are written as .vti")
@@ -107,7 +108,7 @@ def vtu(found: Workspace) -> bytes:
 
 
 def _compressed(array: NDArray[Any]) -> str:
-    """Text of an array in VTK's blocks: their number, their size, that of the last, what each takes, and they."""
+    """Return an array in VTK's compressed blocks: number, size, size of the last, compressed sizes, and the blocks."""
     content = array.tobytes()
     blocks = [content[first : first + BLOCK] for first in range(0, len(content), BLOCK)]
     packed = [zlib.compress(block, LEVEL) for block in blocks]
@@ -117,7 +118,11 @@ def _compressed(array: NDArray[Any]) -> str:
 
 
 def ply(found: Workspace) -> bytes:
-    """Return the surface as a mesh of triangles in binary PLY. Raises CdprError where it has none."""
+    """Return the surface as a triangle mesh in binary PLY.
+
+    Raises:
+        CdprError: if there is no surface.
+    """
     corners, triangles = surface(found)
     head = (
         "ply\nformat binary_little_endian 1.0\n"
@@ -131,7 +136,7 @@ def ply(found: Workspace) -> bytes:
 
 
 def csv(found: Workspace) -> bytes:
-    """Return a table: x, y, z of the middle of each cell, m, its value, and whether it is inside."""
+    """Return a table: x, y, z of the centre of each cell, m, its value, and 1 if it is inside."""
     region = found.region
     lines = ["x,y,z,value,inside"]
     for cells in region.pieces():
@@ -148,7 +153,12 @@ WRITERS: dict[str, Callable[[Workspace], bytes]] = {".vti": vti, ".vtu": vtu, ".
 
 
 def export(found: Workspace, path: str | os.PathLike[str]) -> None:
-    """Write a workspace in the format that the ending says. Raises OutputError, and CdprError for another ending."""
+    """Write a workspace in the format of the file name's ending.
+
+    Raises:
+        OutputError: if it cannot be written.
+        CdprError: if the ending is unknown.
+    """
     target = Path(path)
     if target.suffix not in WRITERS:
         raise CdprError(f"{target}: a name that ends in {', '.join(WRITERS)} is expected")

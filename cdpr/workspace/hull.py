@@ -1,8 +1,8 @@
-"""The boundary of a workspace as seen from a point within it: a closed mesh whose corners lie on rays from there.
+"""Boundary of a workspace as seen from a point inside: a closed mesh with its corners on rays from that point.
 
-Along each ray the first place is looked for at which the value falls below the edge. That is all of the workspace where
-it is star-shaped, seen from that point: each position in it is reached from there without leaving it. Whether it is, is
-told as a share of positions that are inside.
+Along each ray, the boundary is the first point at which the value falls below the edge. The mesh is the complete
+workspace if that is star-shaped with respect to the point. The degree of this is reported as the share of inside
+positions that are visible from the point.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from cdpr.model.robot import Array
 from cdpr.workspace.octree import Asked
 from cdpr.workspace.regions import Region
 
-RAYS = 2562  # unless said: a boundary a hundredth off in volume, where it is curved
+RAYS = 2562  # default: a volume error of a hundredth for curved boundaries
 MOST_RAYS = 10**6
-MARCH = 4  # steps along a ray before the one in which it leaves is known
-NARROWINGS = 8  # of that step, by false position
-ENOUGH = 1e-4  # share of the region's diagonal to which a boundary is known
-SEEN = 16  # places on the way to a position that tell whether it can be seen
-VIEWED = 1000  # positions, at most
+MARCH = 4  # steps along a ray to bracket the boundary
+NARROWINGS = 8  # iterations of false position within that step
+ENOUGH = 1e-4  # tolerance of the boundary as a share of the region's diagonal
+SEEN = 16  # samples on the line to a position to test its visibility
+VIEWED = 1000  # maximum number of tested positions
 
 Triangles = NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """A boundary.
+    """Boundary mesh.
 
     Attributes:
-        centre: (3,), m, from where it is seen.
-        corners: (k, 3), m; none where nothing is inside.
-        triangles: (t, 3), of corners, anticlockwise as seen from outside; in a plane edges (t, 2), along a line
-            ends (2, 1).
-        asked: how many positions were asked.
-        seen: share of the positions inside that are seen from the centre.
+        centre: (3,), m, origin of the rays.
+        corners: (k, 3), m; empty if nothing is inside.
+        triangles: (t, 3), indices of corners, anticlockwise from outside; edges (t, 2) in a plane, ends (2, 1) along a
+            line.
+        asked: number of evaluated positions.
+        seen: share of the inside positions that are visible from the centre.
     """
 
     centre: Array
@@ -51,7 +51,7 @@ class Hull:
 
     @property
     def volume(self) -> float:
-        """What it encloses, m^3, m^2 or m."""
+        """Enclosed size, m^3, m^2 or m."""
         if not len(self.corners):
             return 0.0
         ends = self.corners[self.triangles] - self.centre
@@ -71,14 +71,14 @@ class Hull:
         }
 
     def plain(self) -> dict[str, NDArray[Any]]:
-        """Return it as arrays, which a file holds."""
+        """Return its data as arrays for a file."""
         figures = np.array([float(self.asked), self.seen])
         named = {"centre": self.centre, "corners": self.corners, "triangles": self.triangles, "figures": figures}
         return {f"hull_{name}": array for name, array in named.items()}
 
     @classmethod
     def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Hull:
-        """Undo `plain`."""
+        """Return the hull from the arrays of `plain`."""
         centre, corners, triangles, figures = (
             arrays[f"hull_{name}"] for name in ("centre", "corners", "triangles", "figures")
         )
@@ -94,18 +94,19 @@ def hull(
     rays: int,
     progress: Callable[[int, int], None],
 ) -> Hull:
-    """Return the boundary as seen from the home, or, where that is not inside, from the cell of the greatest value.
+    """Return the boundary as seen from the home pose or, if that is not inside, from the cell of the greatest value.
 
     Args:
-        ask: answers positions (n, 3).
-        region: beyond which nothing is looked for.
-        edge: the value between inside and outside.
+        ask: function that evaluates positions (n, 3).
+        region: region that limits the rays.
+        edge: value between inside and outside.
         home: (3,), m.
-        cells: what is known of the region's cells.
-        rays: how many, at least.
-        progress: called with how many rounds are done, and of how many.
+        cells: results of the region's cells.
+        rays: minimum number of rays.
+        progress: called with the number of finished rounds and their total.
 
-    Raises CdprError where `rays` makes no sense.
+    Raises:
+        CdprError: if `rays` is out of range.
     """
     if not 4 <= rays <= MOST_RAYS:
         raise CdprError(f"rays: a whole number from 4 to {MOST_RAYS} is expected, got {rays!r}")
@@ -144,10 +145,10 @@ def _leaves(
     region: Region,
     progress: Callable[[int, int], None],
 ) -> Array:
-    """Return at which share of the ways (n, 3) to the border, of these lengths, each leaves the inside."""
+    """Return the share of each vector (n, 3) from the centre to the border, with these lengths, at which it leaves."""
     n = len(ways)
     low, high = np.zeros(n), np.ones(n)
-    below, above = np.full(n, np.inf), np.full(n, np.nan)  # values at high, outside, and at low, inside
+    below, above = np.full(n, np.inf), np.full(n, np.nan)  # values at high (outside) and at low (inside)
     going = np.ones(n, dtype=bool)
     for k in range(1, MARCH + 1):
         step = k / MARCH
@@ -181,7 +182,7 @@ def _leaves(
 def _seen(
     centre: Array, region: Region, cells: Asked, inside: Callable[[Array], tuple[Array, NDArray[np.bool_]]]
 ) -> float:
-    """Share of the cells inside, of so many evenly drawn ones, to which the straight way from the centre is inside."""
+    """Return the share of evenly sampled inside cells whose straight line to the centre is inside."""
     there = np.flatnonzero(cells.inside)
     if not len(there):
         return 1.0
@@ -193,7 +194,7 @@ def _seen(
 
 
 def _directions(region: Region, rays: int) -> tuple[Array, Triangles]:
-    """Unit vectors (k, 3), as evenly as the sides of the region are long, and what they bound."""
+    """Return unit vectors (k, 3), spaced in proportion to the sides of the region, and the faces between them."""
     moving = region.moving
     directions: Array
     if len(moving) == 1:
@@ -212,7 +213,7 @@ def _directions(region: Region, rays: int) -> tuple[Array, Triangles]:
 
 
 def _geodesic(frequency: int) -> tuple[Array, Triangles]:
-    """Corners (10 f^2 + 2, 3) and triangles of an icosahedron whose edges are cut into f parts, on the unit sphere."""
+    """Return corners (10 f^2 + 2, 3) and triangles of an icosahedron with edges divided by f, on the unit sphere."""
     golden = 0.5 * (1.0 + np.sqrt(5.0))
     corners = [(0.0, s, t * golden) for s in (-1, 1) for t in (-1, 1)]
     base = np.array([np.roll(corner, k) for k in range(3) for corner in corners])
@@ -238,6 +239,6 @@ def _geodesic(frequency: int) -> tuple[Array, Triangles]:
                 faces.append((number[a + 1, b], number[a + 1, b + 1], number[a, b + 1]))
     every = np.concatenate(points)
     every /= np.linalg.norm(every, axis=1)[:, None]
-    # The same corner, of several triangles, comes out equal to within some roundings.
+    # equal corners of several triangles differ only by rounding
     _, first_of, which = np.unique(np.round(every, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
     return every[first_of], which.reshape(-1)[np.array(faces)]

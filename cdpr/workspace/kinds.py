@@ -1,4 +1,4 @@
-"""The kinds of workspaces: what is measured at a pose, and what of it counts as inside."""
+"""Kinds of workspaces: the measured value at a pose and the criterion for inside."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ HELD = ("axial_stiffness",)
 
 @dataclass(frozen=True)
 class WorkspaceKind:
-    """One kind.
+    """One kind of workspace.
 
     Attributes:
-        name: as commands have it.
-        answer: what measures it.
-        title: what it is, in a few words.
-        value: what the value of a pose is.
-        unit: of the value.
-        needs: "wrenches" or "accelerations" that must be exerted, or "".
-        takes: what of a question it asks for beside those.
-        at_zero: whether a value of 0 counts as inside.
-        held: whether a tension solver can say what is inside where W lacks rank.
-        mass: whether the value is a mass that is carried beside the platform.
-        programs: whether linear programs can answer it, too.
-        bodies: whether what limits it are bodies, or else directions.
-        proved: whether `cdpr.workspace.certify` can prove something of it.
-        slope: by how much a value changes, at most, where the platform moves by a metre, with cables that leave from
-            points; None where nothing tells.
+        name: name in commands.
+        answer: function that measures it.
+        title: short description.
+        value: name of a pose's value.
+        unit: unit of the value.
+        needs: required "wrenches" or "accelerations", or "".
+        takes: further supported parts of a question.
+        at_zero: True if a value of 0 counts as inside.
+        held: True if a tension solver can decide where W is rank-deficient.
+        mass: True if the value is a mass carried in addition to the platform.
+        programs: True if linear programs can decide it, too.
+        bodies: True if bodies limit it, otherwise directions.
+        proved: True if `cdpr.workspace.certify` supports it.
+        slope: largest change of the value per metre of platform motion, for cables that leave from points; None if
+            unknown.
     """
 
     name: str
@@ -57,7 +57,11 @@ class WorkspaceKind:
     slope: float | None = None
 
     def required(self, given: Required | None) -> Required:
-        """Return the set that must be exerted; CdprError where another is needed."""
+        """Return the required set.
+
+        Raises:
+            CdprError: if the kind needs another one.
+        """
         if not self.needs:
             if given is not None and "required" not in self.takes:
                 raise CdprError(f"{self.name}: takes no required wrenches; wrench-feasible and dynamic do")
@@ -69,7 +73,7 @@ class WorkspaceKind:
         return given
 
     def slope_of(self, robot: Robot) -> float | None:
-        """Return `slope` where it holds: on a pulley a cable turns faster than its platform moves."""
+        """Return `slope` if it applies; on a pulley a cable turns faster than its platform moves."""
         return None if any(cable.exit is not None and cable.exit.header for cable in robot.cables) else self.slope
 
     def unit_of(self, question: Question) -> str:
@@ -145,12 +149,16 @@ def _never(*given: Any) -> Measured:
 
 
 def combined(name: str) -> WorkspaceKind:
-    """Return the kind of what was made of others."""
+    """Return the kind of a combined workspace."""
     return WorkspaceKind(name, _never, "of two workspaces", "inside", "")
 
 
 def kind_of(name: object) -> WorkspaceKind:
-    """Return a kind by its name; CdprError, which names all, where there is none."""
+    """Return a kind by its name.
+
+    Raises:
+        CdprError: if there is none, with all names.
+    """
     if not isinstance(name, str) or name not in KINDS:
         hint = did_you_mean(name, KINDS) if isinstance(name, str) else ""
         raise CdprError(f"kind: {name!r} is no kind of workspace: {hint}there are {', '.join(KINDS)}")

@@ -1,4 +1,4 @@
-"""Capacity margins, wrench closure and payload at many poses, on all cores."""
+"""Capacity margin, wrench closure and payload at many poses, on all cores."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from cdpr.workspace.required import FORMS, NOTHING, Required
 
 Mode = Literal["margin", "closure", "payload"]
 
-CHUNK = 8192  # poses that a thread takes at a time: some milliseconds
+CHUNK = 8192  # poses per thread and task: some milliseconds
 
-# Answers about a pose, as in assess.hpp.
+# Status of a pose, as in assess.hpp.
 REGULAR, LACKS_RANK, NOT_FINITE = range(3)
 
 
 class PoseQuestion(NamedTuple):
-    """The question about all poses, as arguments of the operations `assess` and `prove` (assess.hpp).
+    """Arguments of the operations `assess` and `prove` (assess.hpp) that are common to all poses.
 
     Attributes:
-        lines: (m, w), as of `cdpr.cables.tables.line_table`.
+        lines: (m, w), as in `cdpr.cables.tables.line_table`.
         tension_min: (m,) N.
         tension_max: (m,) N.
-        rows: (n,), degrees of freedom: rows of a wrench.
-        weights: (n,), 1, and of moments 1 / characteristic length, 1/m.
-        inertial: (13,), as of `Robot.inertial`.
+        rows: (n,), rows of a wrench for the degrees of freedom.
+        weights: (n,), 1 for forces, 1 / characteristic length for moments, 1/m.
+        inertial: (13,), as in `Robot.inertial`.
         gravity: (3,) m/s^2, world axes.
-        vectors: (k, 6), of the required set: N and N m, or m/s^2 and rad/s^2.
+        vectors: (k, 6), vectors of the required set: N and N m, or m/s^2 and rad/s^2.
         mode: 0 margin, 1 closure, 2 payload.
-        form: Of the required set, a value of `cdpr.workspace.required.FORMS`.
-        accelerations: Whether the vectors are such.
+        form: form of the required set, a value of `cdpr.workspace.required.FORMS`.
+        accelerations: True if the vectors are accelerations.
     """
 
     lines: Array
@@ -59,18 +59,17 @@ class PoseQuestion(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What was found of K poses.
+    """Results of K poses.
 
     Attributes:
-        value: (K,), signed, >= 0 inside: capacity margin, N, moments divided by the characteristic length; of closure
-            the smaller side of the least elementary vector; payload, kg beside the platform. NaN where W lacks rank,
-            and of the payload where the platform itself is too light.
-        scale: (K,), of the numbers that the value is a difference of: below `MARGIN_ROUNDING` (facets.hpp) times that
-            its sign is round-off.
-        singular: (K,), whether W lacks rank, so that the cables exert nothing in some direction.
-        limit: (K,), what limits the value, a number for which there is a name; -1 of nothing.
-        direction: (K, n), the unit wrench, moments divided by that length, in which the margin is least; of a margin
-            alone.
+        value: (K,), signed, >= 0 inside: capacity margin, N, moments divided by the characteristic length; for closure
+            the smaller side of the least elementary vector; payload, kg in addition to the platform. NaN if W is
+            rank-deficient, and for the payload if the platform itself is too light.
+        scale: (K,), magnitude of the terms whose difference is the value: below `MARGIN_ROUNDING` (facets.hpp) times
+            the scale, the sign is round-off.
+        singular: (K,), True if W is rank-deficient, so that the cables exert nothing in some direction.
+        limit: (K,), number of the named limit of the value; -1 if none.
+        direction: (K, n), unit wrench, moments divided by that length, of the smallest margin; only for margins.
     """
 
     value: Array
@@ -90,21 +89,21 @@ def measure(
     length: float | None = None,
     jobs: int | None = None,
 ) -> Measured:
-    """Measure what the cables can do at poses (K, 7), position (m) and quaternion w, x, y, z.
+    """Return a measure of the cables' capacity at poses (K, 7), position (m) and quaternion w, x, y, z.
 
     Args:
-        robot: gives geometry, limits, mass and degrees of freedom.
-        poses: of the platform's origin.
-        mode: "margin", the signed distance from the required set to the nearest facet of what the cables can exert
-            (Gouttefarde and Krut, ARK 2010); "closure", whether they can pull against each other in all directions;
-            "payload", the largest mass at the platform's centre of mass, beside its own, with a margin of 0.
-        required: wrenches that must be exerted beyond carrying the weight at rest.
+        robot: geometry, limits, mass and degrees of freedom.
+        poses: poses of the platform's origin.
+        mode: "margin", the signed distance from the required set to the nearest facet of the available wrenches
+            (Gouttefarde and Krut, ARK 2010); "closure", the ability to pull against each other in all directions;
+            "payload", the largest mass at the platform's centre of mass, in addition to its own, with a margin of 0.
+        required: wrenches required in addition to the weight at rest.
         gravity: (3,), m/s^2, world.
-        length: by which moments are divided, m; the robot's characteristic length unless given.
-        jobs: threads, one for each core unless given; the result is the same.
+        length: divisor of moments, m; the robot's characteristic length by default.
+        jobs: threads, one per core by default; the result is the same.
 
-    Raises CdprError where an argument is of the wrong kind or shape, and where lower limits are infinite or above the
-    upper ones.
+    Raises:
+        CdprError: if an argument has the wrong type or shape, or lower limits are infinite or above the upper ones.
     """
     given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
     check_unit(given, "poses")
@@ -133,7 +132,11 @@ def measure(
 
 
 def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, length: float | None) -> PoseQuestion:
-    """Return the question of `measure` for the kernels. Raises CdprError, likewise."""
+    """Return the arguments of `measure` for the kernels.
+
+    Raises:
+        CdprError: if an argument is invalid.
+    """
     check_robot(robot)
     if mode not in get_args(Mode):
         raise CdprError(f"mode: one of {', '.join(get_args(Mode))} is expected, got {mode!r}")
@@ -142,7 +145,7 @@ def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, l
     low, high = robot.tension_min, robot.tension_max
     if not np.isfinite([low, high]).all():
         raise CdprError("robot: a workspace needs finite limits of all tensions")
-    if mode == "closure":  # strong enough cables can do more than their limits let them
+    if mode == "closure":  # stronger cables can exceed their limits
         low, high = np.zeros(robot.m), np.ones(robot.m)
     arm = robot.characteristic_length if length is None else float(length)
     return PoseQuestion(

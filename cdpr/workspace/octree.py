@@ -1,9 +1,9 @@
-"""Cells of a region that decide, asked; the others told from them.
+"""Adaptive evaluation of a region's cells; the others are interpolated.
 
-A box of cells whose corners are all inside, or all outside, and farther from the edge than by a share of what they
-differ, is told from its corners; any other is cut into eight. Of the new corners only those are asked that may lie on
-the other side: what the old ones tell of them errs by about as much as it did of the box before, at half the distance.
-What is thinner than the first boxes and shows in none of their corners is missed.
+A box of cells is interpolated from its corners if they are all inside or all outside, and farther from the edge than a
+share of their spread. Any other box is divided into eight. Of the new corners, only those that may lie on the other
+side are evaluated. The interpolation error there is estimated from the error of the parent box, at half the distance.
+Features thinner than the initial boxes that no corner touches are missed.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from cdpr.workspace.regions import Region
 Cells = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-START = 16  # boxes along the longest side, at least, to begin with
-NEAR = 0.25  # share of the spread of its corners by which a box must be off the edge to be told from them
-# Share of the last error that the next may have: a quarter where values are smooth, half where they have an edge, and
-# more where the last box showed less of it. On CoGiRo, Caroca and IPAnema 1 cut into 160^3 cells 1 in 4000 of those
-# inside is told wrong, and a 60th asked; with 0.5 1 in 800, with 1.0 1 in 10 000 and a quarter more asked.
+START = 16  # minimum number of initial boxes along the longest side
+NEAR = 0.25  # minimum distance of a box's corners from the edge, as a share of their spread
+# Estimated ratio of successive interpolation errors: a quarter for smooth values, half for values with kinks, more if
+# the last box revealed less of its error. On CoGiRo, Caroca and IPAnema 1 with 160^3 cells, 1 in 4000 inside cells is
+# wrong and a 60th is evaluated; with 0.5, 1 in 800; with 1.0, 1 in 10 000 and a quarter more evaluations.
 ERROR = 0.75
 
-POINTS_AT_ONCE = 16_384  # that are told together: their tables stay in the processor's cache
+POINTS_AT_ONCE = 16_384  # points interpolated together: their tables fit into the processor's cache
 
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-POINTS = np.array([[i, j, k] for i in (0, 1, 2) for j in (0, 1, 2) for k in (0, 1, 2)])  # of a box that is cut
+POINTS = np.array([[i, j, k] for i in (0, 1, 2) for j in (0, 1, 2) for k in (0, 1, 2)])  # of a divided box
 
 
 class Asked(NamedTuple):
-    """What is known of cells, each (n,): value, what limits it, whether inside and whether round-off decides."""
+    """Results of cells, each (n,): value, limiting cause, True if inside, True if round-off decides."""
 
     value: Array
     limit: NDArray[np.int64]
@@ -49,14 +49,14 @@ def octree(
     slope: float | None,
     progress: Callable[[int, int], None],
 ) -> tuple[Asked, Flags]:
-    """Return what is known of all cells of a table, (cells,), and which of them were asked.
+    """Return the results of all cells of a table, (cells,), and True for those that were evaluated.
 
     Args:
-        ask: answers cells, (n,), by their numbers.
-        region: that is cut into cells.
-        edge: the value between inside and outside.
-        slope: by how much a value changes along a metre, at most: then nothing is told wrong. None where nobody knows.
-        progress: called with the number of cells that are known, and of all.
+        ask: function that evaluates cells, (n,), by number.
+        region: region with the cells.
+        edge: value between inside and outside.
+        slope: largest change of the value per metre, which makes the result exact; None if unknown.
+        progress: called with the number of known cells and their total.
     """
     return _Octree(ask, region, edge, slope, progress).found()
 
@@ -77,7 +77,7 @@ class _Octree:
             np.full(cells, np.nan), np.full(cells, -1, dtype=np.int64), np.zeros(cells, bool), np.zeros(cells, bool)
         )
         self._asked = np.zeros(cells, dtype=bool)
-        self._known = np.zeros(cells, dtype=bool)  # asked, or told from corners
+        self._known = np.zeros(cells, dtype=bool)  # evaluated or interpolated
         self._strides = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
 
     def found(self) -> tuple[Asked, Flags]:
@@ -94,7 +94,7 @@ class _Octree:
         return np.asarray(places @ self._strides, dtype=np.int64)
 
     def _first(self) -> tuple[Cells, Array]:
-        """Return the first boxes, (n, 3, 2) of their lowest and highest cells, with their corners asked."""
+        """Return the initial boxes, (n, 3, 2), lowest and highest cells, after evaluation of their corners."""
         step = 1
         while max(self._shape) // (2 * step) >= START:
             step *= 2
@@ -106,7 +106,7 @@ class _Octree:
         return boxes, np.full(len(boxes), np.inf)
 
     def _answer(self, numbers: Cells) -> None:
-        """Ask what was not asked yet."""
+        """Evaluate the cells that are not evaluated yet."""
         wanted = np.zeros(len(self._asked), dtype=bool)
         wanted[numbers] = True
         new = np.flatnonzero(wanted & ~self._asked)
@@ -116,14 +116,14 @@ class _Octree:
             self._asked[new] = self._known[new] = True
 
     def _settled(self, boxes: Cells) -> Flags:
-        """Whether the corners of boxes tell of what is between them, (n,)."""
+        """Return True for boxes whose corners determine the cells in between, (n,)."""
         numbers = self._numbers(_corners(boxes))
         inside, off = self._all.inside[numbers], self._all.value[numbers] - self._edge
         same = np.asarray((inside == inside[:, :1]).all(axis=1))
         with np.errstate(invalid="ignore"):
             far = np.abs(off).min(axis=1) > NEAR * (off.max(axis=1) - off.min(axis=1))
         alike = np.isnan(off).all(axis=1) | np.isposinf(off).all(axis=1) | np.isneginf(off).all(axis=1)
-        if self._slope is not None:  # each cell is nearer to a corner than half a diagonal
+        if self._slope is not None:  # each cell is closer to a corner than half a diagonal
             far &= np.abs(off).min(axis=1) > self._slope * self._diagonal(boxes) / 2.0
         return np.asarray(same & (far | alike))
 
@@ -132,16 +132,16 @@ class _Octree:
         return np.asarray(np.linalg.norm((boxes[:, :, 1] - boxes[:, :, 0]) * self._spacing, axis=1))
 
     def _tell(self, boxes: Cells) -> None:
-        """Tell of the cells of boxes from their corners."""
+        """Interpolate the cells of boxes from their corners."""
         sizes = boxes[:, :, 1] - boxes[:, :, 0]
         for size, some in _alike(sizes):
             steps = np.stack(np.meshgrid(*(np.arange(s + 1) for s in size), indexing="ij"), axis=-1).reshape(-1, 3)
             count = max(1, POINTS_AT_ONCE // len(steps))
-            for first in reversed(range(0, len(some), count)):  # where boxes meet, the last one tells
+            for first in reversed(range(0, len(some), count)):  # on common faces, the last box applies
                 self._between(boxes[some[first : first + count]], size, steps)
 
     def _between(self, boxes: Cells, size: Cells, steps: Cells) -> None:
-        """Write at steps (p, 3) from the lowest cells of boxes, all of one size (3,), what lies between the corners."""
+        """Write the interpolated values at steps (p, 3) from the lowest cells of boxes of one size (3,)."""
         share, lowest = steps / np.maximum(size, 1), self._numbers(boxes[:, :, 0])[:, None]
         corners, numbers = lowest + self._numbers(CORNERS * size), lowest + self._numbers(steps)
         new = ~self._known[numbers]
@@ -152,9 +152,9 @@ class _Octree:
         self._known[here] = True
 
     def _cut(self, boxes: Cells, error: Array) -> tuple[Cells, Array]:
-        """Cut boxes into up to eight, with their corners known; return those that have cells between them, and errors.
+        """Divide boxes into up to eight with known corners; return those with inner cells, and their errors.
 
-        The error is by how much the corners of the box they are of have missed the values within it.
+        The error is the interpolation error observed in the parent box.
         """
         size = boxes[:, :, 1] - boxes[:, :, 0]
         whole = size.max(axis=1) > 1
@@ -171,9 +171,9 @@ class _Octree:
             nearest[some] = corners[some][:, _nearest(share)]
         with np.errstate(invalid="ignore"):
             sure = np.abs(told - self._edge) > ERROR * error[:, None]
-        if self._slope is not None:  # the told value is a mean of the corners'
+        if self._slope is not None:  # the interpolated value is a mean of the corners
             sure &= np.abs(told - self._edge) > self._slope * self._diagonal(boxes)[:, None]
-            sure &= size.max(axis=1)[:, None] == 2  # what is told of larger ones would be a corner of others
+            sure &= size.max(axis=1)[:, None] == 2  # interpolated values must not become corners of other boxes
         self._answer(numbers[~sure])
         given = sure & ~self._known[numbers]
         here = numbers[given]
@@ -193,21 +193,21 @@ class _Octree:
 
 
 def _corners(boxes: Cells) -> Cells:
-    """Return the places of the corners, (n, 8, 3), of boxes (n, 3, 2)."""
+    """Return the corner cells, (n, 8, 3), of boxes (n, 3, 2)."""
     return np.stack([boxes[:, i, CORNERS[:, i]] for i in range(3)], axis=2)
 
 
 def _alike(sizes: Cells) -> Iterator[tuple[Cells, Cells]]:
-    """Yield each of the sizes (n, 3) once, (3,), in order, with the numbers of those that are alike."""
+    """Yield each distinct size (3,) of sizes (n, 3) in order, with the indices of its occurrences."""
     kinds, which = np.unique(sizes, axis=0, return_inverse=True)
     for i, size in enumerate(kinds):
         yield size, np.flatnonzero(which.ravel() == i)
 
 
 def _mix(corners: Array, share: Array) -> Array:
-    """Return what lies between values at corners (n, 8), trilinear, at shares (p, 3) of them, (n, p).
+    """Return trilinear interpolations of corner values (n, 8) at shares (p, 3), (n, p).
 
-    A corner without a share does not count, even where it is not finite.
+    Corners with zero weight are ignored, even if not finite.
     """
     weights = np.prod(np.where(CORNERS == 1, share[:, None, :], 1.0 - share[:, None, :]), axis=-1)
     finite = np.isfinite(corners).all(axis=1)
@@ -225,7 +225,7 @@ def _mix(corners: Array, share: Array) -> Array:
 
 
 def _sum(corners: Array, weights: Array, out: Array) -> None:
-    """Write corners (n, 8) times weights (p, 8), summed up one after the other, to (n, p)."""
+    """Write the products of corners (n, 8) and weights (p, 8), summed in a fixed order, to (n, p)."""
     columns, rows, product = corners.T[:, :, None], np.ascontiguousarray(weights.T), np.empty_like(out)
     np.multiply(columns[0], rows[0], out=out)
     for column, row in zip(columns[1:], rows[1:], strict=True):
@@ -234,5 +234,5 @@ def _sum(corners: Array, weights: Array, out: Array) -> None:
 
 
 def _nearest(share: Array) -> Cells:
-    """Return the number of the corner that is nearest."""
+    """Return the index of the nearest corner."""
     return np.asarray((share >= 0.5) @ np.array([4, 2, 1]), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""A workspace against a linear program: the same poses asked by other means, at random and on the boundary."""
+"""Check of a workspace by linear programs: independent evaluation of poses, at random and on the boundary."""
 
 from __future__ import annotations
 
@@ -26,27 +26,28 @@ try:
 except ImportError as error:
     raise PluginError(f"the linear programs need scipy ({error}): pip install 'cdpr[solvers]'") from error
 
-# The smallest that HiGHS takes; problems are scaled to tensions near 1.
+# Smallest tolerance that HiGHS accepts; problems are scaled to tensions near 1.
 OPTIONS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 # Share of the largest limit: closer to zero, the program's own tolerance decides.
 UNDECIDED = 1e-7
-# Closer to the boundary, m or rad, both may be right: that is what rounded anchors and poses are apart.
+# m or rad: closer to the boundary both answers are acceptable, because anchors and poses are rounded.
 NEAR = 1e-9
-HALVINGS = 48  # of the way between two cells: to the last digits
-SOLVED, IMPOSSIBLE = 0, 2  # linprog's status
+HALVINGS = 48  # bisections between two cells, to full precision
+SOLVED, IMPOSSIBLE = 0, 2  # status codes of linprog
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """How a workspace and the programs agree.
+    """Agreement of a workspace with the linear programs.
 
     Attributes:
-        poses: how many were asked, `bisected` of them on the boundary.
-        undecided: those where the one or the other is within its tolerance of the boundary.
-        different: those where both are certain, and differ: position, quaternion, value, and the program's margin.
-        near: those that differ and are within 1e-9 m or rad of where the workspace ends, likewise.
-        told: cells among them, in one attitude, whose answer in the file was told from that of others.
-        told_wrong: those of them that are another when they are asked.
+        poses: number of evaluated poses.
+        bisected: number of poses on the boundary among them.
+        undecided: number of poses within either tolerance of the boundary.
+        different: contradictions: position, quaternion, value, and the program's margin.
+        near: contradictions within 1e-9 m or rad of the boundary, likewise.
+        told: number of interpolated cells among them, in one attitude.
+        told_wrong: number of those whose evaluation differs.
     """
 
     poses: int
@@ -66,19 +67,28 @@ def compare(
     seed: int = 0,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Agreement:
-    """Ask a linear program about `count` poses of a workspace, half of them on its boundary where it has one.
+    """Compare `count` poses of a workspace with a linear program, half of them on its boundary if it has one.
 
-    Of one that is proved they are drawn from what is decided, and what is proved is what is compared.
+    For certified workspaces, poses are drawn from the decided boxes and compared with the proofs.
 
-    Raises CdprError for kinds that no linear program answers, for sets with more corners than can be asked one by one,
-    and where more than 0 was wanted of the margin.
+    Args:
+        found: the workspace.
+        robot: its robot.
+        count: number of poses.
+        seed: seed of the poses.
+        progress: called with the number of finished poses and their total.
+
+    Raises:
+        CdprError: if no linear program applies to the kind, the required set has too many corners, or a margin above 0
+            was required.
+        LogError: if the workspace contradicts its own evaluation.
     """
     if not found.kind.programs:
         known = ", ".join(kind.name for kind in KINDS.values() if kind.programs)
         raise CdprError(f"{found.kind.name}: is nothing that linear programs answer; they do {known}")
     if found.question.at_least is not None:
         raise CdprError("at_least: linear programs tell margins of 0 alone, not how large others are")
-    found.question.required.corners()  # one that has too many is refused at once
+    found.question.required.corners()  # reject a set with too many corners
     rng = np.random.default_rng(seed)
     if found.proofs is not None and len(found.region.orientations) == 1:
         positions, proved = found.proofs.drawn(rng, count)
@@ -103,7 +113,7 @@ def compare(
 
 
 def _poses(found: Workspace, rng: np.random.Generator, positions: Array) -> Array:
-    """Poses (n, 7) at positions (n, 3), each in an attitude of the workspace."""
+    """Return poses (n, 7) at positions (n, 3), each in a random attitude of the workspace."""
     attitudes = found.region.orientations
     return np.concatenate([positions, attitudes[rng.integers(len(attitudes), size=len(positions))]], axis=1)
 
@@ -111,7 +121,7 @@ def _poses(found: Workspace, rng: np.random.Generator, positions: Array) -> Arra
 def _told(
     found: Workspace, robot: Robot, poses: Array, inside: NDArray[np.bool_], progress: Callable[[int, int], None]
 ) -> Agreement:
-    """What programs say of poses that are said to be inside or not, (n,)."""
+    """Return the agreement for poses with expected verdicts `inside` (n,)."""
     _, value, scale = verdicts(found, robot, poses)
     undecided = 0
     different: list[dict[str, Any]] = []
@@ -129,7 +139,7 @@ def _told(
 
 
 def _around(robot: Robot, pose: Array) -> Array:
-    """Poses (2 n, 7) that are NEAR of one, in each of the robot's n degrees of freedom."""
+    """Return poses (2 n, 7) at the distance NEAR from a pose, in each of the robot's n degrees of freedom."""
     poses = []
     for row in robot.rows:
         for sign in (-NEAR, NEAR):
@@ -141,7 +151,7 @@ def _around(robot: Robot, pose: Array) -> Array:
 
 
 def _on_boundary(found: Workspace, robot: Robot, rng: np.random.Generator, count: int) -> Array:
-    """Poses (n, 7), n <= count, bisected between cells of which one is inside and its neighbour is not."""
+    """Return poses (n, 7), n <= count, on the boundary, by bisection between neighbouring inside and outside cells."""
     pairs = []
     for axis in range(3):
         index = np.argwhere(np.diff(found.inside.astype(np.int8), axis=axis) != 0)
@@ -165,7 +175,7 @@ def _on_boundary(found: Workspace, robot: Robot, rng: np.random.Generator, count
 
 
 def _margin(found: Workspace, robot: Robot, pose: Array) -> float:
-    """How far all tensions can be from their limits whatever is required, as a share of the largest limit."""
+    """Return the largest margin of all tensions for all required wrenches, as a share of the largest limit."""
     required, gravity = found.question.required, found.question.gravity
     state = make_state(pose[:3], pose[3:])
     weights = found.question.weights(robot)
@@ -173,9 +183,9 @@ def _margin(found: Workspace, robot: Robot, pose: Array) -> float:
     largest = float(np.abs([robot.tension_min, robot.tension_max]).max())
     low, high = robot.tension_min / largest, robot.tension_max / largest
     if not found.kind.at_zero:
-        if rank(W) < robot.n:  # whatever the tensions are, the cables exert nothing in some direction
+        if rank(W) < robot.n:  # the cables exert nothing in some direction
             return -np.inf
-        # t = 0 always is there: beside 1, the largest s is 0 where there is no other.
+        # t = 0 is always a solution: without another, the largest s is 0
         return _roomiest(W, np.zeros(robot.n), np.zeros(robot.m), np.full(robot.m, np.inf), most=1.0) - 2 * UNDECIDED
     carried = required_wrench(robot, state, gravity)
     margins = []
@@ -188,7 +198,7 @@ def _margin(found: Workspace, robot: Robot, pose: Array) -> float:
 
 
 def _roomiest(W: Array, wrench: Array, low: Array, high: Array, most: float = np.inf) -> float:
-    """The largest s <= most with W t = wrench, low + s <= t <= high - s; -inf where W t = wrench has no solution."""
+    """Return the largest s <= most with W t = wrench, low + s <= t <= high - s; -inf if W t = wrench is unsolvable."""
     n, m = W.shape
     eye, one = np.eye(m), np.ones((m, 1))
     bounded = np.isfinite(high)

@@ -1,4 +1,4 @@
-"""Along a motion: the least margin, clearance and stiffness, and where."""
+"""Smallest margin, clearance and stiffness along a motion."""
 
 from __future__ import annotations
 
@@ -23,17 +23,18 @@ from cdpr.workspace.question import Question, directions
 def along(
     robot: Robot, time: Array, poses: Array, gravity: Array, obstacles: Sequence[Obstacle] = ()
 ) -> dict[str, dict[str, Any]]:
-    """Return the least values along a motion as plain data, by what they are of, each with its time and its limit.
+    """Return the smallest values along a motion as plain data by name, each with its time and its limit.
+
+    "margin" is the static capacity margin, N. "clearance", m, assumes diameters that the robot does not specify, and
+    states so. "stiffness", N/m with moments divided by the characteristic length, requires the axial stiffness of all
+    cables.
 
     Args:
-        robot: whose platform moves.
+        robot: the robot.
         time: (K,), s.
         poses: (K, 7), position (m) and quaternion w, x, y, z.
         gravity: (3,), m/s^2, world.
-        obstacles: what else cables may touch.
-
-    "margin" is the capacity margin at rest, N. "clearance", m, assumes diameters that the robot does not give, and says
-    so. "stiffness", N/m with moments divided by the characteristic length, is there where all axial stiffness is known.
+        obstacles: further bodies that cables may touch.
     """
     found = _forces(robot, time, poses, gravity)
     if not robot.unilateral and any(cable.diameter is None for cable in robot.cables):
@@ -45,7 +46,7 @@ def along(
 
 
 def _forces(robot: Robot, time: Array, poses: Array, gravity: Array) -> dict[str, dict[str, Any]]:
-    """Return margin and stiffness, as `along` does."""
+    """Return margin and stiffness as in `along`."""
     question, found = Question(gravity=gravity), {}
     measured = answers.margin(robot, poses, question)
     names = dict(enumerate(directions(robot)))
@@ -56,10 +57,10 @@ def _forces(robot: Robot, time: Array, poses: Array, gravity: Array) -> dict[str
 
 
 def flown(robot: Robot, run: Run) -> dict[str, dict[str, Any]]:
-    """Return margin and stiffness, as `along` does, of the motion that a run made, with its robot's limits.
+    """Return margin and stiffness, as in `along`, of the motion of a run, with the limits of `robot`.
 
-    A cable is no more from when it broke on. `robot` has the directions that the cables control. (The clearance is in
-    the run's summary, of all samples.)
+    Cables are ignored after they broke. `robot` has the controlled degrees of freedom. (The run's summary contains the
+    clearance at all samples.)
     """
     head, rows = run.header, some_rows(run)
     time, poses = rows[:, 0], np.ascontiguousarray(rows[:, head.layout.span("position", "orientation")])
@@ -77,7 +78,7 @@ def flown(robot: Robot, run: Run) -> dict[str, dict[str, Any]]:
 
 
 def _least(time: Array, values: Array, limits: Sequence[str]) -> dict[str, Any] | None:
-    """The least of the values that are finite, None where none is."""
+    """Return the smallest finite value; None if there is none."""
     if not np.isfinite(values).any():
         return None
     k = int(np.argmin(np.where(np.isfinite(values), values, np.inf)))

@@ -1,4 +1,4 @@
-"""What is asked of each pose, as data that a file can hold."""
+"""Parameters of a workspace, as data for files."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from cdpr.workspace.required import NOTHING, Required
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What kinds of workspaces ask for; each uses what it needs.
+    """Parameters of all kinds of workspaces; each kind uses those that it needs.
 
     Attributes:
-        required: wrenches or accelerations that the cables must exert or give beyond carrying the weight at rest.
+        required: wrenches or accelerations that the cables must provide in addition to the weight at rest.
         gravity: (3,), m/s^2, world.
-        length: by which moments are divided, m; the robot's characteristic length unless given.
-        at_least: the value from which on a pose is inside; that of the kind unless given.
-        obstacles: what cables may touch beside each other and their platform.
-        diameter: of all cables, m; their own unless given.
-        axial_stiffness: E A of all cables, N; their own unless given.
-        direction: a degree of freedom, such as "z", in which stiffness is asked for; the softest unless given.
+        length: divisor of moments, m; the robot's characteristic length by default.
+        at_least: smallest value inside; that of the kind by default.
+        obstacles: bodies that cables may touch, besides each other and their platform.
+        diameter: diameter of all cables, m; their own by default.
+        axial_stiffness: E A of all cables, N; their own by default.
+        direction: degree of freedom, such as "z", of the stiffness; the softest direction by default.
     """
 
     required: Required = NOTHING
@@ -41,7 +41,7 @@ class Question:
     direction: str | None = None
 
     def check(self, robot: Robot) -> None:
-        """Raise CdprError where something makes no sense."""
+        """Raise CdprError if a value is invalid."""
         checked(self.gravity, (3,), "gravity", finite=True)
         for name, unit in (("length", "m"), ("axial_stiffness", "N")):
             value = getattr(self, name)
@@ -53,7 +53,7 @@ class Question:
             raise CdprError(f"direction: one of {', '.join(robot.dof)} is expected, got {self.direction!r}")
 
     def arm(self, robot: Robot) -> float:
-        """By what moments are divided, m."""
+        """Return the divisor of moments, m."""
         return robot.characteristic_length if self.length is None else float(self.length)
 
     def weights(self, robot: Robot) -> Array:
@@ -61,7 +61,7 @@ class Question:
         return np.asarray(np.repeat([1.0, 1.0 / self.arm(robot)], 3)[robot.rows])
 
     def plain(self, robot: Robot) -> dict[str, Any]:
-        """Return it as plain data."""
+        """Return the parameters as plain data."""
         return {
             "required": self.required.plain(),
             "gravity": np.asarray(self.gravity).tolist(),
@@ -79,7 +79,7 @@ class Question:
 
     @classmethod
     def from_plain(cls, data: dict[str, Any]) -> Question:
-        """Undo `plain`."""
+        """Return the question from the data of `plain`."""
         return cls(
             Required.from_plain(data["required"]),
             checked(data["gravity"], (3,), "gravity", finite=True),
@@ -111,5 +111,5 @@ def _obstacle(data: dict[str, Any]) -> Obstacle:
 
 
 def directions(robot: Robot) -> list[str]:
-    """Return the names of what limits a margin: each degree of freedom, and against it."""
+    """Return the names of a margin's limits: both directions of each degree of freedom."""
     return [sign + name for name in DOF_NAMES if name in robot.dof for sign in "+-"]

@@ -1,4 +1,4 @@
-"""Where along parallel rays a platform is free: intervals to the last digits, and none that counts missed."""
+"""Free intervals of the platform's position along parallel rays, to full precision and without missed intervals."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from cdpr.model.threads import in_threads
 from cdpr.native.bind import bind
 from cdpr.workspace.regions import Region
 
-MOST = 64  # ends of free stretches along one ray, as in tracing.hpp
+MOST = 64  # maximum number of interval ends along one ray, as in tracing.hpp
 
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Free stretches of rays along an axis, through the middles of the cells across it.
+    """Free intervals of rays along an axis, through the centres of the cells across it.
 
     Attributes:
-        axis: along which.
-        number: (k,), of the ray, counted over the cells across, the last axis fastest.
-        free: (k, 2), m, where a free stretch begins and ends.
-        region: whose cells they are.
+        axis: axis of the rays.
+        number: (k,), number of the ray, over the cells across, the last axis fastest.
+        free: (k, 2), m, ends of a free interval.
+        region: region of the cells.
     """
 
     axis: int
@@ -37,7 +37,7 @@ class Rays:
 
     @property
     def volume(self) -> float:
-        """What is free, m^3, m^2 or m: lengths times the cells across."""
+        """Free size, m^3, m^2 or m: lengths times the cells across."""
         across = [i for i in self.region.moving if i != self.axis]
         return float((self.free[:, 1] - self.free[:, 0]).sum() * np.prod(self.region.spacing[across]))
 
@@ -47,16 +47,16 @@ class Rays:
         return {"rays": count, "along": "xyz"[self.axis], "stretches": len(self.free)}
 
     def plain(self) -> dict[str, NDArray[Any]]:
-        """Return it as arrays, which a file holds."""
+        """Return its data as arrays for a file."""
         return {"ray_axis": np.array(self.axis), "ray_number": self.number, "ray_free": self.free}
 
     @classmethod
     def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Rays:
-        """Undo `plain`."""
+        """Return the rays from the arrays of `plain`."""
         return cls(int(arrays["ray_axis"]), arrays["ray_number"], arrays["ray_free"], region)
 
     def at_cells(self) -> NDArray[np.bool_]:
-        """Return which middles of cells are in a free stretch, (cells,)."""
+        """Return True for cells with their centre in a free interval, (cells,)."""
         shape = self.region.shape
         middles = self.region.axes[self.axis]
         found = np.zeros((self.region.cells // shape[self.axis], shape[self.axis]), dtype=bool)
@@ -74,18 +74,18 @@ def rays(
     jobs: int | None,
     progress: Callable[[int, int], None],
 ) -> Rays:
-    """Return the free stretches of rays along the last axis of a region, through the middles of its cells.
+    """Return the free intervals of rays along the last axis of a region, through the centres of its cells.
 
     Args:
-        bodies: who may touch whom.
-        region: where.
-        edge: the least clearance of what is free, m.
-        over: whether "all" attitudes must be free, or "any" of them.
+        bodies: bodies whose clearances count.
+        region: the region.
+        edge: smallest clearance that is free, m.
+        over: "all" or "any" attitudes must be free.
         jobs: threads; the result is the same.
-        progress: called with the number of rays that are done, and of all.
+        progress: called with the number of finished rays and their total.
 
-    Raises CdprError for cables that leave over pulleys: where these turn clearances change faster; and where a ray has
-    more stretches than can be kept.
+    Raises:
+        CdprError: if a ray has too many intervals.
     """
     axis = region.moving[-1]
     across = [region.axes[i] if i != axis else region.lower[i : i + 1] for i in range(3)]

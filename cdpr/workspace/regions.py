@@ -1,4 +1,4 @@
-"""Where a workspace is looked for: a box of positions, cut into cells, and the attitudes in which the platform is."""
+"""Region of a workspace: a box of positions divided into cells, and the attitudes of the platform."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from cdpr.model.masks import MASKED, masked
 from cdpr.model.robot import DOF_NAMES, Array, read_only
 from cdpr.model.rotations import held_upright
 
-CELLS = 40  # along the longest side, unless said
-MOST_CELLS = 10**9  # of a table in memory
-MOST_NUMBERED = 10**15  # that can be, in chunks
-FARTHEST = 1e9  # m: with more, positions are coarser than a tenth of a micrometre
-PIECE = 65536  # poses that are made at a time
+CELLS = 40  # default along the longest side
+MOST_CELLS = 10**9  # limit of a table in memory
+MOST_NUMBERED = 10**15  # limit of cells in chunks
+FARTHEST = 1e9  # m; beyond, positions are coarser than 0.1 um
+PIECE = 65536  # poses per batch
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A box, cut into cells that are looked at in their middles.
+    """Box divided into cells, which are evaluated at their centres.
 
     Attributes:
-        lower, upper: corners, (3,), m, world; along directions in which the platform is held they are equal.
+        lower, upper: corners, (3,), m, world; equal along held directions.
         shape: cells along x, y, z.
-        orientations: (k, 4) quaternions w, x, y, z.
+        orientations: (k, 4), quaternions w, x, y, z.
     """
 
     lower: Array
@@ -53,7 +53,7 @@ class Region:
 
     @property
     def cell(self) -> float:
-        """Size of a cell: m^3, or m^2 or m where the platform moves in a plane or along a line."""
+        """Size of a cell: m^3, or m^2 or m for motion in a plane or along a line."""
         return float(np.prod(self.spacing[self.moving]))
 
     @property
@@ -63,12 +63,12 @@ class Region:
 
     @property
     def unit(self) -> str:
-        """Of that size."""
+        """Unit of that size."""
         return ("", "m", "m^2", "m^3")[len(self.moving)]
 
     @cached_property
     def axes(self) -> tuple[Array, Array, Array]:
-        """Middles of the cells along each axis, m."""
+        """Centres of the cells along each axis, m."""
         x, y, z = (
             low + (np.arange(n) + 0.5) * ((high - low) / n)
             for low, high, n in zip(self.lower, self.upper, self.shape, strict=True)
@@ -76,12 +76,12 @@ class Region:
         return x, y, z
 
     def positions(self, cells: NDArray[np.int64]) -> Array:
-        """Return the middles of the cells with these numbers, (n, 3), the last axis fastest."""
+        """Return the centres of the cells with these numbers, (n, 3), the last axis fastest."""
         index = np.unravel_index(cells, self.shape)
         return np.stack([axis[i] for axis, i in zip(self.axes, index, strict=True)], axis=1)
 
     def pieces(self) -> Iterator[NDArray[np.int64]]:
-        """Yield the numbers of the cells that are looked at together."""
+        """Yield the numbers of cells in batches."""
         for first in range(0, self.cells, PIECE):
             yield np.arange(first, min(first + PIECE, self.cells))
 
@@ -94,17 +94,18 @@ def region(
     cells: int | Sequence[int] | None = None,
     orientations: ArrayLike | None = None,
 ) -> Region:
-    """Return where to look for a robot's workspace.
+    """Return the region of a robot's workspace.
 
     Args:
-        robot: says in which directions its platform is held.
-        lower, upper: corners of the box, (3,), m; that of the frame unless given: of the outline that is drawn of it,
-            or around all frame anchors and the plane z = 0. Where these have no extent along an axis, half the largest
-            extent on either side.
-        cells: along x, y, z, or along the longest side.
-        orientations: (4,) or (k, 4), unit quaternions w, x, y, z; that of the home unless given.
+        robot: robot, whose held directions have no extent.
+        lower, upper: corners of the box, (3,), m; by default those of the frame's outline, or of the box around all
+            frame anchors and the plane z = 0. If these have no extent along an axis, half the largest extent on either
+            side.
+        cells: cells along x, y, z, or along the longest side.
+        orientations: (4,) or (k, 4), unit quaternions w, x, y, z; that of home by default.
 
-    Raises CdprError where a number makes no sense.
+    Raises:
+        CdprError: if a number is invalid.
     """
     home = home_pose(robot)[0]
     edges = robot.frame.edges if robot.frame is not None else robot.anchors[:, :3]
@@ -114,7 +115,7 @@ def region(
     high = np.max([*ends, *floor], axis=0) if upper is None else checked(upper, (3,), "upper", finite=True).copy()
     widest = float((high - low).max())
     for i, name in enumerate(DOF_NAMES[:3]):
-        if lower is None and upper is None and low[i] == high[i]:  # anchors in a plane: below and above it
+        if lower is None and upper is None and low[i] == high[i]:  # anchors in a plane: space below and above it
             low[i], high[i] = low[i] - 0.5 * widest, high[i] + 0.5 * widest
         if name not in robot.dof:
             low[i] = high[i] = home[i]
@@ -136,7 +137,11 @@ def region(
 
 
 def checked_quaternions(given: ArrayLike) -> Array:
-    """Return unit quaternions (k, 4); CdprError where they are none."""
+    """Return unit quaternions (k, 4).
+
+    Raises:
+        CdprError: if they are invalid.
+    """
     found = np.atleast_2d(real(given, "orientations"))
     found = checked(found, (None, 4), "orientations", finite=True)
     lengths = np.linalg.norm(found, axis=1)
@@ -146,7 +151,7 @@ def checked_quaternions(given: ArrayLike) -> Array:
 
 
 def _shape(cells: int | Sequence[int] | None, extent: Array) -> tuple[int, int, int]:
-    """Number of cells along x, y, z."""
+    """Return the number of cells along x, y, z."""
     if masked(cells):
         raise CdprError(f"cells: {MASKED}")
     several = np.atleast_1d(CELLS if cells is None else cells)

@@ -1,4 +1,4 @@
-"""Sets of wrenches, or accelerations, that cables must be able to exert, beyond what carries the weight at rest."""
+"""Sets of wrenches or accelerations that cables must provide in addition to the weight at rest."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from cdpr.model.robot import Array, read_only
 
 Form = Literal["zonotope", "ellipsoid", "vertices"]
 
-MOST_CORNERS = 64  # that are asked one by one
+MOST_CORNERS = 64  # maximum number of corners that are checked individually
 
-# As kernels have them.
+# values in the kernels
 FORMS: dict[str, int] = {"zonotope": 0, "ellipsoid": 1, "vertices": 2}
 
 
 @dataclass(frozen=True, eq=False)
 class Required:
-    """A convex set in six dimensions: N and N m, or m/s^2 and rad/s^2; world axes, about the platform's origin.
+    """Convex set in six dimensions: N and N m, or m/s^2 and rad/s^2; world axes, about the platform's origin.
 
     Attributes:
-        form: what the vectors are: g of {sum s_k g_k : |s_k| <= 1}, the same of |s| <= 1, or corners of a hull.
-        vectors: (k, 6); (0, 6) of a zonotope is the origin alone.
-        accelerations: whether it is a set of accelerations, at rest, of which the platform makes wrenches.
+        form: meaning of the vectors: g of {sum s_k g_k : |s_k| <= 1}, the same with |s| <= 1, or corners of a hull.
+        vectors: (k, 6); (0, 6) for a zonotope that is the origin alone.
+        accelerations: True for accelerations at rest, which the platform's inertia converts to wrenches.
     """
 
     form: Form
@@ -41,11 +41,15 @@ class Required:
         return f"<Required {kind}: {self.form} of {len(self.vectors)} vectors>"
 
     def plain(self) -> dict[str, Any]:
-        """Return it as plain data."""
+        """Return the set as plain data."""
         return {"form": self.form, "vectors": self.vectors.tolist(), "accelerations": self.accelerations}
 
     def corners(self) -> Array:
-        """Return the corners (k, 6) of the set, at least the origin. Raises CdprError for one of too many, or none."""
+        """Return the corners (k, 6) of the set, at least the origin.
+
+        Raises:
+            CdprError: if it has too many corners or none.
+        """
         if self.form == "vertices":
             return self.vectors
         if self.form == "ellipsoid" and len(self.vectors):
@@ -58,7 +62,7 @@ class Required:
 
     @classmethod
     def from_plain(cls, data: dict[str, Any]) -> Required:
-        """Undo `plain`."""
+        """Return the set from the data of `plain`."""
         return cls(data["form"], _vectors(data["vectors"], "vectors"), data["accelerations"])
 
 
@@ -66,7 +70,7 @@ NOTHING = Required("zonotope", read_only(np.zeros((0, 6))))
 
 
 def box(half: ArrayLike, *, accelerations: bool = False) -> Required:
-    """Return all within +- `half` (6,), each at least 0."""
+    """Return the box of all vectors within +- `half` (6,), each at least 0."""
     return Required("zonotope", _axes(half, "box"), accelerations)
 
 
@@ -76,7 +80,7 @@ def ellipsoid(half: ArrayLike, *, accelerations: bool = False) -> Required:
 
 
 def zonotope(generators: ArrayLike, *, accelerations: bool = False) -> Required:
-    """Return the sums of s_k g_k, |s_k| <= 1, of generators g_k (k, 6)."""
+    """Return the zonotope: sums of s_k g_k, |s_k| <= 1, for generators g_k (k, 6)."""
     return Required("zonotope", _vectors(generators, "zonotope"), accelerations)
 
 
@@ -89,7 +93,7 @@ def vertices(corners: ArrayLike, *, accelerations: bool = False) -> Required:
 
 
 def point(wrench: ArrayLike) -> Required:
-    """Return one wrench (6,) alone."""
+    """Return the set of one wrench (6,)."""
     return vertices([checked(wrench, (6,), "point", finite=True)])
 
 

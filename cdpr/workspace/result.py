@@ -1,4 +1,4 @@
-"""A workspace: what was found at each cell of a box, how large it is, and its file."""
+"""Workspace: results at the cells of a box, their summary, and the file."""
 
 from __future__ import annotations
 
@@ -50,21 +50,21 @@ DETAILS: dict[str, type[Proofs] | type[Hull] | type[Rays] | type[Turns]] = {
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """What was found at the middles of the cells of a region.
+    """Results at the centres of the cells of a region.
 
     Attributes:
-        kind: what was asked.
+        kind: kind of workspace.
         robot: name of the robot.
-        region: where.
-        value: (nx, ny, nz), >= 0 inside, `kind.unit`; over several attitudes the least, or the greatest where one is
-            enough. NaN where there is none: W lacks rank.
+        region: the region.
+        value: (nx, ny, nz), >= 0 inside, `kind.unit`; over several attitudes the smallest, or the greatest if one
+            attitude suffices. NaN if there is none: W is rank-deficient.
         inside: (nx, ny, nz).
-        boundary: (nx, ny, nz), whether round-off decides; or nothing is proved, where that was asked for.
-        limit: (nx, ny, nz), what limits the value, a key of `about["limited_by"]`; -1 of nothing.
-        evaluated: (nx, ny, nz), whether the cell was looked at; what is told of the others is interpolated.
-        about: all that it depends on, as plain data: robot file, required set, gravity, versions, ...
-        detail: what a method found that is finer than cells: boxes that are proved, of which `inside` are then the
-            cells whose middle is in one inside; the boundary as seen from a point; or free stretches of rays.
+        boundary: (nx, ny, nz), True if round-off decides, or if a certified workspace is undecided.
+        limit: (nx, ny, nz), limiting cause, a key of `about["limited_by"]`; -1 if none.
+        evaluated: (nx, ny, nz), True for evaluated cells; others are interpolated.
+        about: all other parameters as plain data: robot file, required set, gravity, versions, ...
+        detail: results of a method that are finer than cells: certified boxes, which then define `inside` at the
+            centres of cells; the boundary as seen from a point; free intervals of rays; or turns.
     """
 
     kind: WorkspaceKind
@@ -83,23 +83,23 @@ class Workspace:
 
     @cached_property
     def question(self) -> Question:
-        """What was asked of each pose."""
+        """Parameters of each pose."""
         return Question.from_plain(self.about["question"])
 
     @property
     def proofs(self) -> Proofs | None:
-        """The boxes that are proved, where that was asked for."""
+        """Certified boxes, if any."""
         return self.detail if isinstance(self.detail, Proofs) else None
 
     @property
     def volume(self) -> float:
-        """Size of what is inside, m^3, or m^2 or m where the platform moves in a plane or along a line."""
+        """Size of the inside, m^3, or m^2 or m for motion in a plane or along a line."""
         if self.detail is not None:
             return self.detail.volume
         return float(self.inside.sum()) * self.region.cell
 
     def summary(self) -> dict[str, Any]:
-        """Return the figures of it as plain numbers."""
+        """Return its figures as plain numbers."""
         region, pieces, connected = self.region, [], Connected(self.region.shape)
         value, limit = self.value.ravel(), self.limit.ravel()
         inside, boundary = self.inside.ravel(), self.boundary.ravel()
@@ -120,7 +120,11 @@ class Workspace:
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write it as NPZ. Raises OutputError."""
+        """Write the workspace as NPZ.
+
+        Raises:
+            OutputError: if it cannot be written.
+        """
         region, target = self.region, Path(path)
         part = target.with_name(f".{target.name}.{os.getpid()}.part")
         about = {"format": FORMAT, "kind": self.kind.name, "robot": self.robot, **self.about}
@@ -151,7 +155,11 @@ class Workspace:
 
 
 def load_workspace(path: str | os.PathLike[str]) -> Workspace:
-    """Read a file of `Workspace.save` or a folder of `workspace_in_chunks`. Raises LogError where it cannot be read."""
+    """Read a file of `Workspace.save` or a folder of `workspace_in_chunks`.
+
+    Raises:
+        LogError: if it cannot be read.
+    """
     if os.path.isdir(path):
         return _of_folder(Path(path))
     try:
@@ -183,7 +191,11 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
 
 
 def _table(found: Mapping[str, NDArray[Any]], name: str, kind: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
-    """Return an array of a file; ValueError where it is missing or has another kind of numbers or another shape."""
+    """Return an array of a file.
+
+    Raises:
+        ValueError: if it is missing or has another type or shape.
+    """
     table = found.get(name)
     if table is None or table.dtype.kind != kind or table.ndim != len(shape):
         raise ValueError(f"{name}: an array of {len(shape)} dimensions and kind '{kind}' is expected")
@@ -193,7 +205,7 @@ def _table(found: Mapping[str, NDArray[Any]], name: str, kind: str, shape: tuple
 
 
 def _silent(done: int, total: int) -> None:
-    """Tell nobody."""
+    """Ignore the progress."""
 
 
 def _of_folder(path: Path) -> Workspace:
@@ -219,27 +231,28 @@ def workspace(
     progress: Callable[[int, int], None] = _silent,
     **asked: Any,
 ) -> Workspace:
-    """Find which cells of a region are inside a workspace.
+    """Find the cells of a region that are inside a workspace.
 
     Args:
-        robot: whose it is.
-        kind: a key of `cdpr.workspace.kinds.KINDS`.
-        region: where, and in which attitudes.
-        question: what the kind asks for beside; its parts may be given by their names instead, such as
-            `required=box([50, 50, 50, 5, 5, 5])`: see `Question`.
-        over: whether "all" attitudes of the region must be inside, or "any" of them.
-        method: "grid" looks at all cells, "octree" at those that decide (`cdpr.workspace.octree`), "hull" from a point
-            within for the boundary (`.hull`), "rays" for where cables are free along lines (`.rays`), "turns" for how
-            far the platform can turn (`.turns`), and "certify" proves boxes of any size to be inside or outside
-            (`.certify`). The last four look at the cells besides.
-        undecided: the share of the box of which "certify" may leave undecided what it is.
-        n_rays: in how many directions, at least, "hull" looks.
-        about: axis of the world, "rx", "ry" or "rz", about which "turns" does.
+        robot: the robot.
+        kind: key of `cdpr.workspace.kinds.KINDS`.
+        region: positions and attitudes.
+        question: parameters of the kind; its parts may be given by name instead, such as `required=box([50, 50, 50, 5,
+            5, 5])`: see `Question`.
+        over: "all" or "any" attitudes of the region must be inside.
+        method: "grid" evaluates all cells, "octree" only those that decide (`cdpr.workspace.octree`). In addition to
+            the cells, "hull" finds the boundary from a point inside (`.hull`), "rays" the free intervals along lines
+            (`.rays`), "turns" the reachable rotations of the platform (`.turns`), and "certify" proves boxes of any
+            size to be inside or outside (`.certify`).
+        undecided: share of the box that "certify" may leave undecided.
+        n_rays: minimum number of rays of "hull".
+        about: world axis of "turns": "rx", "ry" or "rz".
         jobs: threads; the result is the same.
-        progress: called with the number of cells that are done, and their total.
+        progress: called with the number of finished cells and their total.
         asked: parts of the question.
 
-    Raises CdprError where an argument makes no sense.
+    Raises:
+        CdprError: if an argument is invalid.
     """
     chosen = kind_of(kind)
     whole = checked_question(chosen, robot, question, over, asked)
@@ -310,7 +323,7 @@ def workspace(
 
 
 def _bodies(robot: Robot, kind: WorkspaceKind, question: Question) -> Clearance:
-    """Who may touch whom, where along rays."""
+    """Return the bodies for rays."""
     if not kind.bodies:
         raise CdprError(f"method: rays are for ifcow, not for {kind.name}; take grid, octree or hull")
     if kind.slope_of(robot) is None:
@@ -319,7 +332,7 @@ def _bodies(robot: Robot, kind: WorkspaceKind, question: Question) -> Clearance:
 
 
 def verdicts(found: Workspace, robot: Robot, poses: Array) -> tuple[NDArray[np.bool_], Array, Array]:
-    """Ask again as a workspace was, of other poses (K, 7): whether inside, value and scale, each (K,)."""
+    """Evaluate other poses (K, 7) as a workspace was: True if inside, value and scale, each (K,)."""
     question = found.question
     measured = found.kind.answer(robot, poses, question, 1)
     return inside_of(robot, found.kind, question, measured, poses), measured.value, measured.scale

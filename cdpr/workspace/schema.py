@@ -1,4 +1,4 @@
-"""Schemas of the data that files of workspaces hold; readers validate it before they use any of it."""
+"""Schemas of the data in workspace files; readers validate it before use."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class ReadQuestion(Read):
 
 
 class ReadSource(Read):
-    """Files that a workspace was computed from, as the command line keeps them."""
+    """Files from which a workspace was computed, recorded by the command line."""
 
     file: str | None = None
     robot: str | None = None

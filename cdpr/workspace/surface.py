@@ -1,4 +1,4 @@
-"""The surface of a workspace: triangles between the cells that are inside and those that are not."""
+"""Surface of a workspace: triangles between inside and outside cells."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cdpr.model.robot import Array
 from cdpr.workspace.hull import Hull
 from cdpr.workspace.result import Workspace
 
-# Corners of a cube, and the six tetrahedra along its diagonal into which it is cut; those of neighbours fit.
+# Corners of a cube, and its six tetrahedra along the diagonal, which match those of adjacent cubes.
 CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 TETRAHEDRA = [
     tuple(
@@ -21,16 +21,22 @@ TETRAHEDRA = [
     )
     for way in permutations(range(3))
 ]
-# How near to a corner the surface comes along an edge, as a share of it: no triangle is without area.
+# Minimum distance of the surface from a corner as a share of the edge, so that no triangle is degenerate.
 NEAREST = 1e-3
 
 
 def surface(found: Workspace) -> tuple[Array, NDArray[np.int64]]:
-    """Return corners (k, 3), m, and triangles (t, 3), anticlockwise as seen from outside, of the inside of a workspace.
+    """Return the closed surface of a workspace.
 
-    The surface is closed. Where values are known on both sides it is where they reach what makes inside, linearly
-    between the middles of cells; else half way; at the border of the box it is that border. Raises CdprError for a
-    workspace in a plane or along a line (marching tetrahedra: Doi and Koide, IEICE Trans. E74, 1991).
+    Where values are known on both sides, the surface is at the linear interpolation of the edge between the centres of
+    cells; otherwise half way. At the border of the box it is that border. (Marching tetrahedra: Doi and Koide, IEICE
+    Trans. E74, 1991.)
+
+    Returns:
+        Corners (k, 3), m, and triangles (t, 3), anticlockwise from outside.
+
+    Raises:
+        CdprError: if the workspace is in a plane or along a line.
     """
     region = found.region
     if len(region.moving) < 3:
@@ -67,7 +73,7 @@ def surface(found: Workspace) -> tuple[Array, NDArray[np.int64]]:
 def _cut(
     here: NDArray[np.bool_], cubes: NDArray[np.int64], steps: Array, corners: tuple[int, ...]
 ) -> NDArray[np.int64]:
-    """Triangles (t, 3, 2) of one tetrahedron of each cube, by the edges that they end on: from inside, to outside."""
+    """Return triangles (t, 3, 2) of one tetrahedron of each cube, by the edges of their corners: inside, outside."""
     nodes = cubes[:, None] + steps[list(corners)].astype(np.int64)
     case = here[nodes] @ np.array([1, 2, 4, 8])
     turned = np.linalg.det(np.diff(CORNERS[list(corners)], axis=0)) < 0.0
@@ -96,5 +102,5 @@ def _cut(
 
 
 def _odd(order: list[int]) -> bool:
-    """Whether an even number of exchanges does not make this order of 0, 1, 2, 3."""
+    """Return True if this permutation of 0, 1, 2, 3 is odd."""
     return sum(order[i] > order[j] for i in range(4) for j in range(i + 1, 4)) % 2 == 1

@@ -1,4 +1,4 @@
-"""The figures of a workspace, told piece by piece: the same bits whether its table is in memory or in a folder."""
+"""Figures of a workspace, counted in batches, with the same bits for tables in memory and in folders."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from cdpr.workspace.regions import Region
 
 
 class Detail(Protocol):
-    """What a method found that is finer than cells."""
+    """Result of a method that is finer than cells."""
 
     @property
     def volume(self) -> float:
-        """What it says is inside, m^3, m^2 or m."""
+        """Size of the inside, m^3, m^2 or m."""
         ...
 
     def told(self) -> dict[str, Any]:
@@ -34,17 +34,17 @@ Corner = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Tally:
-    """What is counted of some cells.
+    """Counts over some cells.
 
     Attributes:
-        cells, inside, boundary, unlimited, without: of the cells: all, those inside, those that round-off decides,
-            those inside whose value is infinite, those without one.
-        corners: least and greatest number along each axis of the cells inside.
-        known: how many inside have a finite value.
-        sums: of those, one for each piece: what is added in another order has other bits.
-        least, most: of those.
-        outside: of the cells outside, how many are limited by what, by its number.
-        limits: numbers of all that limits a cell.
+        cells, inside, boundary, unlimited, without: numbers of all cells, of those inside, decided by round-off, inside
+            with infinite value, and without value.
+        corners: smallest and greatest index along each axis of the inside cells.
+        known: number of inside cells with finite value.
+        sums: sums of these values, one per batch, because the bits of a sum depend on its order.
+        least, most: smallest and largest of these values.
+        outside: number of outside cells by the number of their limiting cause.
+        limits: numbers of all limiting causes.
     """
 
     cells: int = 0
@@ -62,12 +62,12 @@ class Tally:
 
     @property
     def mean(self) -> float | None:
-        """Of the known values."""
+        """Mean of the known values."""
         return math.fsum(self.sums) / self.known if self.known else None
 
 
 def tally(cells: NDArray[np.int64], shape: tuple[int, ...], found: Asked) -> Tally:
-    """Count one piece: cells (n,) of a table of this shape, by their numbers, and what was found there."""
+    """Return the counts of one batch: cells (n,) of a table of this shape, by number, with their results."""
     value, limit, inside, boundary = found
     values = value[inside]
     known = values[np.isfinite(values)]
@@ -93,7 +93,7 @@ def tally(cells: NDArray[np.int64], shape: tuple[int, ...], found: Asked) -> Tal
 
 
 def total(parts: Iterable[Tally]) -> Tally:
-    """Return what all parts count together, given in the order of their cells."""
+    """Return the total of all parts, given in the order of their cells."""
     every = list(parts)
     corners = [part.corners for part in every if part.corners is not None]
     outside: dict[str, int] = {}
@@ -130,7 +130,8 @@ def figures(
 ) -> dict[str, Any]:
     """Return the figures of a workspace as plain numbers.
 
-    `evaluated` of its cells were looked at, those inside are in so many pieces, and `detail` says more where there is.
+    `evaluated` is the number of evaluated cells, `components` the number of connected parts, and `detail` the finer
+    result, if any.
     """
     volume = float(counted.inside) * region.cell if detail is None else detail.volume
     bounds = None
@@ -166,5 +167,5 @@ def figures(
 
 
 def _each(choose: Any, corners: Iterator[Corner]) -> Corner:
-    """The least or the greatest along each axis."""
+    """Return the smallest or the greatest index along each axis."""
     return tuple(choose(along) for along in zip(*corners, strict=True))

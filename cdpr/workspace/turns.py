@@ -1,6 +1,6 @@
-"""How far a platform can turn at each position, either way from its attitude, without leaving a workspace.
+"""Reachable rotations of a platform at each position, in both directions from its attitude, within a workspace.
 
-A turn is gone along in steps until one is outside, and the way back is halved: what is narrower than a step is missed.
+Rotations are checked in steps until one is outside, followed by bisection; gaps narrower than a step are missed.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from cdpr.workspace.regions import PIECE, Region
 
 ABOUT = ("rx", "ry", "rz")
 STEP = np.pi / 36.0  # rad, 5 degrees
-HALVINGS = 12  # of a step, to a thousandth of a degree
-MOST = np.pi  # rad, either way
+HALVINGS = 12  # bisections of a step, to a thousandth of a degree
+MOST = np.pi  # rad, in either direction
 
 
 @dataclass(frozen=True, eq=False)
 class Turns:
-    """Turns that can be reached.
+    """Reachable rotations.
 
     Attributes:
-        about: "rx", "ry" or "rz", axes of the world through the platform's origin.
-        least, most: (nx, ny, nz), rad, at most 0 and at least 0, of positions inside; NaN of others.
-        region: whose cells they are.
-        inside: (nx, ny, nz), of positions in the attitude itself.
+        about: "rx", "ry" or "rz", world axis through the platform's origin.
+        least, most: (nx, ny, nz), rad, at most 0 and at least 0, at inside positions; NaN elsewhere.
+        region: region of the cells.
+        inside: (nx, ny, nz), True for positions inside without rotation.
     """
 
     about: str
@@ -42,11 +42,11 @@ class Turns:
 
     @property
     def volume(self) -> float:
-        """Size of what is inside in the attitude itself."""
+        """Size of the inside without rotation."""
         return float(self.inside.sum()) * self.region.cell
 
     def told(self) -> dict[str, Any]:
-        """Return its figures: of how far the platform can turn either way, the least and the mean, rad."""
+        """Return its figures: smallest, mean and largest rotation that is reachable in both directions, rad."""
         either = np.minimum(-self.least, self.most)[self.inside]
         known: dict[str, float | None] = {"everywhere": None, "mean": None, "best": None}
         if len(either):
@@ -54,18 +54,18 @@ class Turns:
         return {"about": self.about, **known}
 
     def plain(self) -> dict[str, NDArray[Any]]:
-        """Return it as arrays, which a file holds."""
+        """Return its data as arrays for a file."""
         return {"turn_about": np.array(ABOUT.index(self.about)), "turn_least": self.least, "turn_most": self.most}
 
     @classmethod
     def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Turns:
-        """Undo `plain`."""
+        """Return the turns from the arrays of `plain`."""
         about, least, most = (arrays[f"turn_{name}"] for name in ("about", "least", "most"))
         return cls(ABOUT[int(about)], least, most, region, np.isfinite(most))
 
 
 def check_turns(robot: Robot, region: Region, about: object) -> None:
-    """Raise CdprError where a robot cannot turn about an axis, or from several attitudes."""
+    """Raise CdprError if the robot cannot rotate about the axis, or if there are several attitudes."""
     free = [name for name in ABOUT if name in robot.dof]
     if about not in free:
         known = f"one of {', '.join(free)} is expected" if free else "this robot does not turn"
@@ -81,14 +81,14 @@ def turns(
     inside: NDArray[np.bool_],
     progress: Callable[[int, int], None],
 ) -> Turns:
-    """Return how far the platform can turn from the attitude of a region.
+    """Return the reachable rotations from the attitude of a region.
 
     Args:
-        ask: tells of poses (n, 7) whether they are inside.
-        region: whose cells, in their middles, are looked at.
-        about: an axis of the world.
-        inside: (cells,), which are in the attitude itself.
-        progress: called with the number of cells that are done, and of all.
+        ask: function that returns True for poses (n, 7) inside.
+        region: region whose cells are evaluated at their centres.
+        about: world axis.
+        inside: (cells,), True for cells inside without rotation.
+        progress: called with the number of finished cells and their total.
     """
     ends = np.full((2, region.cells), np.nan)
     for cells in region.pieces():
@@ -105,11 +105,11 @@ def turns(
 def _reached(
     ask: Callable[[Array], NDArray[np.bool_]], region: Region, about: str, cells: NDArray[np.int64], sign: float
 ) -> Array:
-    """Angles (n,), at least 0, up to which all steps are inside."""
+    """Return the angles (n,), at least 0, up to which all steps are inside."""
     poses = np.empty((len(cells), 7))
     poses[:, :3] = region.positions(cells)
     first = region.orientations[0]
-    turned = rotations.multiply(np.concatenate([[0.0], np.eye(3)[ABOUT.index(about)]]), first)  # by half a turn
+    turned = rotations.multiply(np.concatenate([[0.0], np.eye(3)[ABOUT.index(about)]]), first)  # rotated by half a turn
     low, high, going = np.zeros(len(cells)), np.full(len(cells), MOST), np.ones(len(cells), dtype=bool)
 
     def here(which: NDArray[np.int64], angle: Array) -> NDArray[np.bool_]:
