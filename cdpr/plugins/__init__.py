@@ -1,4 +1,4 @@
-"""What plugin authors import: the hook marker, PluginInfo and the interfaces of backends, controllers and solvers.
+"""API for plugin authors: the hook marker, PluginInfo, and the interfaces of backends, controllers and solvers.
 
 A plugin package declares an entry point in the group `cdpr` that names a light module. That module implements one or
 more of the hooks `cdpr_backends`, `cdpr_controllers`, `cdpr_solvers`, each returning `PluginInfo` rows:
@@ -9,7 +9,7 @@ more of the hooks `cdpr_backends`, `cdpr_controllers`, `cdpr_solvers`, each retu
     def cdpr_solvers():
         return [PluginInfo(name="mine", factory="my_package.solver:Mine", summary="one line")]
 
-The factory is imported only when the plugin is chosen.
+The factory is imported only when the plugin is used.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cdpr.plugins.rigid_body import RigidBodyBackend
     from cdpr.plugins.snapshots import SnapshotOfArrays
     from cdpr.plugins.solver import CompiledSolver, TensionSolver
-else:  # an interface when it is first asked for, so that plugin rows stay light
+else:  # interfaces are imported when first used, so that plugin rows stay light
     from cdpr.lazy import lazily
 
     __getattr__ = lazily(__name__, _INTERFACES)

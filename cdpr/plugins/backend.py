@@ -1,4 +1,4 @@
-"""The interface of a physics backend."""
+"""Interface of physics backends."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
-Acts = list[Callable[[], object]]  # done one after the other
+Acts = list[Callable[[], object]]  # executed in order
 
 
 class Backend(ABC):
-    """A plant: takes the command of each cable and moves the platform.
+    """Plant that moves the platform under the command of each cable.
 
-    The caller writes `command` and `external`, which are held until it writes them again, and reads `state`. The
-    arrays are made here and never replaced, so that both sides may keep a reference.
+    The caller writes `command` and `external`, which hold until they are written again, and reads `state`. The arrays
+    are created here and never replaced, so that both sides may keep a reference.
 
     Attributes:
-        command: (m,) tension of each cable, N.
-        external: (6,) further wrench on the platform at its origin, world axes: force, N, then moment, N m.
-        state: (13,) the platform, laid out as `cdpr.model` says; live: current after `reset` and after `step`.
-        highest: (m,) what no tension has exceeded in size since `reset`, N: with ideal cables the command itself.
+        command: (m,), tension of each cable, N.
+        external: (6,), additional wrench on the platform at its origin, world axes: force, N, then moment, N m.
+        state: (13,), state of the platform in the layout of `cdpr.model`; current after `reset` and after `step`.
+        highest: (m,), largest magnitude of each tension since `reset`, N; with ideal cables the command itself.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -40,44 +40,44 @@ class Backend(ABC):
 
     @abstractmethod
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,) and the clock to zero."""
+        """Set the platform to `state` (13,) and the clock to zero."""
 
     @abstractmethod
     def step(self, n: int) -> None:
-        """Advance by n physics steps. It checks nothing: the caller checks `state` after each call."""
+        """Advance by n physics steps without checks: the caller checks `state` after each call."""
 
     def acts(self, n: int) -> Acts | None:
-        """Return what `step` does with this n, one thing after the other; None where it is not made of such.
+        """Return the operations of `step` for this n in order; None if it is not made of operations.
 
-        The loop calls operations with their arguments without Python: what `cdpr.native.bind.bind` returns, or a
-        `cdpr.native.foreign.Foreign`. Where one returns something else than 0, the loop calls `refuse` with that.
+        The loop calls compiled operations without Python: results of `cdpr.native.bind.bind` or
+        `cdpr.native.foreign.Foreign`. If one returns a value other than 0, the loop calls `refuse` with it.
         """
         return None
 
     def refuse(self, code: int) -> NoReturn:
-        """Raise what says why one of `acts` returned something else than 0."""
+        """Raise the error for a nonzero return value of one of `acts`."""
         raise PluginError(f"{type(self).__name__} gave up a step with code {code}")
 
     def read_tension(self, tension: Array) -> None:
-        """Write the tension of each cable (m,) at `state` under `command`, N: with ideal cables the command itself.
+        """Write the tension of each cable (m,) at `state` under `command`, N; with ideal cables the command itself.
 
-        A backend that knows other cables declares them in the property `cable_models`, see `cdpr.cables`, and tells
-        tensions, `highest` and `cable_work`.
+        Backends with other cables declare them in the property `cable_models`, see `cdpr.cables`, and provide tensions,
+        `highest` and `cable_work`.
         """
         tension[:] = self.command
 
     def cable_work(self) -> float:
-        """Return the work of the cables on the platform since `reset`, J; not asked of ideal cables."""
+        """Return the work of the cables on the platform since `reset`, J; not called for ideal cables."""
         raise PluginError(f"{type(self).__name__} knows ideal cables only")
 
     def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
-        """Return what `read_tension(tension)` does, and what `work[0] = cable_work()`, likewise as `acts` does."""
+        """Return the operations of `read_tension(tension)` and of `work[0] = cable_work()`, as in `acts`."""
         return None
 
     def engine_time(self) -> float | None:
-        """Return the time since `reset` by the engine's own clock, s, or None where it has none.
+        """Return the time since `reset` by the engine's own clock, s, or None if it has none.
 
-        It serves to notice an engine that reset itself.
+        It serves to detect an engine that reset itself.
         """
         return None
 
@@ -90,27 +90,27 @@ class Backend(ABC):
         return read
 
     def log(self, columns: Mapping[str, Array]) -> None:
-        """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name, to write into.
+        """Store the arrays (width,) of its declared columns, by name, to write into.
 
-        Called as soon as it is made, with arrays that nobody reads, and again by a simulation with those that it
-        records: what stands in them when `reset` and `step` return, and NaN until something is written.
+        It is called once after construction with unused arrays, and again by a simulation with those that it records:
+        their values when `reset` and `step` return, NaN until something is written.
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
     def snapshot(self) -> object:
-        """Return all that the plant's future depends on, for `restore`.
+        """Return the complete internal state of the plant for `restore`.
 
-        A backend that can do this declares the property `snapshot: True`.
+        Backends that support this declare the property `snapshot: True`.
         """
         raise PluginError(f"{type(self).__name__} cannot take snapshots")
 
     def restore(self, snapshot: object) -> None:
-        """Go back to a snapshot of this backend: what follows is the same to the bit."""
+        """Restore a snapshot of this backend; the continuation is identical to the bit."""
         raise PluginError(f"{type(self).__name__} cannot restore snapshots")
 
     def describe(self) -> dict[str, Any]:
-        """Return what the record of a run should say of it beyond its options: plain data, as JSON holds it."""
+        """Return further facts for the record of a run, beyond the options: plain data for JSON."""
         return {}
 
     def close(self) -> None:  # noqa: B027 - an optional hook
-        """Free what the engine holds; the backend is not used afterwards."""
+        """Free the resources of the engine; the backend is not used afterwards."""

@@ -1,8 +1,8 @@
-"""Plugins that are not installed: a class given to `simulate`, or the classes of a file named after --plugin.
+"""Plugins that are not installed: a class passed to `simulate`, or the classes of a file given by --plugin.
 
-A class that derives from an interface becomes a plugin of its own name. It may say what `PluginInfo` would: its
-docstring begins with the summary, `properties` is a mapping of what it declares, `columns` are those that it writes,
-`Options` is the model of its options, `changeable` names those that may change during a run.
+A class that derives from an interface becomes a plugin with its own name. It may provide the data of `PluginInfo`: its
+docstring begins with the summary, `properties` is a mapping of declared properties, `columns` are its columns,
+`Options` is the model of its options, and `changeable` lists those that may change during a run.
 """
 
 from __future__ import annotations
@@ -23,29 +23,33 @@ from cdpr.plugins.info import PluginInfo, PluginOptions, Role
 
 @dataclass(frozen=True)
 class PluginFile:
-    """A file with plugins, as it was when it was read: workers get its text, whatever becomes of the file."""
+    """File with plugins and its text when it was read; workers receive the text, even if the file changes."""
 
     path: str
     text: str
 
     @property
     def name(self) -> str:
-        """What the record of a run calls it: the same in every folder."""
+        """File name in the record of a run, without folder."""
         return Path(self.path).name
 
     @property
     def version(self) -> str:
-        """A fingerprint of what it holds."""
+        """Hash of its content."""
         return fingerprint(self.text)
 
 
 def fingerprint(text: str) -> str:
-    """Return what stands for the version of code that has none."""
+    """Return a hash as the version of code that has none."""
     return f"sha256:{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
 
 def read_file(path: str) -> PluginFile:
-    """Read a file with plugins; PluginError where it cannot be read or is broken."""
+    """Read a file with plugins.
+
+    Raises:
+        PluginError: if it cannot be read or is broken.
+    """
     try:
         file = PluginFile(path, Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
@@ -57,14 +61,15 @@ def read_file(path: str) -> PluginFile:
 
 @lru_cache
 def classes_of(file: PluginFile) -> tuple[type, ...]:
-    """Execute a file and return the classes in it that derive from an interface.
+    """Execute a file and return its classes that derive from an interface.
 
-    Raises PluginError, with the line, where it does not run or holds none.
+    Raises:
+        PluginError: if it fails, with the line, or has no such class.
     """
     name = f"cdpr_file_{file.version.partition(':')[2]}_{Path(file.path).stem}"
     module = ModuleType(name)
     module.__file__ = str(Path(file.path).absolute())
-    sys.modules[name] = module  # dataclasses, pickle and kernels look for it there
+    sys.modules[name] = module  # looked up there by dataclasses, pickle and kernels
     try:
         exec(compile(file.text, module.__file__, "exec", dont_inherit=True), module.__dict__)
     except SyntaxError as error:
@@ -91,7 +96,7 @@ def classes_of(file: PluginFile) -> tuple[type, ...]:
 
 
 def innermost(error: BaseException, files: Collection[str | None] | None = None) -> TracebackType | None:
-    """Return the innermost place, in `files` unless they are None, at which an error was raised or passed."""
+    """Return the innermost traceback entry of an error, in `files` unless they are None."""
     found, trace = None, error.__traceback__
     while trace is not None:
         if files is None or trace.tb_frame.f_code.co_filename in files:
@@ -106,7 +111,11 @@ def role_of(item: type) -> Role:
 
 
 def describe_class(role: Role, item: Any) -> PluginInfo:
-    """Return the row of a class; PluginError where it cannot be a plugin of this role."""
+    """Return the PluginInfo of a class.
+
+    Raises:
+        PluginError: if it cannot be a plugin of this role.
+    """
     if not isinstance(item, type) or role not in _roles(item):
         hint = "; give the class, and its options as overrides" if _roles(type(item)) else ""
         raise PluginError(
@@ -130,7 +139,7 @@ def describe_class(role: Role, item: Any) -> PluginInfo:
 
 
 def source_version(item: type) -> str:
-    """Return a fingerprint of the source of a class, "unknown" where there is none, as at an interpreter's prompt."""
+    """Return a hash of the source of a class; "unknown" if there is none, such as for interactive code."""
     try:
         return fingerprint(inspect.getsource(item))
     except (OSError, TypeError):

@@ -1,4 +1,4 @@
-"""Which of a plugin's methods may be replaced by what the plugin says that they do."""
+"""Detection of plugin methods that have a compiled equivalent."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 
 def speaks_for(says: Callable[..., object], does: Callable[..., object]) -> bool:
-    """Whether what one method of a plugin says of another, such as which kernel it is, is so.
+    """Return True if a plugin's method `says`, such as `compiled`, is valid for its method `does`.
 
-    Not where a class derived from the one that says so does otherwise, or somebody put another method into the plugin.
+    It is not valid if a derived class overrides only `does`, or if the instance has its own `does`.
     """
     part = getattr(says, "__self__", None)
     if part is None or getattr(does, "__self__", None) is not part or does.__name__ in vars(part):

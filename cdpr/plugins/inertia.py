@@ -1,4 +1,4 @@
-"""Checks that a physics engine moves the body that it was given."""
+"""Checks that a physics engine simulates the specified body."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
 
-# Share by which what an engine holds may differ: a few operations in float64, such as turning a tensor.
+# Relative tolerance of an engine's values: a few operations in float64, such as the rotation of a tensor.
 ROUND_OFF = 1e-12
-# The same for an engine that declares single precision.
+# The same for single-precision engines.
 SINGLE_ROUND_OFF = 1e-6
 
 REMEDY = "choose another backend, such as simulation.backend: reference"
 
 
 class Inertia(NamedTuple):
-    """Inertia of a body, as an engine holds it.
+    """Inertia of a body as stored by an engine.
 
     Attributes:
         mass: kg.
-        inertia: (3, 3) tensor about the centre of mass, axes of the body frame, kg m^2.
-        center: (3,) centre of mass in the body frame, m; None where the engine does not store it.
-        tolerance: share by which the values may differ from those given: `SINGLE_ROUND_OFF` in single precision.
+        inertia: (3, 3), tensor about the centre of mass, axes of the body frame, kg m^2.
+        center: (3,), centre of mass in the body frame, m; None if the engine does not store it.
+        tolerance: relative tolerance of the values: `SINGLE_ROUND_OFF` in single precision.
     """
 
     mass: float
@@ -36,20 +36,20 @@ class Inertia(NamedTuple):
 
 
 def turned(moments: Array, axes: Array) -> Array:
-    """Return the tensor (3, 3) of principal moments (3,), kg m^2, along axes whose attitude is w, x, y, z (4,)."""
+    """Return the tensor (3, 3) of principal moments (3,), kg m^2, along axes with the attitude w, x, y, z (4,)."""
     R = matrix(np.asarray(axes, dtype=np.float64))
     tensor: Array = R * moments @ R.T
     return tensor
 
 
 def check_range(frame: BodyFrame, engine: str, smallest: float, slimmest: float) -> None:
-    """Raise CdprError where an engine does not move such a body correctly.
+    """Raise CdprError if an engine does not simulate such a body correctly.
 
     Args:
         frame: the body.
         engine: its name, for the message.
-        smallest: mass, kg, and principal moment, kg m^2, from which on it does.
-        slimmest: radius of gyration, m, from which on it does, where the body turns.
+        smallest: smallest supported mass, kg, and principal moment, kg m^2.
+        slimmest: smallest supported radius of gyration, m, if the body rotates.
     """
     for key, what, value, unit in (
         ("mass", "mass", frame.mass, "kg"),
@@ -76,7 +76,7 @@ def check_range(frame: BodyFrame, engine: str, smallest: float, slimmest: float)
 
 
 def check_held(frame: BodyFrame, held: Inertia, engine: str) -> None:
-    """Raise PluginError where an engine holds another body than the frame's."""
+    """Raise PluginError if an engine's body differs from the frame's."""
     share = held.tolerance
     given = turned(frame.moments, frame.axes)
     _compare("mass", "mass", "kg", np.array([frame.mass]), np.array([held.mass]), share * frame.mass, engine)
@@ -88,7 +88,7 @@ def check_held(frame: BodyFrame, held: Inertia, engine: str) -> None:
 
 
 def _compare(key: str, what: str, unit: str, given: Array, held: Array, tolerance: float, engine: str) -> None:
-    if held.shape == given.shape and (np.abs(held - given) <= tolerance).all():  # NaN is a difference
+    if held.shape == given.shape and (np.abs(held - given) <= tolerance).all():  # also if NaN
         return
     raise PluginError(
         f"robot.platform.{key}: {engine} holds the {what} {_numbers(held)} {unit} in place of {_numbers(given)} {unit} "

@@ -1,4 +1,4 @@
-"""The row by which a plugin makes itself known, and the hooks that return such rows."""
+"""Description of a plugin, and the hooks that return descriptions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ hookimpl = pluggy.HookimplMarker("cdpr")
 
 
 class FileName(str):
-    """Type of an option that names a file: a relative name starts at the folder of the scenario.
+    """Type of options with a file name; relative names refer to the folder of the scenario.
 
     Attributes:
         path: the file.
@@ -34,7 +34,7 @@ class FileName(str):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Take a text; the loader gives the folder as context."""
+        """Accept a text; the loader provides the folder as context."""
         return with_info_after_validator_function(cls._located, handler(str))
 
     @classmethod
@@ -45,26 +45,32 @@ class FileName(str):
 
 
 class PluginOptions(BaseModel):
-    """Base of the options that a plugin takes in a scenario: frozen, no unknown key, no NaN."""
+    """Base class of a plugin's options in a scenario: frozen, no unknown key, no NaN."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 
     def declares(self) -> Mapping[str, object]:
-        """Return the declared properties that are others with these options."""
+        """Return the declared properties that differ with these options."""
         return {}
 
 
 @dataclass(frozen=True)
 class PluginInfo:
-    """One backend, controller or solver.
+    """Description of one backend, controller or solver.
 
-    `factory` is "module:Class", imported only when the plugin is chosen. `requires` names the importable modules that
-    it needs and `extra` the pip extra that brings them, such as "cdpr[mujoco]". `properties` are declared facts (a
-    backend's order, a solver's continuity, ...), true of the default options (see `PluginOptions.declares`), shown by
-    `cdpr plugins` and checked by the conformance kit. `aliases` are other names of the field for the same, each with
-    its source; a scenario may use them where no plugin has that name. `columns` are quantities of its own that a run
-    records: the plugin gets the arrays to write them into by its method `log`. `changeable` names options that may
-    change between two steps: the plugin gets them by its method `change`.
+    Attributes:
+        name: name in scenarios.
+        factory: "module:Class", imported only when the plugin is used.
+        summary: one line.
+        requires: names of the required importable modules.
+        extra: pip extra that installs them, such as "cdpr[mujoco]".
+        properties: declared properties (a backend's order, a solver's continuity, ...) with default options (see
+            `PluginOptions.declares`), shown by `cdpr plugins` and checked by the conformance kit.
+        options: model of its options.
+        interface: interface version.
+        aliases: other established names, each with its source; valid in scenarios if no plugin has that name.
+        columns: additional quantities of a run; the plugin receives their arrays through its method `log`.
+        changeable: options that may change between two steps; the plugin receives them through its method `change`.
     """
 
     name: str
@@ -80,7 +86,7 @@ class PluginInfo:
     changeable: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what would only fail later, when all plugins are listed."""
+        """Check the attributes, so that errors occur here and not in the list of all plugins."""
         for name in ("name", "factory", "summary", "extra"):
             if not isinstance(getattr(self, name), str):
                 raise TypeError(f"PluginInfo.{name} must be a text, got {getattr(self, name)!r}")
@@ -107,7 +113,7 @@ class PluginInfo:
 
 
 class Hooks:
-    """The hooks of cdpr."""
+    """Hooks of cdpr."""
 
     @hookspec
     def cdpr_backends(self) -> list[PluginInfo]:

@@ -1,4 +1,4 @@
-"""Finds the installed plugins, keeps a readable problem for each broken one, and makes the chosen one."""
+"""Registry of installed plugins with a readable problem for each broken one, and their construction."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ DISABLE = "CDPR_DISABLE_PLUGINS"
 
 @dataclass(frozen=True)
 class Registered:
-    """A plugin and the distribution, file or module that brought it; a class that is not installed itself."""
+    """Plugin with the distribution, file or module that provides it; classes that are not installed are included."""
 
     role: Role
     info: PluginInfo
@@ -47,15 +47,19 @@ class Registered:
 
     @property
     def remedy(self) -> str:
-        """What to type so that this plugin can be used."""
+        """Command that makes this plugin usable."""
         return f"pip install '{self.info.extra}'" if self.info.extra else "pip install " + " ".join(self.info.requires)
 
     def properties(self, options: PluginOptions) -> dict[str, object]:
-        """Return what the plugin declares of itself with these options."""
+        """Return the properties declared with these options."""
         return {**self.info.properties, **options.declares()}
 
     def load(self) -> Any:
-        """Import and return the factory; PluginError if a requirement is missing or the import fails."""
+        """Import and return the factory.
+
+        Raises:
+            PluginError: if a requirement is missing or the import fails.
+        """
         if self.factory is not None:
             return self.factory
         title = f"{self.role} '{self.info.name}'"
@@ -74,7 +78,12 @@ class Registered:
             ) from error
 
     def make(self, *arguments: object) -> Any:
-        """Load the factory and call it; PluginError, or the CdprError that it raises, if it cannot be made."""
+        """Load the factory and call it.
+
+        Raises:
+            PluginError: if it fails.
+            CdprError: if it raises one.
+        """
         factory = self.load()
         try:
             with hushed():
@@ -87,16 +96,20 @@ class Registered:
 
     @property
     def file(self) -> str | None:
-        """The file of its code, once that is imported."""
+        """File of its code, after the import."""
         return getattr(sys.modules.get(self.info.factory.partition(":")[0]), "__file__", None)
 
     def place(self, error: BaseException) -> str:
-        """Return " (FILE:LINE)" where an error came from the code of the plugin, or through it."""
+        """Return " (FILE:LINE)" if an error was raised in or passed through the code of the plugin."""
         place = innermost(error, [self.file])
         return "" if place is None else f" ({os.path.basename(self.file or '')}:{place.tb_lineno})"
 
     def read_options(self, values: Mapping[str, object]) -> PluginOptions:
-        """Return options given as plain values, checked; PluginError if they are wrong."""
+        """Return checked options from plain values.
+
+        Raises:
+            PluginError: if they are invalid.
+        """
         try:
             return self.info.options.model_validate(dict(values))
         except ValidationError as error:
@@ -110,9 +123,9 @@ class Registered:
 
 @dataclass
 class Registry:
-    """All plugins found, by role and name, and what went wrong while looking.
+    """All plugins by role and name, and problems of the search.
 
-    `broken` holds those of the problems that kept a package from saying what it brings, by its names.
+    `broken` has the problems of packages whose plugins are unknown, by their names.
     """
 
     plugins: dict[Role, dict[str, Registered]] = field(default_factory=lambda: {role: {} for role in ROLES})
@@ -120,14 +133,16 @@ class Registry:
     broken: dict[tuple[str, str], str] = field(default_factory=dict)
 
     def names(self, role: Role) -> list[str]:
-        """Names that a scenario may use for `role`, sorted."""
+        """Return the names for `role` in scenarios, sorted."""
         return sorted(self.plugins[role])
 
     def get(self, role: Role, name: str) -> Registered:
-        """Return the plugin of this name, or else alias; PluginError with the nearest and all names if none has it.
+        """Return the plugin with this name or alias.
 
-        What a package that cannot be loaded would have brought is not known: its reason is told, too, and first where
-        the name is like one of its own.
+        If packages could not be loaded, their reasons are added, first that of a package with a similar name.
+
+        Raises:
+            PluginError: if there is none, with the nearest and all names.
         """
         found = self.plugins[role].get(name) or self._by_alias(role, name)
         if found is not None:
@@ -141,7 +156,7 @@ class Registry:
         raise PluginError(text)
 
     def declared(self, role: Role, item: type) -> Mapping[str, object]:
-        """Return what a class, or the nearest of its bases, declares: as the plugin that it is, or by `properties`."""
+        """Return the properties declared by a class or its nearest base, as a plugin or by `properties`."""
         entries = self.plugins[role].values()
         for each in item.__mro__:
             for entry in entries:
@@ -154,7 +169,8 @@ class Registry:
     def with_class(self, role: Role, item: object, distribution: str = "", version: str = "") -> tuple[Registry, str]:
         """Return a copy with a class that is not installed, and its name there.
 
-        Raises PluginError where it is no class of this role, or its name is taken.
+        Raises:
+            PluginError: if it is no class of this role, or its name is in use.
         """
         info = describe_class(role, item)
         assert isinstance(item, type)
@@ -168,12 +184,12 @@ class Registry:
         return replace(self, plugins={**self.plugins, role: {**names, info.name: entry}}), info.name
 
     def _by_alias(self, role: Role, name: str) -> Registered | None:
-        """Return the first plugin, by name, that is also known as `name`."""
+        """Return the first plugin, by name, with the alias `name`."""
         entries = (self.plugins[role][each] for each in self.names(role))
         return next((entry for entry in entries if name in entry.info.aliases), None)
 
     def add(self, role: Role, info: PluginInfo, distribution: str, version: str) -> None:
-        """Register one row. Of two with one name the built-in wins; a stranger's is `distribution:name`."""
+        """Register one plugin. A name conflict favours the built-in plugin; the other becomes `distribution:name`."""
         entry = Registered(role, info, distribution, version)
         names = self.plugins[role]
         other = names.get(info.name)
@@ -196,7 +212,7 @@ class Registry:
 def with_arrays(plugin: Any, columns: tuple[Column, ...], arguments: Sequence[Any]) -> Any:
     """Return a plugin, made of these arguments, with arrays for its columns, so that it works outside simulations."""
     if columns:
-        import numpy as np  # to list plugins takes none
+        import numpy as np  # not needed to list plugins
 
         robot = arguments[0]
         plugin.log({column.name: np.full(column.width or robot.m, np.nan) for column in columns})
@@ -206,17 +222,17 @@ def with_arrays(plugin: Any, columns: tuple[Column, ...], arguments: Sequence[An
 def _found(module: str) -> bool:
     try:
         return importlib.util.find_spec(module) is not None
-    except (ImportError, ValueError):  # of a package that is missing itself
+    except (ImportError, ValueError):  # its parent package is missing
         return False
 
 
 def _bare(name: str) -> str:
-    """A name without what those of packages and plugins differ in: case, - and _, and the prefix cdpr."""
+    """Return a name without the usual variations: case, - and _, and the prefix cdpr."""
     return name.lower().replace("_", "-").removeprefix("cdpr-")
 
 
 def unknown(role: Role, name: str, names: list[str]) -> str:
-    """Error text for a name that no plugin has."""
+    """Return the error text for an unknown name."""
     known = f"installed are {', '.join(names)} (see 'cdpr plugins'; --plugin FILE adds your own)"
     several = "'cdpr compare' runs all; " if role == "backend" and name == "all" else ""
     return f"no {role} is named '{name}': {several or did_you_mean(name, names)}{known}"
@@ -226,12 +242,16 @@ _files: tuple[PluginFile, ...] = ()
 
 
 def plugin_files() -> tuple[PluginFile, ...]:
-    """Return the files whose plugins this process uses besides the installed ones."""
+    """Return the files with plugins that this process uses in addition to installed ones."""
     return _files
 
 
 def use_files(files: Sequence[PluginFile | str]) -> None:
-    """Use the plugins in these files, and in no others, besides the installed ones; PluginError where one is broken."""
+    """Use the plugins in exactly these files, in addition to installed ones.
+
+    Raises:
+        PluginError: if one is broken.
+    """
     global _files
     with hushed():
         read = tuple(read_file(file) if isinstance(file, str) else file for file in files)
@@ -248,7 +268,7 @@ def use_files(files: Sequence[PluginFile | str]) -> None:
 
 @lru_cache(maxsize=1)
 def registry() -> Registry:
-    """Return the plugins of the installed distributions and of `plugin_files`; looked for once per process."""
+    """Return the plugins of the installed distributions and of `plugin_files`; searched once per process."""
     problems: list[str] = []
     found = collect(_entry_points(problems), disabled=bool(os.environ.get(DISABLE)))
     found.problems[:0] = problems
@@ -284,10 +304,10 @@ def _entry_points(problems: list[str]) -> Iterator[importlib.metadata.EntryPoint
 
 
 def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: bool = False) -> Registry:
-    """Build a registry. A failing plugin is left out and described; it never stops the others.
+    """Return a registry. A failing plugin is omitted and reported; it does not affect the others.
 
-    Built-ins come first and the rest in the order of distribution and name, so that the outcome does not depend on
-    the order of the path. With `disabled`, third parties are not even imported.
+    Built-in plugins come first and the others in the order of distribution and name, so that the result does not depend
+    on the path. With `disabled`, third-party plugins are not even imported.
     """
     result = Registry()
 
@@ -316,12 +336,12 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
 
 
 def _rows(point: importlib.metadata.EntryPoint) -> list[tuple[Role, PluginInfo]]:
-    """Load one entry point and ask all its hooks."""
+    """Load one entry point and call all its hooks."""
     manager = pluggy.PluginManager("cdpr")
     manager.add_hookspecs(Hooks)
     plugin = point.load()
     manager.register(plugin)
-    manager.check_pending()  # a misspelt hook is a problem, not silence
+    manager.check_pending()  # a misspelt hook is an error
     rows: list[tuple[Role, PluginInfo]] = []
     for role in ROLES:
         for answer in getattr(manager.hook, f"cdpr_{role}s")():

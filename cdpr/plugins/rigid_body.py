@@ -21,29 +21,29 @@ from cdpr.plugins.inertia import Inertia, check_held, check_range
 
 
 class RigidBodyBackend(Backend):
-    """A backend on an engine that integrates a rigid body under an applied wrench.
+    """Backend on an engine that integrates a rigid body under an applied wrench.
 
-    The engine's file implements `build`, `write`, `read` and `advance`; here the cable geometry and the tensions are
-    evaluated once a physics step, for all cable models (declare them as the property `cable_models`). The body to build
-    is described by `frame`: for a free platform its frame lies at the centre of mass along the principal axes; a
-    platform with a guide (`frame.guide`) has its frame at the origin and moves by slides along world axes and then a
-    hinge, joints of the engine, or turns on a ball at its origin (`frame.guide.spherical`).
+    The engine's file implements `build`, `write`, `read` and `advance`. This class evaluates the cable geometry and the
+    tensions once per physics step, for all cable models (declared as the property `cable_models`). `frame` describes
+    the body to build. The frame of a free platform is at the centre of mass along the principal axes. A guided platform
+    (`frame.guide`) has its frame at the origin; it moves by slides along world axes and then a hinge, or rotates on a
+    ball joint at its origin (`frame.guide.spherical`).
 
-    An engine that stores mass and inertia returns them in `held`: a difference ends a run before its first step. One
-    that does not move very light bodies declares `smallest` or `slimmest`, and `title`, its name in messages.
+    An engine that stores mass and inertia returns them in `held`: a difference ends a run before its first step. An
+    engine that does not support very light bodies declares `smallest` or `slimmest`, and `title`, its name in messages.
 
     Attributes:
         frame: mass, centre, principal moments and axes, anchors and guide of the body.
-        body: (13,) its state: position of the body frame's origin (world), attitude w, x, y, z, velocity of that
+        body: (13,), its state: position of the body frame's origin (world), attitude w, x, y, z, velocity of that
             origin (world), angular velocity (world).
-        winches: what turns commands into tensions; None where cables are ideal.
-        applied: (6,) what the engine must apply during the next step besides gravity: force, moment about the body
-            frame's origin, world axes. The operation `guide_forces` writes those along slides and hinge.
+        winches: winches that convert commands into tensions; None if cables are ideal.
+        applied: (6,), wrench for the next step in addition to gravity: force, moment about the body frame's origin,
+            world axes. The operation `guide_forces` writes those along slides and hinge.
     """
 
-    smallest: ClassVar[float] = 0.0  # mass, kg, and principal moment, kg m^2, below which the engine does not move it
-    slimmest: ClassVar[float] = 0.0  # radius of gyration, m, below which its rounding spoils the motion
-    title: ClassVar[str] = ""  # the engine's name in messages; that of the class unless given
+    smallest: ClassVar[float] = 0.0  # smallest supported mass, kg, and principal moment, kg m^2
+    slimmest: ClassVar[float] = 0.0  # smallest supported radius of gyration, m, limited by round-off
+    title: ClassVar[str] = ""  # name of the engine in messages; by default that of the class
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
@@ -74,11 +74,11 @@ class RigidBodyBackend(Backend):
 
     @abstractmethod
     def build(self) -> None:
-        """Make the world. An engine that takes the wrench in its own array (C-contiguous) sets `applied` to it here."""
+        """Create the world. An engine with its own wrench array (C-contiguous) sets `applied` to it here."""
 
     @abstractmethod
     def write(self) -> None:
-        """Put the engine's body into `body`, its clock to zero and forget all earlier forces."""
+        """Set the engine's body to `body` and its clock to zero, and clear all earlier forces."""
 
     @abstractmethod
     def read(self) -> None:
@@ -89,18 +89,19 @@ class RigidBodyBackend(Backend):
         """Advance the engine by one physics step under gravity and `applied`."""
 
     def held(self) -> Inertia | None:
-        """Return the inertia that the engine holds after `write`, read back from it; None where it stores none."""
+        """Return the inertia that the engine stores after `write`, read back from it; None if it stores none."""
         return None
 
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,).
+        """Set the platform to `state` (13,).
 
-        Raises PluginError where the engine holds another body than `frame`.
+        Raises:
+            PluginError: if the engine's body differs from `frame`.
         """
         self._wanted[:] = checked(state, (13,), "state")
         self._place()
         self.write()
-        if (held := self.held()) is not None:  # here, for some engines are built anew by `write`
+        if (held := self.held()) is not None:  # checked here, because some engines are rebuilt by `write`
             check_held(self.frame, held, self.title or type(self).__name__)
         self.read()
         self._publish()
@@ -116,12 +117,12 @@ class RigidBodyBackend(Backend):
         self._publish()
 
     def acts(self, n: int) -> Acts:
-        """Return what n physics steps do: of it, all but the engine's work is compiled."""
+        """Return the operations of n physics steps; all but those of the engine are compiled."""
         engine = self.engine_acts() if speaks_for(self.engine_acts, self.advance) else [self.advance, self.read]
         return [act for _ in range(n) for act in (self._pull, *engine)] + [self._publish]
 
     def engine_acts(self) -> Acts:
-        """Return what `advance` and then `read` do, as `acts` does: where kernels do it."""
+        """Return the operations of `advance` and then `read`, as in `acts`; kernels may replace them."""
         return [self.advance, self.read]
 
     def read_tension(self, tension: Array) -> None:
@@ -133,7 +134,7 @@ class RigidBodyBackend(Backend):
             tension[:] = self.winches.tension
 
     def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
-        """Return the operations that evaluate the winches; None where cables are ideal."""
+        """Return the operations that evaluate the winches; None if cables are ideal."""
         return None if self.winches is None else self.winches.readings(tension, work)
 
     def cable_work(self) -> float:
@@ -145,6 +146,6 @@ class RigidBodyBackend(Backend):
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What a snapshot must hold besides the engine's own state."""
+        """Arrays of a snapshot besides the engine's own state."""
         own = self.command, self.external, self.body, self.state
         return own if self.winches is None else (*own, *self.winches.arrays)

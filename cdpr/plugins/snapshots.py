@@ -1,4 +1,4 @@
-"""Snapshots of the arrays that a plugin keeps its state in."""
+"""Snapshots of plugins with their state in arrays."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ Saved = tuple[NDArray[Any], ...]
 
 
 def save(arrays: Sequence[NDArray[Any]]) -> Saved:
-    """Copy the arrays."""
+    """Return copies of the arrays."""
     return tuple(array.copy() for array in arrays)
 
 
 def put_back(saved: Saved, arrays: Sequence[NDArray[Any]]) -> None:
-    """Write the copies that `save` made into the arrays."""
+    """Write the copies of `save` back into the arrays."""
     for copy, array in zip(saved, arrays, strict=True):
         array[:] = copy
 
 
 class SnapshotOfArrays:
-    """For a plugin whose future depends on its `arrays` alone; () where it has no memory."""
+    """Mixin for plugins whose state is in their `arrays`; () without state."""
 
     arrays: tuple[NDArray[Any], ...]
 
     def snapshot(self) -> object:
-        """Return a copy of everything."""
+        """Return a copy of all arrays."""
         return save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         put_back(snapshot, self.arrays)

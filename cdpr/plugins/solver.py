@@ -1,4 +1,4 @@
-"""The interface of a tension solver."""
+"""Interface of tension solvers."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 
 class TensionSolver(ABC):
-    """Distributes a wrench among the cables: find t with W t = wrench and t_min <= t <= t_max.
+    """Tension distribution: find t with W t = wrench and t_min <= t <= t_max.
 
-    A solver never falls back by itself: what to do about an infeasible wrench is decided by the tension stage, which
-    also checks every answer. A cable with t_min = t_max is locked, or cut, where that is 0: its tension is given.
+    A solver has no fallback of its own: the tension stage decides how to handle infeasible wrenches, and it checks
+    every answer. A cable with t_min = t_max is locked at that tension; at 0 it is cut.
     """
 
-    source: Own | None = None  # of its compiled operation, if that is not in the kernel library
+    source: Own | None = None  # source of its compiled operation, if it is not in the kernel library
 
     def __init__(self, robot: Robot, options: Any) -> None:
         self.robot = robot
@@ -39,76 +39,78 @@ class TensionSolver(ABC):
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` and return a `cdpr.tension.Status`.
 
-        W is (n, m), wrench (n,), the others (m,); all C-contiguous float64, the inputs not to be changed. n are the
-        robot's degrees of freedom. On entry `tension` holds the tensions of the step before, NaN where there was none:
-        a warm start, or what to stay close to. What it holds when the status is not OK is ignored.
+        W is (n, m), wrench (n,), the others (m,); all C-contiguous float64 with read-only inputs. The robot has n
+        degrees of freedom. On entry `tension` has the tensions of the previous step, NaN if there was none, as a warm
+        start or for continuity. Its content is ignored if the status is not OK.
         """
 
     def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Callable[[], int] | None:
-        """Return what `solve` does with these arrays, as a compiled operation.
+        """Return the compiled equivalent of `solve` on these arrays; None if there is none.
 
-        The loop then calls it without Python: what `cdpr.native.bind.bind` returns, or a `cdpr.native.foreign.Foreign`.
-        The arrays stay where they are. None if there is no such operation.
+        The loop then calls it without Python: a result of `cdpr.native.bind.bind` or a `cdpr.native.foreign.Foreign`.
+        The arrays are not moved.
         """
         return None
 
     def log(self, columns: Mapping[str, Array]) -> None:
-        """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name, to write into.
+        """Store the arrays (width,) of its declared columns, by name, to write into.
 
-        Called as soon as it is made, with arrays that nobody reads, and again by a simulation with those that it
-        records: what stands in them after `solve`, and NaN until something is written.
+        It is called once after construction with unused arrays, and again by a simulation with those that it records:
+        their values after `solve`, NaN until something is written.
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
     def change(self, options: Any) -> None:
-        """Take other options between two steps; only those differ that its `PluginInfo` declares as `changeable`.
+        """Change the options between two steps; only options declared as `changeable` differ.
 
-        Nothing else changes: what is remembered of earlier calls stays. Raises CdprError, having changed nothing, where
-        they do not fit the robot.
+        The memory of earlier calls is kept.
+
+        Raises:
+            CdprError: if they do not fit the robot; nothing is changed then.
         """
         raise PluginError(f"{type(self).__name__} declares changeable options and has no method `change` to take them")
 
     def reset(self) -> None:  # noqa: B027 - an optional hook
-        """Forget what was kept from earlier calls."""
+        """Clear the memory of earlier calls."""
 
     def snapshot(self) -> object:
-        """Return all that its future answers depend on, beside the arguments of `solve`, for `restore`.
+        """Return the complete internal state for `restore`, besides the arguments of `solve`.
 
-        That is nothing, unless it declares the property `warm_start`.
+        It is empty unless the solver declares the property `warm_start`.
         """
         return None
 
     def restore(self, snapshot: object) -> None:  # noqa: B027 - an optional hook
-        """Go back to a snapshot of this solver: what follows is the same to the bit."""
+        """Restore a snapshot of this solver; the continuation is identical to the bit."""
 
 
 class CompiledSolver(TensionSolver):
-    """A solver that is one compiled operation without memory: called without Python, and in batches on all cores.
+    """Solver that is one compiled operation without memory: called without Python, and in batches on all cores.
 
-    Either an operation of the kernel library, whose fields begin as those of a `TensionProblem`
-    (`cdpr/native/include/cdpr/tension_problem.hpp`); or a function of your own, `int f(void *place, double time)`,
-    that returns the status. Its `place` is then the struct
+    The operation is either one of the kernel library, whose fields begin as those of a `TensionProblem`
+    (`cdpr/native/include/cdpr/tension_problem.hpp`), or your own function `int f(void *place, double time)` that
+    returns the status. Its `place` is then the struct
 
         const double *matrix;       // (n, m), W, row by row
         const double *wrench;       // (n)
         const double *tension_min;  // (m)
         const double *tension_max;  // (m)
-        double *tension;            // (m), as of `solve`
+        double *tension;            // (m), as in `solve`
         int64_t n, m;
 
-    and after it the `parameters` in their order, then the arrays of `work`. It must not change the other inputs, and
-    must read no work array that the same call did not write. Several threads call it at once, each with a `tension` and
-    work arrays of its own.
+    followed by the `parameters` in their order and the arrays of `work`. It must not change the other inputs, and must
+    not read a work array that the same call did not write. Several threads call it concurrently, each with its own
+    `tension` and work arrays.
 
     Args:
-        robot: As for any solver.
-        options: Likewise.
-        operation: Name of the operation; or the address of your function, or an object that has it as `address`, such
-            as a `numba.cfunc`.
-        parameters: The options: arrays and numbers by name. Operations of the library take them as their fields.
-        work: Shapes of work arrays that your function needs.
-        follows: Whether an answer depends on the tensions of the step before. If not, rollouts solve eight problems at
-            once by the operation NAME_lanes, if the library has one.
+        robot: as in any solver.
+        options: as in any solver.
+        operation: name of the operation; or the address of your function, or an object with the attribute `address`,
+            such as a `numba.cfunc`.
+        parameters: options: arrays and numbers by name. Operations of the library receive them as fields.
+        work: shapes of the work arrays of your function.
+        follows: True if an answer depends on the tensions of the previous step. Otherwise rollouts solve eight problems
+            at once by the operation NAME_lanes, if the library has one.
     """
 
     def __init__(
@@ -134,11 +136,11 @@ class CompiledSolver(TensionSolver):
             try:
                 return call(positions, W, wrench, t_min, t_max, tension)
             except (BufferError, TypeError, ValueError):
-                pass  # they have other shapes, or are not as they should be
+                pass  # other shapes, types or layout
         return self._solve_copies(W, wrench, t_min, t_max, tension)
 
     def _solve_copies(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
-        """Solve, the arrays having any layout."""
+        """Solve with arrays of any layout."""
         call, arrays = self._alone
         given = W, wrench, t_min, t_max, tension
         if any(array.shape != own.shape for array, own in zip(given, arrays, strict=True)):
@@ -147,14 +149,14 @@ class CompiledSolver(TensionSolver):
             for array, own in zip(given, arrays, strict=True):
                 own[...] = array
             status = call()
-        else:  # another thread may ask at the same time
+        else:  # another thread may call at the same time
             arrays = tuple(np.array(array, dtype=np.float64, order="C") for array in given)
             status = self._on[0](self._on[1], *arrays)
         tension[...] = arrays[-1]
         return status
 
     def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Bound | Foreign:
-        """Bind the operation to these arrays, its parameters, and work arrays of its own."""
+        """Bind the operation to these arrays, its parameters, and its own work arrays."""
         if not isinstance(self.operation, str):
             work = [np.empty(shape) for shape in self._shapes]
             sizes = self.robot.n, self.robot.m
@@ -166,9 +168,9 @@ class CompiledSolver(TensionSolver):
     def side_by_side(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Bound | None:
         """Bind the operation for eight problems at once; None if there is none.
 
-        The last axis of the arrays has length 8. It returns the bits of the problems that are not answered with OK, the
-        first in the lowest bit; the tensions of the others are those of `solve`, to the bit. None is answered after a
-        step before, unless `tension` holds its tensions.
+        The last axis of the arrays has length 8. The operation returns a bit mask of the problems without status OK,
+        the first in the lowest bit; the tensions of the others equal those of `solve` to the bit. All answers are first
+        steps unless `tension` has the previous tensions.
         """
         operation = operations().get(f"{self.operation}_lanes")
         if operation is None:
@@ -179,7 +181,7 @@ class CompiledSolver(TensionSolver):
 
     @property
     def work(self) -> tuple[Array, ...]:
-        """Arrays that `solve` writes beside the tensions; no answer depends on what they hold before."""
+        """Arrays that `solve` writes besides the tensions; no answer depends on their previous content."""
         call, arrays = self._alone
         kept = [*arrays, *self.parameters.values()]
         found: Any = call.arrays
@@ -187,14 +189,14 @@ class CompiledSolver(TensionSolver):
 
     @cached_property
     def _alone(self) -> tuple[Bound | Foreign, tuple[Array, ...]]:
-        """The operation of `solve`, and arrays for its arguments."""
+        """Operation of `solve`, and arrays for its arguments."""
         n, m = self.robot.n, self.robot.m
         arrays = np.empty((n, m)), np.empty(n), np.empty(m), np.empty(m), np.empty(m)
         return self.compiled(*arrays), arrays
 
     @cached_property
     def _on(self) -> tuple[Callable[..., int], bytes] | None:
-        """A call on given arrays, and the positions of their addresses in its struct."""
+        """Call on given arrays, and the positions of their addresses in its struct; None for foreign operations."""
         call, arrays = self._alone
         if isinstance(call, Foreign):
             return None
@@ -207,7 +209,7 @@ def _arguments(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Arr
 
 
 def _bound(operation: Operation, given: dict[str, Any]) -> Bound:
-    """Bind an operation; what it writes beside the tensions, such as the status, goes into arrays of its own."""
+    """Bind an operation with its own arrays for outputs other than the tensions, such as the status."""
     for field in operation.fields:
         if field.role == "out" and field.name not in given:
             given[field.name] = np.empty([dimension.evaluate({}) for dimension in field.shape])
@@ -215,5 +217,5 @@ def _bound(operation: Operation, given: dict[str, Any]) -> Bound:
 
 
 def _repeated(array: Array) -> Array:
-    """Return an array with one axis more, the last, along which its numbers are the same."""
+    """Return an array with an additional last axis along which its values are repeated."""
     return np.repeat(array[..., None], LANES, axis=-1)
