@@ -1,17 +1,18 @@
-"""From the command of each cable to its tension: a winch, an exit from the frame and a span; and the cable models.
+"""Cable models: chains from the command of each cable to its tension.
 
-Each part is a file or a folder here, with what it is, its keys and its equations; this file holds the tables. `ideal`,
-`rigid` and `elastic`, what a robot file calls a cable model, are a winch and a span each:
+A chain is a winch, an exit from the frame and a span. Each part is a file or a folder here with its description, keys
+and equations; this file has the tables. The cable models of robot files, `ideal`, `rigid` and `elastic`, are a winch
+and a span each:
 
-- `ideal`: T = u. No winch takes part.
-- `rigid`: the cable does not stretch, so the drum goes with it, l' = -r w. Since l' = -W^T twist, the inertias of the
+- `ideal`: T = u, without a winch.
+- `rigid`: the cable does not stretch, so the drum moves with it, l' = -r w. Since l' = -W^T twist, the inertias of the
   drums add to the platform's: (M + W m W^T) twist' = W (u - f/r - m W'^T twist) + everything else, m = diag(I / r^2). A
-  cable that would have to push hangs slack, and its drum takes up what it leaves.
-- `elastic`: two states a cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. It starts
-  with the tension that is commanded first, winding as fast as the length changes.
+  cable that would have to push is slack, and its drum takes up the slack.
+- `elastic`: two states per cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. It starts
+  with the first commanded tension and winds at the rate of the length.
 
-Cables of one robot may differ. All of it is evaluated wherever the integrator evaluates the acceleration: once a step
-in semi-implicit engines, which then advance w and after it l0, and at every stage of `reference`.
+Cables of one robot may differ. The chain is evaluated together with the acceleration: once per step in semi-implicit
+engines, which then advance w and after it l0, and at every stage of `reference`.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ from cdpr.model.robot import COMMANDED
 
 __all__ = ["COMMANDED", "EXITS", "AnyExit", "Point", "Pulley", "exits_of", "read_exits"]
 
-# Cable models: a winch and a span each. To add one, write its parts, which declare their numbers (see
-# `cdpr.cables.chain`), and name it here: robot files may then say these.
+# Cable models, a winch and a span each. To add one, write its parts, which declare their numbers (see
+# `cdpr.cables.chain`), and add it here; robot files can then use it.
 MODELS = {
     COMMANDED: Chain(DIRECT, INEXTENSIBLE),
     "rigid": Chain(DRUM, INEXTENSIBLE),
@@ -48,7 +49,11 @@ MODELS = {
 
 
 def declared(numbers: Iterable[Number]) -> dict[str, Number]:
-    """Return them by their names; CdprError where two have one name."""
+    """Return numbers by name.
+
+    Raises:
+        CdprError: if two differ but have the same name.
+    """
     found: dict[str, Number] = {}
     for number in numbers:
         if found.setdefault(number.name, number) != number:
@@ -56,22 +61,22 @@ def declared(numbers: Iterable[Number]) -> dict[str, Number]:
     return found
 
 
-# What a robot file may say of cables and of winches, by name, in the order in which it is told.
+# Numbers of cables and winches in robot files, by name, in the order of display.
 NUMBERS = declared(
     (DIAMETER, *(number for chain in MODELS.values() for number in chain.span.numbers), LINEAR_DENSITY)
 ) | declared(number for chain in MODELS.values() for number in chain.winch.numbers)
 
-ACTUATED = "elastic"  # of winches that come as an FMU: what cdpr exports of a robot's
-MIXED = "mixed"  # the model of a robot whose cables differ
+ACTUATED = "elastic"  # model of winches given as an FMU, as exported by cdpr
+MIXED = "mixed"  # model of a robot whose cables differ
 
-# Where a cable leaves the frame. To add one, write its file (see `cdpr.cables.exit`) and name it here.
+# Exits from the frame. To add one, write its file (see `cdpr.cables.exit`) and add it here.
 AnyExit = Annotated[Point | Pulley, Field(discriminator="type")]
 
 EXITS: tuple[type[Exit], ...] = get_args(get_args(AnyExit)[0])
 
 
 def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
-    """Return the exits of a robot's cables as plain data, None for a point; () where all are."""
+    """Return the exits of a robot's cables as plain data, None for a point; () if all are points."""
     plain = [
         cable.exit.model_dump(mode="json") if isinstance(cable.exit, Exit) and cable.exit.header else None
         for cable in robot.cables
@@ -80,13 +85,13 @@ def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
 
 
 def read_exits(plain: Sequence[dict[str, Any] | None]) -> list[Exit | None]:
-    """Undo `exits_of`."""
+    """Return the exits from the data of `exits_of`."""
     return [None if each is None else _exits().validate_json(json.dumps(each)) for each in plain]
 
 
 @cache
 def _exits() -> TypeAdapter[Exit]:
-    """What reads one: made where it is needed, for that takes a millisecond."""
+    """Return the validator of exits, created on first use because that takes a millisecond."""
     return TypeAdapter(AnyExit)
 
 
@@ -96,13 +101,13 @@ def chain_of(robot: Robot, cable: Cable) -> Chain:
 
 
 def model_of(robot: Robot) -> str:
-    """Return the cable model that all cables of a robot share, or MIXED."""
+    """Return the common cable model of a robot, or MIXED."""
     models = {cable.model or robot.cable_model for cable in robot.cables}
     return models.pop() if len(models) == 1 else MIXED
 
 
 def immediate(robot: Robot) -> bool:
-    """Tell whether the tensions of all cables are their commands."""
+    """Return True if the tensions of all cables equal their commands."""
     return all(chain_of(robot, cable).immediate for cable in robot.cables)
 
 

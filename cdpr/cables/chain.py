@@ -1,12 +1,12 @@
-"""What winches and spans declare, and the chains that cables are made of.
+"""Declarations of winches and spans, and the chains of parts of cables.
 
-From the drum to the platform a cable is a winch, an exit (see `cdpr.cables.exit`) and a span. Where the span does not
-stretch, the drum goes with the cable: the winch tells the tension, free of what its inertia takes when the platform
-accelerates, and that inertia as a mass along the cable. The platform is solved for with these masses,
-(M + sum m_i w_i w_i^T) twist' = ..., w_i the cable's column of W, and they take their part of the tension. A span that
-stretches makes the tension itself, from the cable's length and how much of it has been unwound; the winch then turns
-under it. One that bends, as a heavy cable does, also makes the force on the platform, which is then not along the
-chord. The unwound length changes by the first of the winch's numbers for each unit by which its coordinate turns.
+From the drum to the platform, a cable is a winch, an exit (see `cdpr.cables.exit`) and a span. If the span does not
+stretch, the drum moves with the cable: the winch provides the tension without the effect of its inertia when the
+platform accelerates, and that inertia as a mass along the cable. The platform is solved with these masses, (M + sum m_i
+w_i w_i^T) twist' = ..., with w_i the cable's column of W, and they take their part of the tension. A span that
+stretches defines the tension itself, from the cable's length and the unwound length; the winch then turns under it. A
+span that bends, such as a heavy cable, also defines the force on the platform, which is not along the chord. Per unit
+of the winch's coordinate, the unwound length changes by the first of the winch's numbers.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from cdpr.fields import NonNegative, Positive, Section
 from cdpr.model import Cable
 from cdpr.units import known_unit
 
-MOST = 8  # numbers that a part may have
+MOST = 8  # maximum numbers of a part
 
-# Keys of robot files, and names in `cdpr.model`, that are no number of a part; what sections can do is taken, too.
+# Reserved keys of robot files and names in `cdpr.model`, which are no numbers of parts; attributes of sections are
+# reserved, too.
 TAKEN = {
     "cable": (
         *("name", "frame", "platform", "tension", "tension_min", "tension_max", "length", "length_min", "length_max"),
@@ -34,16 +35,15 @@ TAKEN = {
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a cable that the kernels of its part take, and all that is said of it: this is its one place.
+    """Number of a cable that the kernels of its part use, with its complete definition.
 
     Attributes:
-        name: where a robot says it of all cables, "cable" or "winch" and its key; an exported FMU calls its parameter
-            so, and the cable has it under the key.
-        kind: which values it may have, of `cdpr.fields`.
-        unit: as robot files write it, "" of what has none.
-        text: what it is; as far as the first comma, after "the", what a cable lacks that has none.
-        default: where none is given; None where the part needs one.
-        exact: the unit as FMUs write it, where that says more.
+        name: place in robot files, "cable" or "winch", and key; exported FMUs use it as the name of a parameter.
+        kind: type of its values, from `cdpr.fields`.
+        unit: as in robot files, "" without unit.
+        text: description; up to the first comma, after "the", it names what a cable lacks.
+        default: default value; None if the part requires one.
+        exact: unit as in FMUs, if more precise.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Number:
     exact: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what robot files and FMUs cannot hold; CdprError."""
+        """Raise CdprError for values that robot files and FMUs do not support."""
         if self.owner not in ("cable", "winch") or not self.key.isidentifier() or self.key[0] == "_":
             raise CdprError(f"a number of a cable is called cable.KEY or winch.KEY, not {self.name}")
         unit = known_unit(self.unit_of_fmu) if self.unit else None
@@ -64,26 +64,30 @@ class Number:
 
     @property
     def owner(self) -> str:
-        """Where it stands, "cable" or "winch"."""
+        """Place, "cable" or "winch"."""
         return self.name.partition(".")[0]
 
     @property
     def key(self) -> str:
-        """Its name there."""
+        """Key at that place."""
         return self.name.partition(".")[2]
 
     @property
     def positive(self) -> bool:
-        """Whether it must be greater than 0."""
+        """True if it must be greater than 0."""
         return self.kind is Positive
 
     @property
     def unit_of_fmu(self) -> str:
-        """Its unit as FMUs write it."""
+        """Unit as in FMUs."""
         return self.exact or self.unit.replace(" ", ".").replace("^", "")
 
     def of(self, cable: Cable) -> float:
-        """Return it; CdprError where the cable has none."""
+        """Return the value for a cable.
+
+        Raises:
+            CdprError: if the cable has none.
+        """
         holder = cable if self.owner == "cable" else cable.winch
         value = None if holder is None else getattr(holder, self.key, holder.own.get(self.key))
         if value is None:
@@ -94,27 +98,28 @@ class Number:
         return float(value)
 
 
-# What is known of any cable, whatever its parts take of it.
+# Numbers of any cable, independent of its parts.
 DIAMETER = Number("cable.diameter", Positive, "m", "diameter")
 LINEAR_DENSITY = Number("cable.linear_density", NonNegative, "kg/m", "mass per length")
 
 
 @dataclass(frozen=True)
 class Part:
-    """A winch or a span.
-
-    CdprError where it has more numbers than its row holds, or one whose name is taken.
+    """Winch or span.
 
     Attributes:
-        header: of its kernel, included by `cdpr/parts.hpp`; empty for one that has no need of any.
-        numbers: what its kernel takes of a cable, at most MOST, in its order.
+        header: header of its kernel, included by `cdpr/parts.hpp`; "" if it needs none.
+        numbers: numbers of a cable that its kernel uses, at most MOST, in order.
+
+    Raises:
+        CdprError: if it has more numbers than its row holds, or one with a reserved name.
     """
 
     header: str = ""
     numbers: tuple[Number, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what neither its row nor robot files can hold; CdprError."""
+        """Raise CdprError for numbers that its row or robot files do not support."""
         for number in self.numbers:
             if number.key in TAKEN[number.owner] or hasattr(Section, number.key):
                 taken = sorted({*TAKEN[number.owner], *(name for name in dir(Section) if name[0] != "_")})
@@ -128,15 +133,15 @@ class Part:
 
 @dataclass(frozen=True)
 class Winch(Part):
-    """Turns a command into a tension or a motion.
+    """Part that converts a command into a tension or a motion.
 
     Its kernel is a struct of templates over the number type T (`cdpr/cables/drum/drum.hpp`). `held(numbers, command,
-    rate, length_acceleration)`: tension, N, and mass, kg, of a cable whose length changes by `rate`, m/s, and would by
-    `length_acceleration`, m/s^2, if the platform did not accelerate. `drum_acceleration(numbers, command, tension,
-    speed)`: change of the speed of a winch that pulls with `tension`.
+    rate, length_acceleration)` returns tension, N, and mass, kg, of a cable whose length changes by `rate`, m/s, and
+    would change by `length_acceleration`, m/s^2, if the platform did not accelerate. `drum_acceleration(numbers,
+    command, tension, speed)` returns the acceleration of a winch that pulls with `tension`.
 
     Attributes:
-        immediate: whether its tension is the command, whatever else happens.
+        immediate: True if its tension always equals the command.
     """
 
     immediate: bool = False
@@ -144,19 +149,19 @@ class Winch(Part):
 
 @dataclass(frozen=True)
 class Span(Part):
-    """From the exit to the platform.
+    """Part from the exit to the platform.
 
-    The kernel of one that stretches (`cdpr/cables/elastic/elastic.hpp`): `pull(numbers, length, unwound, stretching,
-    lowest)`, the tension, N, of a cable of this length of which so much, m, is unwound, when it stretches by so much a
-    second, m/s, not below the lowest; `rest(numbers, length, tension)`, the unwound length at this tension. One
-    without a header does not stretch.
+    Kernel of a span that stretches (`cdpr/cables/elastic/elastic.hpp`): `pull(numbers, length, unwound, stretching,
+    lowest)` returns the tension, N, not below `lowest`, of a cable with this length and unwound length, m, and this
+    stretching rate, m/s; `rest(numbers, length, tension)` returns the unwound length at this tension. A span without a
+    header does not stretch.
 
-    That of one that bends takes a `BentSpan` (chord, m, from the platform to the exit, world axes; length of cable on
-    the exit, m; gravity, m/s^2) in place of the length: `pull(span, unwound, lowest)`, the force on the platform and
-    the tension at the winch, N; `rest(span, tension)`.
+    Kernel of a span that bends: in place of the length it takes a `BentSpan` (chord, m, from the platform to the exit,
+    world axes; length of cable on the exit, m; gravity, m/s^2). `pull(span, unwound, lowest)` returns the force on the
+    platform and the tension at the winch, N; `rest(span, tension)` is as above.
 
     Attributes:
-        bends: whether its force on the platform may have another direction than the chord.
+        bends: True if its force on the platform may differ in direction from the chord.
     """
 
     bends: bool = False
@@ -164,22 +169,22 @@ class Span(Part):
 
 @dataclass(frozen=True)
 class Chain:
-    """The winch and the span of a cable."""
+    """Winch and span of a cable."""
 
     winch: Winch
     span: Span
 
     @property
     def numbers(self) -> tuple[Number, ...]:
-        """What winch and span take of a cable."""
+        """Numbers of winch and span."""
         return (*self.winch.numbers, *self.span.numbers)
 
     @property
     def stretches(self) -> bool:
-        """Whether what is unwound is a state of its own."""
+        """True if the unwound length is a state."""
         return bool(self.span.header)
 
     @property
     def immediate(self) -> bool:
-        """Whether its tension is the command."""
+        """True if its tension equals the command."""
         return self.winch.immediate

@@ -1,4 +1,4 @@
-"""A cable that does not stretch: its drum goes with it."""
+"""Cable that does not stretch: its drum moves with it."""
 
 from __future__ import annotations
 

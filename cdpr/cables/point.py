@@ -1,4 +1,4 @@
-"""An eyelet: the cable leaves the frame at its anchor, wherever it goes."""
+"""Eyelet: the cable leaves the frame at its anchor in any direction."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from cdpr.cables.exit import Exit
 
 
 class Point(Exit):
-    """The anchor itself."""
+    """Exit at the anchor."""
 
     type: Literal["point"] = Field(description="the cable leaves at its anchor, whatever its direction")
 
     def numbers(self) -> Sequence[float]:
-        """Return nothing."""
+        """Return an empty tuple."""
         return ()
 
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
-        """Return nothing to draw."""
+        """Return an empty list."""
         return []

@@ -1,6 +1,6 @@
-"""Cables of a robot as rows of numbers for the kernel library, and the compiled chain winch -> exit -> span.
+"""Tables of a robot's cables for the kernel library, and compiled functions of the chain winch -> exit -> span.
 
-Layouts: `include/cdpr/geometry.hpp` (lines) and `include/cdpr/chain.hpp` (chains). The kind of a part is its place in
+Layouts: `include/cdpr/geometry.hpp` (lines) and `include/cdpr/chain.hpp` (chains). The kind of a part is its index in
 the tables below, which `include/cdpr/parts.hpp` repeats.
 """
 
@@ -27,11 +27,11 @@ def line_table(robot: Robot) -> Array:
     """Return the anchors and exits of a robot's cables.
 
     Args:
-        robot: The robot.
+        robot: the robot.
 
     Returns:
-        (m, 6), read-only: A_i, world, and B_i, platform axes, m. Where a cable leaves from something else than a point,
-        (m, w): then the kind of the exit and its numbers.
+        (m, 6), read-only: A_i, world, and B_i, platform axes, m. If a cable does not leave from a point, (m, w): then
+            the kind of the exit and its numbers.
 
     Example:
         >>> line_table(robot).shape
@@ -41,7 +41,7 @@ def line_table(robot: Robot) -> Array:
 
 
 def line_rows(anchors: Array, exits: Sequence[CableExit | None]) -> Array:
-    """Return what `line_table` does of anchors (m, 6) and exits, None for a point."""
+    """Return the table of `line_table` for anchors (m, 6) and exits, None for a point."""
     if exits.count(None) == len(exits):
         return anchors
     kinds = [0 if each is None else _kind(EXITS, type(each)) for each in exits]
@@ -61,13 +61,13 @@ def chain_table(robot: Robot) -> Array:
     """Return the winches and spans of a robot's cables.
 
     Args:
-        robot: The robot.
+        robot: the robot.
 
     Returns:
         (m, 19), read-only, SI units.
 
     Raises:
-        CdprError: A cable lacks a number that its model needs.
+        CdprError: if a cable lacks a number that its model requires.
 
     Example:
         >>> chain_table(robot).shape
@@ -83,19 +83,19 @@ def chain_table(robot: Robot) -> Array:
 
 
 def exits(lines: Array, tips: ArrayLike, velocities: ArrayLike | None = None) -> tuple[Array, Array, Array]:
-    """Compute where cables leave the frame on their way to given anchors on the platform.
+    """Return the points at which cables leave the frame on their way to given anchors on the platform.
 
     Args:
-        lines: (m, w), as of `line_table`.
+        lines: (m, w), as in `line_table`.
         tips: (m, 3) m, anchors on the platform, world frame.
-        velocities: (m, 3) m/s, of the tips, world axes; 0 if left out.
+        velocities: (m, 3) m/s, of the tips, world axes; 0 by default.
 
     Returns:
-        Exit points (m, 3) m, world frame; their velocities (m, 3) m/s; lengths of cable on the exits (m,) m. NaN where
-        no cable leads there (`cdpr.cables.pulley`).
+        Exit points (m, 3) m, world frame; their velocities (m, 3) m/s; lengths of cable on the exits (m,) m. NaN if no
+            cable leads there (`cdpr.cables.pulley`).
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> points, _, wrapped_length = exits(line_table(robot), tips)
@@ -116,25 +116,25 @@ def chain_tensions(
     unwound: ArrayLike,
     speed: ArrayLike,
 ) -> tuple[Array, Array]:
-    """Compute the tensions of all cables from the commands and states of their winches.
+    """Return the tensions of all cables from the commands and states of their winches.
 
     Equations: `cdpr.cables.drum` (thesis 2.20 to 2.24) and `cdpr.cables.elastic`.
 
     Args:
-        chains: (m, 19), as of `chain_table`.
+        chains: (m, 19), as in `chain_table`.
         command: (m,) N, tension that the winch would hold at rest.
         length: (m,) m, of the cable from its winch's end of the exit to the platform.
-        rate: (m,) m/s, by which the length changes.
-        length_acceleration: (m,) m/s^2, by which the rate would change if the platform did not accelerate.
-        unwound: (m,) m, unstretched length; only read of cables that stretch.
-        speed: (m,) rad/s, of the winches, positive where they wind in; only read of cables that stretch.
+        rate: (m,) m/s, rate of the length.
+        length_acceleration: (m,) m/s^2, derivative of the rate if the platform did not accelerate.
+        unwound: (m,) m, unstretched length; only used for cables that stretch.
+        speed: (m,) rad/s, of the winches, positive when winding in; only used for cables that stretch.
 
     Returns:
-        Tensions (m,) N, without what the winches' inertia takes when the platform accelerates, and that inertia as
-        masses along the cables (m,) kg.
+        Tensions (m,) N, without the effect of the winches' inertia when the platform accelerates, and that inertia as
+            masses along the cables (m,) kg.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> tension, mass = chain_tensions(chain_table(robot), command, length, rate, np.zeros(8), unwound, speed)
@@ -153,19 +153,19 @@ def chain_tensions(
 
 
 def chain_slopes(chains: Array, command: ArrayLike, tension: ArrayLike, speed: ArrayLike) -> tuple[Array, Array]:
-    """Compute the slopes of the winches' states; 0 of cables that do not stretch.
+    """Return the derivatives of the winches' states; 0 for cables that do not stretch.
 
     Args:
-        chains: (m, 19), as of `chain_table`.
+        chains: (m, 19), as in `chain_table`.
         command: (m,) N.
         tension: (m,) N.
         speed: (m,) rad/s, of the winches.
 
     Returns:
-        Slopes of the unwound lengths (m,) m/s and of the speeds (m,) rad/s^2.
+        Derivatives of the unwound lengths (m,) m/s and of the speeds (m,) rad/s^2.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> unwinding, acceleration = chain_slopes(chain_table(robot), command, tension, speed)
@@ -177,19 +177,19 @@ def chain_slopes(chains: Array, command: ArrayLike, tension: ArrayLike, speed: A
 
 
 def chain_start(chains: Array, command: ArrayLike, length: ArrayLike, rate: ArrayLike) -> tuple[Array, Array]:
-    """Compute the states of the winches at which each tension is its command and no cable stretches further.
+    """Return the states of the winches at which each tension equals its command and no cable stretches further.
 
     Args:
-        chains: (m, 19), as of `chain_table`.
+        chains: (m, 19), as in `chain_table`.
         command: (m,) N.
         length: (m,) m.
         rate: (m,) m/s.
 
     Returns:
-        Unwound lengths (m,) m and speeds (m,) rad/s; 0 of cables that do not stretch.
+        Unwound lengths (m,) m and speeds (m,) rad/s; 0 for cables that do not stretch.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> unwound, speed = chain_start(chain_table(robot), command, length, rate)

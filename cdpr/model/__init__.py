@@ -1,6 +1,6 @@
-"""Robot, platform and cables, and the mathematics that needs nothing else.
+"""Model of robot, platform and cables, and the mathematics without further dependencies.
 
-Conventions, stated here once and used everywhere:
+Conventions, valid everywhere:
 
 - SI units and radians. World z points up. Gravity is a value of the scenario, not of the robot.
 - Cable i runs from `A_i`, its anchor on the fixed frame (world axes), to `B_i`, its anchor on the platform (platform

@@ -1,4 +1,4 @@
-"""Arrays of callers, checked before compiled code gets them: a kernel believes every shape that it is told."""
+"""Checks of callers' arrays before compiled code uses them: kernels do not check shapes."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from cdpr.model.masks import MASKED, masked
 from cdpr.model.robot import Array
 
 FLOAT = np.dtype(np.float64)
-REAL = "iuf"  # kinds of numpy's numbers that are real; text, truth values and complex numbers are mistakes
+REAL = "iuf"  # numpy's kinds of real numbers; text, booleans and complex numbers are rejected
 
 
 def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, finite: bool = False) -> Array:
-    """Return `values` as C-contiguous, writeable float64 of a shape, copied only where they are not; None is any size.
+    """Return `values` as C-contiguous, writeable float64 of a shape, in which None is any size; copy only if necessary.
 
-    Raises CdprError naming the values where they are no real numbers, have another shape, or, if `finite` is asked
-    for, one of them is not finite.
+    Raises:
+        CdprError: with the name, if they are no real numbers, have another shape, or are not finite with `finite`.
     """
     if type(values) is np.ndarray and values.shape == shape and values.dtype == FLOAT and values.flags.carray:
         array = values
@@ -30,14 +30,18 @@ def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, fini
         )
         if not fits:
             raise CdprError(f"{name}: the shape must be {shape_text(shape)}, got {array.shape}")
-    # A finite sum, which is quick, has no other numbers in it.
+    # a finite sum, which is fast to compute, proves that all numbers are finite
     if finite and not (array.ndim == 1 and math.isfinite(sum(array.tolist()))) and not np.isfinite(array).all():
         raise CdprError(f"{name}: all numbers must be finite")
     return array
 
 
 def real(values: ArrayLike, name: str) -> Array:
-    """Return `values` as C-contiguous, writeable float64 of any shape; CdprError where they are no real numbers."""
+    """Return `values` as C-contiguous, writeable float64 of any shape.
+
+    Raises:
+        CdprError: if they are no real numbers.
+    """
     if masked(values):
         raise CdprError(f"{name}: {MASKED}")
     try:
@@ -50,7 +54,11 @@ def real(values: ArrayLike, name: str) -> Array:
 
 
 def live(array: Array, shape: tuple[int, ...], name: str) -> Array:
-    """Return an array that compiled code is to write into, itself and no copy; CdprError where it cannot be used."""
+    """Return an array into which compiled code will write, without copying.
+
+    Raises:
+        CdprError: if it cannot be used.
+    """
     if not isinstance(array, np.ndarray) or array.dtype != np.float64 or array.shape != shape:
         raise CdprError(f"{name}: a float64 array of shape {shape_text(shape)} is expected")
     if not (array.flags.c_contiguous and array.flags.writeable):
@@ -59,6 +67,6 @@ def live(array: Array, shape: tuple[int, ...], name: str) -> Array:
 
 
 def shape_text(shape: tuple[int | None, ...]) -> str:
-    """A shape as Python writes it, with K for any size."""
+    """Return a shape in Python's notation, with K for any size."""
     sizes = ["K" if size is None else str(size) for size in shape]
     return f"({sizes[0]},)" if len(sizes) == 1 else f"({', '.join(sizes)})"

@@ -1,4 +1,4 @@
-"""Data that stays as it is, also in copies."""
+"""Immutable data, also after copying."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 
 
 class Frozen:
-    """Read-only arrays in the attributes, or in a mapping there, are read-only in copied and unpickled objects, too.
+    """Mixin that keeps read-only arrays in attributes, or in mappings there, read-only in copies and unpickled objects.
 
-    (Numpy forgets that: an array that was pickled or copied can be written to.)
+    (Numpy does not: pickled or copied arrays are writeable.)
     """
 
     def __setstate__(self, state: dict[str, Any]) -> None:

@@ -1,6 +1,6 @@
-"""Convex hulls of points in space, from the farthest point to the next, and looked at when they are done.
+"""Convex hulls of points in space by quickhull, with a final check.
 
-After Barber, Dobkin and Huhdanpaa, "The quickhull algorithm for convex hulls", ACM TOMS 22(4), 1996.
+Source: Barber, Dobkin and Huhdanpaa, "The quickhull algorithm for convex hulls", ACM TOMS 22(4), 1996.
 """
 
 from __future__ import annotations
@@ -12,27 +12,30 @@ from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
 
-# Of its size: a point that stands out by less adds nothing to a hull. Files of triangles hold 7 digits, so that flat
-# faces are rough below that; and faces whose corners stand out by more have normals that are sharp to 9 digits.
+# Share of the size: points that protrude less are ignored. Triangle files have 7 digits, so that flat faces are rough
+# below that; faces with corners that protrude more have normals with 9 exact digits.
 FLAT = 1e-6
-# Of its size: a point that is below a face, or above it by less, is below it: round-off of a distance.
+# Share of the size: points less than this above a face count as below it, because of round-off.
 BELOW = 1e-12
-# Of its size: no corner of a hull may be above a face by more.
+# Share of the size: largest height of a corner above a face of a valid hull.
 SOUND = 1e-9
 
-MOST_CORNERS = 256  # of a hull: distances from it take time in proportion
+MOST_CORNERS = 256  # of a hull; the time of distance computations is proportional
 
-PIECE = 4096  # points that are looked at together
+PIECE = 4096  # points per batch
 
 Indices = NDArray[np.int64]
 
 
 def convex_hull(points: Array, check: Callable[[], None] = lambda: None) -> tuple[Array, Indices]:
-    """Return the corners (k, 3) of the convex hull of points (n, 3), of these, and its triangles (t, 3), outwards.
+    """Return the corners (k, 3) of the convex hull of points (n, 3), a subset, and its triangles (t, 3), outwards.
 
-    Points that stand out by less than `FLAT` of the size are left out. Raises ValueError where all points lie in a
-    plane, where the corners are more than `MOST_CORNERS`, and where round-off leaves no sound hull,
-    and whatever `check` raises, which is called for each corner.
+    Points that protrude by less than `FLAT` of the size are ignored. `check` is called for each corner; it may raise to
+    cancel.
+
+    Raises:
+        ValueError: if all points lie in a plane, there are more than `MOST_CORNERS` corners, or round-off prevents a
+            valid hull.
     """
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     flat = FLAT * size
@@ -42,7 +45,7 @@ def convex_hull(points: Array, check: Callable[[], None] = lambda: None) -> tupl
     away = np.linalg.norm(points - points[faces[0]].mean(axis=0), axis=1)
 
     def outside(which: Indices, of: Indices) -> tuple[Indices, Indices, Array]:
-        """Those of the points that stand out of one of these faces, out of which the most, and by how much."""
+        """Return the points outside one of these faces, the face that each exceeds most, and by how much."""
         above = points[which] @ normals[of].T - heights[of]
         best = np.argmax(above, axis=1)
         most = above[np.arange(len(which)), best]
@@ -52,19 +55,19 @@ def convex_hull(points: Array, check: Callable[[], None] = lambda: None) -> tupl
     left, over, far = outside(np.arange(len(points)), np.arange(len(faces)))
     while len(left):
         check()
-        # Of the farthest those at the rim: between them are others that would be no corners in the end.
+        # Of the farthest points, those at the rim: points between them would be no corners in the end.
         point = int(left[np.argmax(np.where(far >= far.max() - flat, away[left], -1.0))])
         seen = alive & (normals @ points[point] - heights > BELOW * size)
         rim = _rim(faces[seen])
         fresh = np.column_stack([rim, np.full(len(rim), point)])
-        if np.count_nonzero(alive) - np.count_nonzero(seen) + len(fresh) > 2 * MOST_CORNERS - 4:  # of so many corners
+        if np.count_nonzero(alive) - np.count_nonzero(seen) + len(fresh) > 2 * MOST_CORNERS - 4:  # for so many corners
             raise ValueError(f"its convex hull has more than {MOST_CORNERS} corners: draw a coarser one")
         count, alive = len(faces), np.concatenate([alive & ~seen, np.ones(len(fresh), dtype=bool)])
         faces = np.concatenate([faces, fresh])
         normals, heights = (
             np.concatenate(pair) for pair in zip((normals, heights), _planes(points, fresh), strict=True)
         )
-        # What stood out of a face that is no more stands out of one of those in its place, or not at all.
+        # Points outside a removed face are outside a new face, or inside the hull.
         lost = seen[over]
         moved = outside(left[lost], np.arange(count, len(faces)))
         left, over, far = (np.concatenate([old[~lost], new]) for old, new in zip((left, over, far), moved, strict=True))
@@ -76,14 +79,14 @@ def convex_hull(points: Array, check: Callable[[], None] = lambda: None) -> tupl
 
 
 def deepest(points: Array, corners: Array, triangles: Indices) -> float:
-    """Return how deep within a hull the deepest of points (n, 3) is; 0 where all are on its surface."""
+    """Return the depth of the deepest of points (n, 3) within a hull; 0 if all are on its surface."""
     normals, heights = _planes(corners, triangles)
     parts = [points[start : start + PIECE] for start in range(0, len(points), PIECE)]
     return max(0.0, *(float((heights - part @ normals.T).min(axis=1).max()) for part in parts))
 
 
 def _simplex(points: Array, flat: float) -> Indices:
-    """The faces of a tetrahedron of four points far from each other, outwards."""
+    """Return the faces of a tetrahedron of four distant points, outwards."""
     low = int(np.argmin(points[:, 0])) if len(points) else 0
     picked = [low]
     if len(points) > 3 and flat > 0.0:
@@ -102,7 +105,7 @@ def _simplex(points: Array, flat: float) -> Indices:
 
 
 def _planes(points: Array, faces: Indices) -> tuple[Array, Array]:
-    """Unit normals (t, 3), outwards, and heights (t,) of the planes of faces."""
+    """Return unit normals (t, 3), outwards, and heights (t,) of the planes of faces."""
     a, b, c = (points[faces[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
@@ -110,14 +113,14 @@ def _planes(points: Array, faces: Indices) -> tuple[Array, Array]:
 
 
 def _rim(faces: Indices) -> Indices:
-    """The edges (k, 2) of some faces that belong to one of them alone, in its direction."""
+    """Return the edges (k, 2) that belong to exactly one of the faces, in its direction."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     reverse = {(b, a) for a, b in edges.tolist()}
     return np.array([edge for edge in edges.tolist() if tuple(edge) not in reverse], dtype=np.int64).reshape(-1, 2)
 
 
 def _closed(triangles: Indices) -> bool:
-    """Whether each edge belongs to two triangles, once in each direction."""
+    """Return True if each edge belongs to two triangles, once in each direction."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).tolist()
     pairs = {(a, b) for a, b in edges}
     return len(pairs) == len(edges) and all((b, a) in pairs for a, b in pairs)

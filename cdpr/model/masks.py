@@ -1,4 +1,4 @@
-"""Detection of masked arrays: numpy drops masks silently where it converts, and uses the numbers below them."""
+"""Detection of masked arrays, whose masks numpy drops silently in conversions."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ MASKED = "some values are masked, so there are none; fill them in or leave them 
 
 
 def masked(values: Any) -> bool:
-    """Return whether an array, or one in lists and tuples, has masked values."""
-    if "numpy.ma" not in sys.modules:  # takes long to import; nothing is masked before it is
+    """Return True if an array, or one in lists and tuples, has masked values."""
+    if "numpy.ma" not in sys.modules:  # slow to import; without it nothing is masked
         return False
     if isinstance(values, np.ma.MaskedArray):
         return bool(np.ma.getmaskarray(values).any())

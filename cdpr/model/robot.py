@@ -1,4 +1,4 @@
-"""The robot as frozen data. Conventions: see `cdpr.model`."""
+"""Robot as immutable data. Conventions: see `cdpr.model`."""
 
 from __future__ import annotations
 
@@ -19,13 +19,17 @@ from cdpr.model.shapes import Frame, Shape
 
 Array = NDArray[np.float64]
 
-COMMANDED = "ideal"  # the cable model whose tensions are the commands: of a robot that names none
+COMMANDED = "ideal"  # default cable model, whose tensions equal the commands
 
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def frozen_array(values: Sequence[float] | Sequence[Sequence[float]] | Array) -> Array:
-    """Return a read-only, C-contiguous float64 copy of `values`. Raises CdprError where some are masked."""
+    """Return a read-only, C-contiguous float64 copy of `values`.
+
+    Raises:
+        CdprError: if some are masked.
+    """
     if masked(values):
         raise CdprError(MASKED)
     array = np.array(values, dtype=np.float64, order="C")
@@ -34,31 +38,31 @@ def frozen_array(values: Sequence[float] | Sequence[Sequence[float]] | Array) ->
 
 
 def read_only(array: Array) -> Array:
-    """Return a view of `array` through which it cannot be changed."""
+    """Return a read-only view of `array`."""
     view = array.view()
     view.flags.writeable = False
     return view
 
 
 def ideal(model: str) -> bool:
-    """Return whether tensions of a cable model are their commands, so that a log has no column of its own for them."""
+    """Return True if tensions of a cable model equal their commands, so that a log needs no separate column."""
     return model == COMMANDED
 
 
 class CableExit(Protocol):
-    """Where a cable leaves the frame, as `cdpr.cables` describes it; see there."""
+    """Interface of exits from the frame; see `cdpr.cables`."""
 
     header: ClassVar[str]
 
     @property
     def type(self) -> str:
-        """Its name in `cdpr.cables`."""
+        """Name of its kind in `cdpr.cables`."""
 
     def numbers(self) -> Sequence[float]:
-        """Return what the kernels take."""
+        """Return the numbers of its kernel."""
 
     def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
-        """Return why no cable leads from `frame` to `tip`, or nothing."""
+        """Return why no cable leads from `frame` to `tip`, or ""."""
 
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
         """Return points (k, 3), m, of a line that shows it."""
@@ -69,22 +73,22 @@ class CableExit(Protocol):
 
 @dataclass(frozen=True)
 class Winch:
-    """A motor and the drum on which it winds a cable."""
+    """Motor and the drum on which it winds a cable."""
 
-    drum_radius: float = math.nan  # m, unstretched cable per radian; NaN, as the next, of one without a drum
-    inertia: float = math.nan  # kg m^2, of all that turns, about the drum's axis
+    drum_radius: float = math.nan  # m, unstretched cable per radian; NaN, like the next, without a drum
+    inertia: float = math.nan  # kg m^2, of all rotating parts, about the drum's axis
     viscous_friction: float = 0.0  # N m s
     coulomb_friction: float = 0.0  # N m
-    coulomb_speed: float = 0.1  # rad/s, at which Coulomb friction reaches 76 % (tanh 1) of its value
-    own: Mapping[str, float] = field(default_factory=dict)  # what only its kind of winch knows, SI units by their keys
+    coulomb_speed: float = 0.1  # rad/s, speed at which Coulomb friction reaches 76 % (tanh 1) of its value
+    own: Mapping[str, float] = field(default_factory=dict)  # additional numbers of its kind of winch, SI units, by key
 
 
 @dataclass(frozen=True, eq=False)
 class Cable(Frozen):
-    """One cable between the frame and the platform.
+    """Cable between the frame and the platform.
 
-    The optional properties are None where unknown; a cable model that needs one asks for it. Those that have names here
-    are what solvers and drawings ask for, too; what only a part of a cable knows is in `own`, under its key.
+    Optional properties are None if unknown; cable models raise an error if they need one. Named properties are also
+    used by solvers and drawings; `own` has those of a single part, by key.
     """
 
     name: str
@@ -100,8 +104,8 @@ class Cable(Frozen):
     length_max: float | None = None  # m
     speed_max: float | None = None  # m/s
     winch: Winch | None = None
-    exit: CableExit | None = None  # a point, the anchor, unless said
-    model: str | None = None  # the robot's cable_model unless said
+    exit: CableExit | None = None  # a point, the anchor, by default
+    model: str | None = None  # the robot's cable_model by default
     own: Mapping[str, float] = field(default_factory=dict)  # SI units
 
     def __repr__(self) -> str:
@@ -110,42 +114,42 @@ class Cable(Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Platform(Frozen):
-    """The moving rigid body."""
+    """Moving rigid body."""
 
     mass: float  # kg
     inertia: Array  # (3, 3), kg m^2, about the centre of mass, platform axes
     center_of_mass: Array  # (3,), m, from the platform's origin, platform axes
     shape: Shape | None = None
     colour: str | None = None  # "#rrggbb"
-    tools: Mapping[str, Array] = field(default_factory=dict)  # points (3,), m, platform axes, by their names
+    tools: Mapping[str, Array] = field(default_factory=dict)  # points (3,), m, platform axes, by name
 
     def __repr__(self) -> str:
         return f"<Platform of {self.mass:g} kg>"
 
     @property
     def outline(self) -> dict[str, Any] | None:
-        """The shape as plain data, m: {its kind: its size}, as `cdpr.model.shapes` says; None where there is none."""
+        """Shape as plain data, m: {kind: size}, as in `cdpr.model.shapes`; None if there is none."""
         return None if self.shape is None else self.shape.outline
 
 
 @dataclass(frozen=True, eq=False)
 class Robot(Frozen):
-    """A cable-driven parallel robot: a platform, m cables and the n directions that the cables control."""
+    """Cable-driven parallel robot: a platform, m cables and n degrees of freedom."""
 
     name: str
     platform: Platform
     cables: tuple[Cable, ...]
     dof: tuple[str, ...] = DOF_NAMES
     unilateral: bool = True  # False: rigid legs that may also push
-    home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: where `cdpr info` looks at the robot
-    cable_model: str = COMMANDED  # how commands become tensions, of each cable that names no model: see `cdpr.cables`
+    home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: reference pose
+    cable_model: str = COMMANDED  # default cable model of its cables: see `cdpr.cables`
     frame: Frame | None = None
 
     def __repr__(self) -> str:
         return f"<Robot {self.name}: {self.m} cables, {self.pattern}, platform of {self.platform.mass:g} kg>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the representation in notebooks."""
         html: str = late("Robot._repr_html_")(self)
         return html
 
@@ -161,7 +165,7 @@ class Robot(Frozen):
 
     @property
     def rows(self) -> list[int]:
-        """Rows of a wrench or twist (6,) that belong to the degrees of freedom."""
+        """Rows of a wrench or twist (6,) for the degrees of freedom."""
         return [DOF_NAMES.index(name) for name in self.dof]
 
     @property
@@ -172,33 +176,33 @@ class Robot(Frozen):
 
     @property
     def colours(self) -> dict[str, str]:
-        """Colours "#rrggbb" of "platform" and "frame", where they are given."""
+        """Colours "#rrggbb" of "platform" and "frame", if given."""
         given = {"platform": self.platform.colour, "frame": self.frame.colour if self.frame else None}
         return {part: colour for part, colour in given.items() if colour is not None}
 
     @cached_property
     def anchors(self) -> Array:
-        """Anchors [A_i, B_i] side by side, shape (m, 6), m: what the kernels take."""
+        """Anchors [A_i, B_i] side by side, (m, 6), m, as used by the kernels."""
         return frozen_array([[*cable.frame, *cable.platform] for cable in self.cables])
 
     @cached_property
     def tension_min(self) -> Array:
-        """Lowest admissible tensions, shape (m,), N."""
+        """Lowest admissible tensions, (m,), N."""
         return frozen_array([cable.tension_min for cable in self.cables])
 
     @cached_property
     def tension_max(self) -> Array:
-        """Highest admissible tensions, shape (m,), N."""
+        """Highest admissible tensions, (m,), N."""
         return frozen_array([cable.tension_max for cable in self.cables])
 
     @cached_property
     def characteristic_length(self) -> float:
-        """Root mean square of |B_i|, m; 1 where all platform anchors coincide with the origin."""
+        """Root mean square of |B_i|, m; 1 if all platform anchors coincide with the origin."""
         length = float(np.sqrt(np.mean(np.sum(self.anchors[:, 3:] ** 2, axis=1))))
         return length if length > 0.0 else 1.0
 
     @cached_property
     def inertial(self) -> Array:
-        """Mass properties packed for the kernels, shape (13,): mass, centre of mass (3), inertia tensor row by row."""
+        """Mass properties for the kernels, (13,): mass, centre of mass (3), inertia tensor row by row."""
         platform = self.platform
         return frozen_array(np.concatenate([[platform.mass], platform.center_of_mass, platform.inertia.ravel()]))

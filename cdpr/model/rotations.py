@@ -1,4 +1,4 @@
-"""Attitudes outside the loop: quaternions (w, x, y, z), angles and matrices, in numpy alone."""
+"""Rotations outside the loop: quaternions (w, x, y, z), angles and matrices, in numpy."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from cdpr.model.robot import DOF_NAMES, Array
 
 AXES = dict(zip("xyz", np.eye(3), strict=True))
 
-# Closer than this (rad) to aligned axes, two Euler angles are lost in round-off.
+# rad; closer to aligned axes, two Euler angles are lost in round-off.
 ALIGNED = 1e-7
 
 
 def multiply(a: Array, b: Array) -> Array:
-    """Hamilton product a b, each (4,) as w, x, y, z."""
+    """Return the Hamilton product a b, each (4,) as w, x, y, z."""
     w, x, y, z = a.tolist()
     s, i, j, k = b.tolist()
-    return np.array(  # number by number: numpy's calls on three numbers take 10 times as long
+    return np.array(  # element by element: numpy's functions take 10 times as long on three numbers
         [
             w * s - float(a[1:] @ b[1:]),
             w * i + s * x + (y * k - z * j),
@@ -30,35 +30,35 @@ def multiply(a: Array, b: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Cross products (K, 3) of vectors (K, 3): what numpy's takes on a few is almost all preparation."""
+    """Return cross products (K, 3) of vectors (K, 3); faster than numpy's function for few vectors."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
 def rotate(q: Array, vector: Array) -> Array:
-    """A vector (3,) turned by each of unit quaternions (K, 4), (K, 3)."""
+    """Return a vector (3,) rotated by each of the unit quaternions (K, 4), (K, 3)."""
     twice = 2.0 * cross(q[:, 1:], np.broadcast_to(vector, (len(q), 3)))
     return np.asarray(vector + q[:, :1] * twice + cross(q[:, 1:], twice))
 
 
 def conjugate(q: Array) -> Array:
-    """Inverse of a unit quaternion, (4,)."""
+    """Return the inverse of a unit quaternion, (4,)."""
     return np.array([q[0], -q[1], -q[2], -q[3]])
 
 
 def from_axis_angle(axis: Array, angle: float) -> Array:
-    """Quaternion (4,) of a turn by `angle` (rad) about the unit vector `axis` (3,)."""
-    q = np.empty(4)  # filled in place: joining arrays takes 5 times as long
+    """Return the quaternion (4,) of a rotation by `angle` (rad) about the unit vector `axis` (3,)."""
+    q = np.empty(4)  # filled in place: concatenation takes 5 times as long
     q[0] = np.cos(0.5 * angle)
     q[1:] = np.sin(0.5 * angle) * np.asarray(axis, dtype=np.float64)
     return q
 
 
 def from_euler(angles: Array, order: str) -> Array:
-    """Quaternion (4,) of successive turns by `angles` (3,), rad.
+    """Return the quaternion (4,) of successive rotations by `angles` (3,), rad.
 
-    As in scipy, an upper-case `order` such as "XYZ" names moving axes, R = Rx Ry Rz, and a lower-case one such as
-    "xyz" names fixed axes, R = Rz Ry Rx.
+    As in scipy, an upper-case `order` such as "XYZ" means moving axes, R = Rx Ry Rz, and a lower-case one such as "xyz"
+    fixed axes, R = Rz Ry Rx.
     """
     moving = order.isupper()
     q = np.array([1.0, 0.0, 0.0, 0.0])
@@ -69,12 +69,12 @@ def from_euler(angles: Array, order: str) -> Array:
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """Quaternion (4,) of R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Return the quaternion (4,) of R = Rz(yaw) Ry(pitch) Rx(roll)."""
     return from_euler(np.array([roll, pitch, yaw]), "xyz")
 
 
 def matrix(q: Array) -> Array:
-    """Rotation matrix (3, 3) of a unit quaternion (4,)."""
+    """Return the rotation matrix (3, 3) of a unit quaternion (4,)."""
     w, x, y, z = q
     return np.array(
         [
@@ -86,7 +86,7 @@ def matrix(q: Array) -> Array:
 
 
 def rotation_vector(q: Array) -> Array:
-    """Rotation vector (3,), rad, of a unit quaternion (4,) or an array of them (..., 4): the shorter way round."""
+    """Return the rotation vectors (..., 3), rad, of unit quaternions (..., 4): the shorter rotations."""
     q = np.asarray(q, dtype=np.float64)
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
@@ -96,15 +96,15 @@ def rotation_vector(q: Array) -> Array:
 
 
 def between(a: Array, b: Array) -> Array:
-    """Rotation vectors (K, 3), rad, that turn the attitudes a into b, both (K, 4), in the axes that both refer to."""
-    p, q = np.ascontiguousarray(a.T), np.ascontiguousarray(b.T)  # columns: many rows go three times as fast
+    """Return rotation vectors (K, 3), rad, from the attitudes a to b, both (K, 4), in their common reference axes."""
+    p, q = np.ascontiguousarray(a.T), np.ascontiguousarray(b.T)  # columns: three times as fast for many rows
     w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]  # the product b * conjugate(a), row by row
     xyz = p[0] * q[1:] - q[0] * p[1:] - cross(q[1:].T, p[1:].T).T
     return rotation_vector(np.concatenate([w[None], xyz]).T)
 
 
 def from_matrix(R: Array) -> Array:
-    """Unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3) (Shepperd's method)."""
+    """Return the unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3) (Shepperd's method)."""
     trace = float(np.trace(R))
     squares = np.array([trace, R[0, 0], R[1, 1], R[2, 2]])
     k = int(np.argmax(squares))
@@ -122,20 +122,20 @@ def from_matrix(R: Array) -> Array:
 
 
 def held_upright(dof: Sequence[str], quaternion: Array) -> bool:
-    """Tell whether an attitude (4,) differs from upright only about the axes that `dof` leaves free."""
+    """Return True if an attitude (4,) differs from upright only about the axes in `dof`."""
     held = np.array([name not in dof for name in DOF_NAMES[3:]])
     return not held.any() or not bool((held & (np.abs(quaternion[1:]) > tolerances.HELD)).any())
 
 
 def to_euler(q: Array, order: str) -> Array:
-    """Angles (3,), rad, of successive turns that make a unit quaternion (4,); the inverse of `from_euler`.
+    """Return angles (3,), rad, of successive rotations of a unit quaternion (4,); the inverse of `from_euler`.
 
-    Where the middle turn aligns the axes of the others, only their sum or difference is determined: the third is 0.
+    If the middle rotation aligns the axes of the others, only their sum or difference is determined: the third is 0.
     Bernardes and Viollet, "Quaternion to Euler angles conversion", 2022.
     """
     moving = order.isupper()
     i, j, k = ("xyz".index(axis) for axis in order.lower()[:: -1 if moving else 1])
-    first, last = (2, 0) if moving else (0, 2)  # as fixed axes, moving ones come in reverse
+    first, last = (2, 0) if moving else (0, 2)  # as fixed axes, moving ones are in reverse order
     proper = i == k
     if proper:
         k = 3 - i - j

@@ -1,4 +1,4 @@
-"""Shapes of platforms and frames, and of what stands in their way."""
+"""Shapes of platforms and frames, and obstacles."""
 
 from __future__ import annotations
 
@@ -13,66 +13,66 @@ from cdpr.model.frozen import Frozen
 
 @dataclass(frozen=True)
 class Box:
-    """A box centred on the platform's origin."""
+    """Box centred on the platform's origin."""
 
     size: tuple[float, float, float]  # m, along the platform's axes
 
     @property
     def outline(self) -> dict[str, Any]:
-        """As plain data."""
+        """Shape as plain data."""
         return {"box": list(self.size)}
 
 
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere centred on the platform's origin."""
+    """Sphere centred on the platform's origin."""
 
     radius: float  # m
 
     @property
     def outline(self) -> dict[str, Any]:
-        """As plain data."""
+        """Shape as plain data."""
         return {"sphere": self.radius}
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder centred on the platform's origin, its axis along the platform's z."""
+    """Cylinder centred on the platform's origin, with its axis along the platform's z."""
 
     radius: float  # m
     height: float  # m
 
     @property
     def outline(self) -> dict[str, Any]:
-        """As plain data."""
+        """Shape as plain data."""
         return {"cylinder": [self.radius, self.height]}
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh of triangles, of which the box around it is drawn."""
+    """Triangle mesh, represented by its bounding box."""
 
     file: str
-    lower: tuple[float, float, float]  # m, corners of the box around it, platform axes
+    lower: tuple[float, float, float]  # m, corners of the bounding box, platform axes
     upper: tuple[float, float, float]  # m
 
     @property
     def outline(self) -> dict[str, Any]:
-        """As plain data."""
+        """Shape as plain data."""
         return {"mesh": [list(self.lower), list(self.upper)]}
 
 
 @dataclass(frozen=True)
 class Hull:
-    """The convex hull of a mesh."""
+    """Convex hull of a mesh."""
 
     file: str
-    corners: tuple[tuple[float, float, float], ...]  # m, as the file has them
-    dent: float = 0.0  # m, how deep within it corners of the mesh are
+    corners: tuple[tuple[float, float, float], ...]  # m, as in the file
+    dent: float = 0.0  # m, largest depth of the mesh's corners inside the hull
 
     @property
     def outline(self) -> dict[str, Any]:
-        """As plain data."""
+        """Shape as plain data."""
         return {"hull": [list(corner) for corner in self.corners]}
 
 
@@ -81,7 +81,7 @@ Shape = Box | Sphere | Cylinder | Mesh
 
 @dataclass(frozen=True, eq=False)
 class Obstacle(Frozen):
-    """Something that stands in the way of cables; it does not act on the platform."""
+    """Obstacle for cables; it has no effect on the platform."""
 
     name: str
     shape: Shape | Hull
@@ -91,7 +91,7 @@ class Obstacle(Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Frame(Frozen):
-    """The frame that carries the cables' exits."""
+    """Frame that carries the cables' exits."""
 
     edges: NDArray[np.float64]  # (k, 6): two ends each, m, world
     colour: str | None = None  # "#rrggbb"

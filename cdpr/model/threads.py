@@ -1,4 +1,4 @@
-"""Many rows in threads that compiled code lets run side by side."""
+"""Parallel threads over many rows, for compiled code that releases the GIL."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-CHUNK = 2048  # rows that a thread takes at a time: some milliseconds
+CHUNK = 2048  # rows per thread and task: some milliseconds
 
 
 def in_threads(count: int, part: Callable[[slice], None], jobs: int | None = None, chunk: int = CHUNK) -> None:
-    """Do `count` rows in parts, which are the same however many threads there are: one for each core unless given."""
+    """Process `count` rows in parts that do not depend on the number of threads; by default one thread per core."""
     cuts = [slice(start, start + chunk) for start in range(0, count, chunk)]
     threads = len(os.sched_getaffinity(0)) if jobs is None else jobs
     if threads == 1 or len(cuts) < 2:

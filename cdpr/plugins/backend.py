@@ -82,7 +82,10 @@ class Backend(ABC):
         return None
 
     def clock_act(self, clock: Array) -> Callable[[], object]:
-        """Return what writes `engine_time` into `clock` (1,), asked where it is not None: as `acts` does."""
+        """Return the operation that writes `engine_time` into `clock` (1,), as in `acts`.
+
+        It is called only if the engine has a clock.
+        """
 
         def read() -> None:
             clock[0] = self.engine_time()

@@ -11,17 +11,17 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.own import Own
 
-# What a controller may declare as `PluginInfo.properties["output"]`; "wrench" where it declares nothing.
+# Values of `PluginInfo.properties["output"]`; "wrench" by default.
 Output = Literal["wrench", "command"]
 
 
 class Tunable(NamedTuple):
-    """Option of a controller that its compiled operation reads in an array.
+    """Option of a controller that its compiled operation reads from an array.
 
     Attributes:
-        array: The array, or a view of the part of it that holds the option.
-        value: The option, of the array's shape.
-        per_step: Whether the array holds the option times the control step.
+        array: array, or a view of its part, with the option.
+        value: option in the array's shape.
+        per_step: True if the array holds the option times the control step.
     """
 
     array: Array

@@ -210,7 +210,7 @@ class Registry:
 
 
 def with_arrays(plugin: Any, columns: tuple[Column, ...], arguments: Sequence[Any]) -> Any:
-    """Return a plugin, made of these arguments, with arrays for its columns, so that it works outside simulations."""
+    """Return a plugin, created with these arguments, with arrays for its columns for use outside simulations."""
     if columns:
         import numpy as np  # not needed to list plugins
 
@@ -281,10 +281,11 @@ def registry() -> Registry:
 
 
 def _entry_points(problems: list[str]) -> Iterator[importlib.metadata.EntryPoint]:
-    """Yield ours of each distribution, the first of a name on the path; one that is spoilt costs only its own.
+    """Yield the entry points of each distribution, the first of a name on the path.
 
-    `importlib.metadata.entry_points` raises for any spoilt one, of cdpr's group or not, and does not say which. What a
-    distribution is called is told, as there, by its file: to read the metadata of all takes a sixth of a second.
+    A damaged one does not affect others. `importlib.metadata.entry_points` raises for any damaged entry point, of any
+    group, without naming it. Names of distributions come from their file names, as there, because reading all metadata
+    takes a sixth of a second.
     """
     seen: set[str] = set()
     for distribution in importlib.metadata.distributions():

@@ -1,4 +1,4 @@
-"""What rigid-body engines share: cables, external wrench and the move between platform origin and centre of mass."""
+"""Base class of rigid-body engines: cables, external wrench, and body frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One wrench at one pose: statuses, kernels, checks, box least squares, the stage, the infeasible policy."""
+"""Tension distribution of one wrench at one pose: statuses, kernels, checks, tension stage, and fallback policy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cdpr.tension.status import Status
 
 if TYPE_CHECKING:
     from cdpr.distribution import Distribution, distribute
-else:  # their room lies below this one; users find them here, too
+else:  # their package is in a lower layer; users find them here, too
     from cdpr.lazy import lazily
 
     __getattr__ = lazily(__name__, dict.fromkeys(("Distribution", "distribute"), "cdpr.distribution"))

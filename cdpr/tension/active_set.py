@@ -1,4 +1,4 @@
-"""Nearest and extreme points of a polytope { x : low <= c + N x <= high }, by dual active-set methods."""
+"""Nearest and extreme points of a polytope { x : low <= c + N x <= high } by dual active-set methods."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cdpr.tension.status import Status
 
 
 def nearest_point(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike) -> tuple[Array, Array, Status]:
-    """Compute the x of least 2-norm with low <= c + N x <= high.
+    """Return the x of least 2-norm with low <= c + N x <= high.
 
     Goldfarb and Idnani, Mathematical Programming 27 (1983).
 
@@ -23,11 +23,11 @@ def nearest_point(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: Arr
         high: (m,), may be inf.
 
     Returns:
-        x (r,) and c + N x (m,), which lies exactly on the limits that hold x back; NaN unless the status is OK. The
-        status: OK, INFEASIBLE where there is no such x, or NOT_FOUND.
+        x (r,) and c + N x (m,), which is exactly at the active limits; NaN unless the status is OK. The status: OK,
+            INFEASIBLE if there is no such x, or NOT_FOUND.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> nearest_point([[1.0], [1.0]], [0.0, 0.0], [1.0, 2.0], [5.0, 5.0])
@@ -39,7 +39,7 @@ def nearest_point(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: Arr
 def extreme_point(
     objective: ArrayLike, basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike
 ) -> tuple[Array, Array, Status]:
-    """Compute the x with low <= c + N x <= high that minimises g . x; of several, that of least 2-norm.
+    """Return the x with low <= c + N x <= high that minimises g . x; of several, the one of least 2-norm.
 
     Mangasarian and Meyer, SIAM Journal on Control and Optimization 17 (1979).
 
@@ -51,10 +51,10 @@ def extreme_point(
         high: (m,), may be inf.
 
     Returns:
-        As `nearest_point`; the status is UNSUPPORTED where g . x has no minimum.
+        As `nearest_point`; the status is UNSUPPORTED if g . x has no minimum.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> extreme_point([-1.0], [[1.0], [1.0]], [0.0, 0.0], [1.0, 2.0], [5.0, 4.0])
@@ -64,9 +64,9 @@ def extreme_point(
 
 
 def extreme_tensions(basis: Array, center: Array, low: Array, high: Array) -> Array:
-    """Return least and largest tension of each cable, (m, 2), N, with low <= c + N x <= high; NaN where there is none.
+    """Return the smallest and largest tension of each cable, (m, 2), N, with low <= c + N x <= high.
 
-    Arguments as of `extreme_point`.
+    They are NaN if there are none. Arguments as in `extreme_point`.
     """
     m, r = basis.shape
     box, objective = np.array([center, low, high]), np.empty(r)

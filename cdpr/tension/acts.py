@@ -1,4 +1,4 @@
-"""What is done in each step of the loop, one thing after the other."""
+"""Operations of a control step, executed in order."""
 
 from __future__ import annotations
 
@@ -9,35 +9,35 @@ from cdpr.errors import Infeasible
 
 
 class Act(NamedTuple):
-    """One thing that is done in each step; by compiled code where it is a bound operation.
+    """Operation of a control step, compiled if it is a bound operation.
 
-    That is what `cdpr.native.bind.bind` returns, or a `cdpr.native.foreign.Foreign`.
+    Bound operations are results of `cdpr.native.bind.bind` or `cdpr.native.foreign.Foreign`.
     """
 
-    name: str  # of the part whose work it is
+    name: str  # part that it belongs to
     do: Callable[..., object]
-    refused: Callable[[Any], object] | None = None  # called with what it returned, where that is not 0
-    skip: int = 0  # so many of the acts that follow are left out then
-    # Called before `refused`, with a float: 0 where no more is to be done about it. By compiled code, as `do`.
+    refused: Callable[[Any], object] | None = None  # called with a nonzero return value
+    skip: int = 0  # number of following operations to skip then
+    # Called before `refused`, with a float; a result of 0 means that it was handled. Compiled like `do`.
     mend: Callable[[float], int] | None = None
-    timed: bool = False  # whether it takes the time, s
-    when: Callable[[], bool] | None = None  # whether it is done at all: may change where something happens
-    due: bool = False  # whether it is done only where something happens
-    telling: bool = False  # done also where an act before it raised Infeasible: it tells of that sample
+    timed: bool = False  # True if it takes the time, s
+    when: Callable[[], bool] | None = None  # condition, which may change at events
+    due: bool = False  # True if it is executed only at events
+    telling: bool = False  # also executed after Infeasible, to report on that sample
 
     @property
     def plain(self) -> bool:
-        """Whether it is done always."""
+        """True if it is always executed."""
         return self.when is None and not self.due and self.name != ""
 
     def __call__(self, time: float) -> int:
-        """Do it; return how many acts to leave out."""
+        """Execute it; return the number of operations to skip."""
         if self.when is not None and not self.when():
             return 0
         return self.meet(self.do(time) if self.timed else self.do())
 
     def meet(self, code: object) -> int:
-        """Do what is to be done about what it returned; return how many acts to leave out."""
+        """Handle its return value; return the number of operations to skip."""
         if self.refused is None or not code:
             return 0
         if self.mend is None or self.mend(code):  # type: ignore[arg-type]
@@ -46,7 +46,7 @@ class Act(NamedTuple):
 
 
 def perform(acts: Sequence[Act], time: float = 0.0) -> None:
-    """Do acts one after the other; after Infeasible those that tell of the sample, too."""
+    """Execute operations in order; after Infeasible, also those that report on the sample."""
     i = 0
     while i < len(acts):
         try:
@@ -57,7 +57,7 @@ def perform(acts: Sequence[Act], time: float = 0.0) -> None:
 
 
 def tell(acts: Sequence[Act], time: float) -> None:
-    """Do those of the acts that tell of a sample without tensions."""
+    """Execute the operations that report on a sample without tensions."""
     for act in acts:
         if act.telling:
             act(time)

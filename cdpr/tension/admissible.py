@@ -12,20 +12,21 @@ from cdpr.native.compute import compute
 def general_solution(
     matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike
 ) -> tuple[Array, Array] | None:
-    """Compute c and N such that all t with W t = wrench are c + N x.
+    """Return c and N such that all t with W t = wrench are c + N x.
 
     Args:
         matrix: (n, m), rows of the wrench matrix W, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        wrench: (n,), N and N m, required wrench of the cables.
         tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        tension_max: (m,) N. A cable with equal limits is locked at that tension.
 
     Returns:
-        c (m,), N: the solution of least norm, but for locked cables. N (m, r): orthonormal columns, orthogonal to c;
-        its row of a cable that x does not change is zero. None where no tensions exert the wrench, or an input is bad.
+        c (m,), N: the solution of least norm, except for locked cables. N (m, r): orthonormal columns, orthogonal to c;
+            rows of cables that x does not change are zero. None if no tensions produce the wrench, or an input is
+            invalid.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> general_solution([[1.0, 0.0]], [2.0], [0.0, 0.0], [9.0, 9.0])
@@ -43,7 +44,7 @@ def general_solution(
 
 
 def admissible_corners(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike) -> Array:
-    """Compute the corners of the admissible x, for one or two redundant cables.
+    """Return the corners of the admissible x for one or two redundant cables.
 
     Mikelsons, Bruckmann, Schramm and Hiller (2008); Gouttefarde, Lamaury, Reichert and Bruckmann (2015).
 
@@ -54,11 +55,11 @@ def admissible_corners(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high
         high: (m,) N, finite.
 
     Returns:
-        Corners (k, r), N: the ends of an interval, or a polygon anticlockwise. k is 0 where no tensions are admissible,
-        1 for a point, 2 for a segment.
+        Corners (k, r), N: the ends of an interval, or a polygon anticlockwise. k is 0 if no tensions are admissible, 1
+            for a point, 2 for a segment.
 
     Raises:
-        ValueError: The shapes do not match, or r is neither 1 nor 2.
+        ValueError: if the shapes do not match, or r is neither 1 nor 2.
 
     Example:
         >>> admissible_corners([[0.6], [0.8]], [0.0, 0.0], [0.0, 0.0], [6.0, 4.0])
@@ -78,21 +79,21 @@ def admissible_corners(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high
 def farthest_from_limits(
     basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: ArrayLike, *, ball: bool = False
 ) -> tuple[float, Array]:
-    """Compute the x that is as far from all limits as can be; of several, that of least norm.
+    """Return the x with the largest distance from all limits; of several, the one of least norm.
 
     Args:
-        basis: (m, r), N; rows that are round-off made zero.
+        basis: (m, r), N; rows that are round-off must be zero.
         center: (m,) N, a solution c.
         low: (m,) N.
-        high: (m,) N. Cables whose limits are equal do not count.
-        ball: Measure distances in x, for the largest ball within the limits (Chebyshev), instead of those of tensions.
+        high: (m,) N. Cables with equal limits are ignored.
+        ball: measure distances in x, for the largest ball within the limits (Chebyshev), instead of tensions.
 
     Returns:
-        The distance, N: negative where no x is within the limits, infinite where there is no largest, NaN where the
-        method gave up. x (r,), N.
+        The distance, N: negative if no x is within the limits, infinite if unbounded, NaN if the method failed. x (r,),
+            N.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> farthest_from_limits([[0.6], [0.8]], [0.0, 0.0], [0.0, 0.0], [6.0, 8.0])

@@ -1,4 +1,4 @@
-"""The tensions within the limits that come nearest to a wrench: what remains when no distribution is admissible."""
+"""Tensions within the limits closest to a wrench: the fallback if no distribution is admissible."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ def nearest_wrench_tension(
     weights: ArrayLike,
     operation: str = "box_least_squares",
 ) -> tuple[Array, Status]:
-    """Compute the tensions within the limits that minimise |D (W t - wrench)|; of several, the least.
+    """Return the tensions within the limits that minimise |D (W t - wrench)|; of several, those of least norm.
 
     Stark and Parker, Computational Statistics 10 (1995).
 
     Args:
         matrix: (n, m), rows of the wrench matrix W, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        wrench: (n,), N and N m, required wrench of the cables.
         tension_min: (m,) N.
         tension_max: (m,) N, may be inf.
-        weights: (n,), the diagonal of D: 1 for forces, 1 / characteristic length, 1/m, for moments.
-        operation: "best_effort": first ask for the least tensions that balance the wrench, and say whether they do.
+        weights: (n,), diagonal of D: 1 for forces, 1 / characteristic length, 1/m, for moments.
+        operation: "best_effort" first computes the least tensions that balance the wrench, and reports if they do.
 
     Returns:
-        Tensions (m,) N, NaN where there are none. The status: OK, NOT_FOUND, or UNSUPPORTED where a lower limit is
-        infinite; of "best_effort", also INFEASIBLE, with the nearest tensions, and BAD_INPUT.
+        Tensions (m,) N, NaN if there are none. The status: OK, NOT_FOUND, or UNSUPPORTED if a lower limit is infinite;
+            for "best_effort" also INFEASIBLE, with the nearest tensions, and BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> nearest_wrench_tension([[1.0, -1.0]], [20.0], [1.0, 1.0], [9.0, 9.0], [1.0])

@@ -1,4 +1,4 @@
-"""Tolerances of a distribution's checks; the kernel library has the same (checks.hpp)."""
+"""Tolerances of the checks of a distribution; the kernel library has the same (checks.hpp)."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import math
 
 from cdpr.model.robot import Array
 
-# A tension counts as within its limits, and as at a limit, to this many newtons, or on robots whose largest limit is
-# less than a newton to this share of that (`newton`): finer than any force sensor, coarser than the round-off of every
-# exact solver. Accepted tensions are then clipped, so that no limit is broken at all.
+# Tolerance of a tension within, or at, its limits, N; if the largest limit is below 1 N, the same share of it
+# (`newton`). It is finer than any force sensor and coarser than the round-off of exact solvers. Accepted tensions are
+# then clipped, so that limits are never exceeded.
 LIMIT_TOLERANCE = 1e-6
 
-# A distribution balances the wrench if the residual is below this share of the wrench (or of `newton`): a millionth of
-# the load is below any model error, and above what first-order solvers reach when they say that they have converged.
+# A distribution balances the wrench if the residual is below this share of the wrench (or of `newton`): below any model
+# error, and above the accuracy of first-order solvers that report convergence.
 RESIDUAL_TOLERANCE = 1e-6
 
 
 def newton(limits: Array) -> float:
-    """Return what is large beside the tolerances, N: one newton, or the largest of the limits (2, m) if that is less.
+    """Return the reference force of the tolerances, N: 1 N, or the largest of the limits (2, m) if smaller.
 
-    Otherwise nothing would be proved of robots that are held by millinewtons. Of limits that are all zero it is 1.
+    Otherwise the checks would be meaningless for robots with limits of millinewtons. If all limits are zero, it is 1.
     """
     largest = max(0.0, *(abs(limit) for limit in limits.ravel().tolist()))  # ignores NaN
     return largest if 0.0 < largest < 1.0 else 1.0
 
 
 def allowed_residual(wrench: Array, weights: Array, limits: Array) -> float:
-    """Return how many newtons of a wrench (n,) a distribution may leave; `weights` (n,) as of `accept_tension`."""
+    """Return the largest allowed residual of a wrench (n,), N; `weights` (n,) as in `accept_tension`."""
     load = math.hypot(*(weights * wrench).tolist())
     return RESIDUAL_TOLERANCE * max(newton(limits), load)

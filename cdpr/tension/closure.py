@@ -1,4 +1,4 @@
-"""Whether cables can pull against each other: strictly positive null vectors of the wrench matrix."""
+"""Wrench closure: strictly positive null vectors of the wrench matrix."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from cdpr.tension.status import Status
 
 
 def positive_null_vector(W: Array) -> Array | None:
-    """Return tensions t (m,), each at least 1, with W t = 0 for W (n, m); None where there are none.
+    """Return tensions t (m,), each at least 1, with W t = 0 for W (n, m); None if there are none.
 
-    Null vectors may be scaled, so some t > 0 exists if and only if some t >= 1 does: the nearest point to zero of the
-    polytope { N x >= 1 }, N a basis of the null space, decides it in finitely many steps.
+    Null vectors may be scaled, so some t > 0 exists if and only if some t >= 1 does. The nearest point to zero of the
+    polytope { N x >= 1 }, with N a basis of the null space, decides it in finitely many steps.
 
-    Where W has full rank and such a t exists, the cables can balance every wrench (wrench closure): the platform is
-    fully constrained. Where none exists there is, by Stiemke's lemma, a twist with W^T twist >= 0 and not zero: a
-    motion that slackens cables and stretches none, which only a load such as the weight keeps from happening.
+    If W has full rank and such a t exists, the cables can balance every wrench (wrench closure): the platform is fully
+    constrained. If none exists, there is, by Stiemke's lemma, a nonzero twist with W^T twist >= 0: a motion that
+    slackens cables and stretches none, prevented only by a load such as the weight.
     """
     W = checked(W, (None, None), "W")
     n, m = W.shape

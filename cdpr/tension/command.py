@@ -1,4 +1,4 @@
-"""The stage of the loop behind a controller that puts out commands: checks them, clips them, books what they do."""
+"""Stage of the loop for controllers with command output: checks, clips and records the commands."""
 
 from __future__ import annotations
 
@@ -16,20 +16,19 @@ BEYOND = "the controller's command is beyond the tension limits"
 
 
 class CommandStage:
-    """Turns a controller's commands into tensions, once per control step, without distributing anything.
+    """Stage that converts a controller's commands into tensions, once per control step, without a distribution.
 
     Args:
-        robot: gives the limits, unless `cables` does.
-        policy: `stop` ends the run at a command beyond the limits; otherwise it is clipped and counted, with the
-            status NOT_FOUND: the controller's answer failed the check.
-        live: of the present sample; wrench (what the cables exert, W @ tension), tension and report are results, and
-            the residual is always 0 N: no wrench was wanted.
-        cables: what is allowed and imposed; the robot's limits, and all cables free, unless given.
+        robot: robot with the limits, unless `cables` has them.
+        policy: `stop` ends the run at a command beyond the limits; otherwise it is clipped and counted, with the status
+            NOT_FOUND: the controller's answer failed the check.
+        live: current sample; wrench (of the cables, W @ tension), tension and report are results. The residual is
+            always 0 N, because no wrench was required.
+        cables: limits and imposed tensions; by default the robot's limits, with all cables free.
 
     Attributes:
-        command: (m,) where the controller writes, N. What it says to a locked cable, whose limits are equal, does not
-            matter.
-        acts: what `distribute` does, one after the other; likewise `imposing`.
+        command: (m,), output of the controller, N. Commands of locked cables, whose limits are equal, are ignored.
+        acts: operations of `distribute` in order; `imposing` likewise.
         live, cables: as given.
     """
 
@@ -49,28 +48,30 @@ class CommandStage:
         self.acts = [Act("distribution", take, self._refuse)]
         self.imposing = [Act("distribution", bind("impose_command", **shared, held=cables.held))]
 
-    arrays = ()  # what comes next depends on none before
-    answered = True  # there is no solver to be asked
+    arrays = ()  # no memory
+    answered = True  # there is no solver
     refusal = ""
 
     def forget(self) -> None:
         """Do nothing: there are no answers to forget."""
 
     def snapshot(self) -> object:
-        """Return what future answers depend on beside limits and held cables: nothing."""
+        """Return the memory besides limits and held cables: none."""
         return None
 
     def restore(self, snapshot: object) -> None:
-        """Do nothing, likewise."""
+        """Do nothing."""
 
     def impose(self) -> None:
-        """Give the cables the tensions that they are `held` at, and report what all tensions do."""
+        """Set cables to their `held` tensions, and report the wrench of all tensions."""
         perform(self.imposing)
 
     def distribute(self) -> None:
-        """Write tensions, wrench and report for the present command.
+        """Write tensions, wrench and report for the current command.
 
-        Raises Diverged where the command is not finite, BeyondLimits under the policy `stop`.
+        Raises:
+            Diverged: if the command is not finite.
+            BeyondLimits: under the policy `stop`.
         """
         perform(self.acts)
 

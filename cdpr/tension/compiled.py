@@ -18,21 +18,21 @@ def distribute_once(
     tension_max: ArrayLike,
     **options: ArrayLike,
 ) -> tuple[Array, Status]:
-    """Return what an operation of the kernel library answers to one tension distribution problem.
+    """Return the answer of an operation of the kernel library to one tension distribution problem.
 
     Args:
-        operation: Name of the operation, such as "closed_form".
+        operation: name of the operation, such as "closed_form".
         matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        wrench: (n,), N and N m, required wrench of the cables.
         tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
-        options: Further numbers and arrays of the operation.
+        tension_max: (m,) N. A cable with equal limits is locked at that tension.
+        options: further numbers and arrays of the operation.
 
     Returns:
         Tensions (m,) N, NaN unless the status is OK; and the status.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> distribute_once("closed_form", [[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])
@@ -58,25 +58,25 @@ def accept_tension(
     tension_max: ArrayLike,
     answer: ArrayLike,
 ) -> tuple[Array, Array]:
-    """Check an answer to a tension distribution problem as the tension stage does, and clip it to the limits.
+    """Check an answer to a tension distribution problem like the tension stage, and clip it to the limits.
 
     The tolerances are those of `cdpr.tension.checks`.
 
     Args:
         matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        wrench: (n,), N and N m, required wrench of the cables.
         weights: (n,), 1 for forces, 1 / characteristic length, 1/m, for moments.
         tension_min: (m,) N.
         tension_max: (m,) N.
         answer: (m,) N, tensions of a solver.
 
     Returns:
-        Tensions (m,) N, NaN unless the answer is accepted. Report (4,): the status, OK, NOT_FOUND, or BAD_INPUT where
-        the wrench is not finite; weighted residual, N; margin to the nearest limit, N; number of cables at a limit. The
-        last three are NaN where an entry is not finite.
+        Tensions (m,) N, NaN unless the answer is accepted. Report (4,): the status, OK, NOT_FOUND, or BAD_INPUT if the
+            wrench is not finite; weighted residual, N; margin to the nearest limit, N; number of cables at a limit. The
+            last three are NaN if an entry is not finite.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> accept_tension([[1.0, -1.0]], [2.0], [1.0], [1.0, 1.0], [9.0, 9.0], [6.0, 4.0])

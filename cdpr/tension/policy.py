@@ -1,4 +1,4 @@
-"""What the cables do where a solver has no admissible answer."""
+"""Fallback policies for samples without an admissible answer of the solver."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ Policy = Literal["best_effort", "hold_tension", "stop"]
 
 NEAREST, HOLD, CLIP = range(3)
 
-# What is known of a solver: whether it has written anything into its answer where that had to be replaced, and whether
-# it was told which check a refused answer failed.
+# Memory about a solver: whether its answer had any content when it was replaced, and whether the check that a rejected
+# answer failed was reported.
 WRITTEN, TOLD = range(2)
 
-# What a run says of the samples where a policy replaced the solver's answer.
+# Descriptions of the replacement in a run.
 FALLBACK = {
     "best_effort": "the nearest wrench within the limits instead",
     "hold_tension": "the tensions before held instead",
@@ -27,7 +27,7 @@ CLIPPED = "the solver minds no limits, its tensions were clipped to them"
 
 
 def action(policy: Policy, respects_bounds: bool) -> int:
-    """Return what `replace_tension` is to do under a policy, for a solver that minds the limits or does not."""
+    """Return the action of `replace_tension` under a policy, for a solver that does or does not respect the limits."""
     if policy != "best_effort":
         return HOLD
     return NEAREST if respects_bounds else CLIP
@@ -43,25 +43,25 @@ def replace_tension(
     previous: ArrayLike,
     answer: ArrayLike | None = None,
 ) -> tuple[Array, Array] | None:
-    """Return what a policy replaces a solver's answer by, where it is not admissible.
+    """Return the replacement of a solver's inadmissible answer under a policy.
 
     Args:
-        policy: "best_effort": by the tensions nearest to the wrench within the limits, or, where the solver minds no
-            limits and `answer` is given, by that at the limits; "hold_tension" and "stop": by those of the step before.
-        status: Of the solver, a `cdpr.tension.Status` other than OK.
+        policy: "best_effort": the tensions within the limits closest to the wrench or, if `answer` is given, that
+            answer clipped to the limits; "hold_tension" and "stop": the tensions of the previous step.
+        status: status of the solver, a `cdpr.tension.Status` other than OK.
         matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        wrench: (n,), N and N m, required wrench of the cables.
         weights: (n,), 1 for forces, 1 / characteristic length, 1/m, for moments.
         limits: (2, m) N.
-        previous: (m,) N, tensions of the step before.
-        answer: (m,) N, of a solver that minds no limits.
+        previous: (m,) N, tensions of the previous step.
+        answer: (m,) N, answer of a solver that ignores limits.
 
     Returns:
-        Tensions (m,) N within the limits, and the report (4,) of `cdpr.tension.checks` on them: status, residual, N,
-        margin, N, and number of cables at a limit. None where an input is not finite.
+        Tensions (m,) N within the limits, and their report (4,) as in `cdpr.tension.checks`: status, residual, N,
+            margin, N, and number of cables at a limit. None if an input is not finite.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> replace_tension("best_effort", 1, [[1.0, -1.0]], [20.0], [1.0], [[1.0, 1.0], [9.0, 9.0]], [5.0, 5.0])

@@ -1,4 +1,4 @@
-"""What the stage of the loop works on: the arrays of the present sample, and what is asked of the cables."""
+"""Arrays of the current sample, and constraints on the cables, as used by the stage of the loop."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cdpr.model.robot import Array
 
 @dataclass(frozen=True, eq=False)
 class Present:
-    """The present sample of a robot with m cables, live: who writes, writes into these arrays."""
+    """Current sample of a robot with m cables; results are written into these arrays."""
 
     W: Array  # (6, m), wrench matrix
     wrench: Array  # (6,), N and N m, world axes, about the platform's origin
@@ -22,34 +22,34 @@ class Present:
 
     @classmethod
     def of(cls, m: int) -> Self:
-        """Return one of its own, all zeros."""
+        """Return a new object with zeros."""
         return cls(np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4))
 
     @property
     def status(self) -> Array:
-        """A view of the status, (1,)."""
+        """View of the status, (1,)."""
         return self.report[:1]
 
 
 @dataclass(frozen=True, eq=False)
 class Cables:
-    """What is allowed and imposed, live, for m cables; stages that take turns share it."""
+    """Limits and imposed tensions of m cables, shared by alternating stages."""
 
-    limits: Array  # (2, m), lowest and highest tensions, N, as the distribution knows them
-    held: Array  # (m,), N, tensions that cables have whatever was distributed; NaN for those that are free
-    true_limits: Array  # (2, m), N, those of the robot that is moved; `limits` itself where these are known
+    limits: Array  # (2, m), lowest and highest tensions, N, used by the distribution
+    held: Array  # (m,), N, imposed tensions, whatever was distributed; NaN for free cables
+    true_limits: Array  # (2, m), N, true limits; the same array as `limits` without a nominal model
 
     @classmethod
     def of(cls, robot: Robot, true: Robot | None = None) -> Self:
-        """Return a robot's limits, all cables free; `true` is the robot that is moved, where that is another."""
+        """Return a robot's limits with all cables free; `true` is the true robot if `robot` is a nominal model."""
         limits = np.array([robot.tension_min, robot.tension_max])
         true_limits = limits if true is None else np.array([true.tension_min, true.tension_max])
         return cls(limits, np.full(robot.m, np.nan), true_limits)
 
     def copy(self) -> Self:
-        """Return how they are now."""
+        """Return a copy of the current values."""
         return type(self)(self.limits.copy(), self.held.copy(), self.true_limits.copy())
 
     def put(self, other: Self) -> None:
-        """Make them as others are."""
+        """Copy the values of another object."""
         self.limits[:], self.held[:], self.true_limits[:] = other.limits, other.held, other.true_limits

@@ -1,4 +1,4 @@
-"""One wrench at one pose: what its distributions are, before any solver is asked."""
+"""Tension distribution problem of one wrench at one pose, and its properties independent of solvers."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """W t = wrench, t_min <= t <= t_max: a robot with m cables and n degrees of freedom at a pose."""
+    """Problem W t = wrench, t_min <= t <= t_max of a robot with m cables and n degrees of freedom at a pose."""
 
     robot: Robot
     pose: Array  # (7,): position, m, and quaternion
-    wrench: Array  # (6,): what the cables must exert at the platform's origin, world axes, N and N m
+    wrench: Array  # (6,), required wrench at the platform's origin, world axes, N and N m
 
     def __post_init__(self) -> None:
-        """Raise CdprError where pose or wrench are not real numbers of these shapes."""
+        """Raise CdprError if pose or wrench are no real numbers of these shapes."""
         object.__setattr__(self, "pose", checked(self.pose, (7,), "pose"))
         object.__setattr__(self, "wrench", checked(self.wrench, (6,), "wrench"))
 
     @cached_property
     def W(self) -> Array:  # noqa: N802 - the field's name
-        """Rows of the wrench matrix that belong to the degrees of freedom, (n, m)."""
+        """Rows of the wrench matrix for the degrees of freedom, (n, m)."""
         return np.ascontiguousarray(wrench_matrix(self.robot, make_state(self.pose[:3], self.pose[3:]))[self._rows])
 
     @cached_property
     def wanted(self) -> Array:
-        """The same rows of the wrench, (n,)."""
+        """Same rows of the wrench, (n,)."""
         return np.ascontiguousarray(self.wrench[self._rows])
 
     @cached_property
     def weights(self) -> Array:
-        """What makes a residual newtons, (n,): 1 for forces, 1 / characteristic length for moments."""
+        """Weights that convert a residual to newtons, (n,): 1 for forces, 1 / characteristic length for moments."""
         return np.repeat([1.0, 1.0 / self.robot.characteristic_length], 3)[self._rows]
 
     @cached_property
@@ -60,7 +60,7 @@ class Problem:
     def general(self) -> tuple[Array, Array] | None:
         """Particular solution c (m,) and orthonormal null space N (m, r): all t with W t = wrench are c + N x.
 
-        c is that of least norm; cables whose limits are equal are locked, and x does not change them. None where W
+        c is the solution of least norm; cables with equal limits are locked, and x does not change them. None if W
         cannot produce the wrench at all.
         """
         return general_solution(self.W, self.wanted, *self.limits)
@@ -76,10 +76,10 @@ class Problem:
 
     @cached_property
     def safest(self) -> tuple[float, Array] | None:
-        """Largest possible smallest distance of a tension from its limits, N, and an x (r,) that has it.
+        """Largest margin of all tensions from their limits, N, and an x (r,) that has it.
 
-        Negative where no tensions are admissible: by so much the limits would have to be wider. Locked cables do not
-        count; inf where all are. None where W cannot produce the wrench at all.
+        Negative if no tensions are admissible: the limits would have to be wider by that amount. Locked cables are
+        ignored; inf if all are locked. None if W cannot produce the wrench at all.
         """
         if self.general is None:
             return None
@@ -89,9 +89,9 @@ class Problem:
 
     @cached_property
     def ranges(self) -> Array:
-        """Least and largest tension of each cable within the admissible set, (m, 2), N; NaN where that is empty.
+        """Smallest and largest tension of each cable within the admissible set, (m, 2), N; NaN if it is empty.
 
-        Optima of linear programs; limits must be finite.
+        They are optima of linear programs; limits must be finite.
         """
         low, high = self.limits
         if self.general is None or not self.feasible:
@@ -101,11 +101,11 @@ class Problem:
 
     @property
     def feasible(self) -> bool:
-        """Whether some tensions within the limits balance the wrench."""
+        """True if some tensions within the limits balance the wrench."""
         return self.safest is not None and bool(self.safest[0] >= -LIMIT_TOLERANCE * newton(self.limits))
 
     def x(self, tension: Array) -> Array:
-        """Null-space coordinates (r,), N, of tensions (m,): of the nearest balanced ones, where they are not."""
+        """Return null-space coordinates (r,), N, of tensions (m,), or of the nearest balanced tensions."""
         assert self.general is not None
         c, N = self.general
         return np.asarray(N.T @ (tension - c))

@@ -1,4 +1,4 @@
-"""The tensions nearest to a target where cables are many: Newton's method on the few equations, not the many cables."""
+"""Tensions closest to a target for many cables: Newton's method on the few equations instead of the many cables."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from cdpr.tension.status import Status
 def nearest_tension_by_rows(
     matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike, target: ArrayLike
 ) -> tuple[Array, Status]:
-    """Compute the admissible tensions nearest to a target, by Newton's method in the row space of W.
+    """Return the admissible tensions closest to a target, by Newton's method in the row space of W.
 
     Qi and Sun, Mathematical Programming 58 (1993). For many cables: a step takes n^2 m operations.
 
     Args:
         matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        wrench: (n,), N and N m, required wrench of the cables.
         tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        tension_max: (m,) N. A cable with equal limits is locked at that tension.
         target: (m,) N.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE, NOT_FOUND where this method cannot
-        tell, or BAD_INPUT.
+        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE, NOT_FOUND if this method cannot
+            decide, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> nearest_tension_by_rows([[1.0, -1.0, 1.0]], [3.0], [1.0] * 3, [9.0] * 3, [1.0] * 3)[1]

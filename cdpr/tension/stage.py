@@ -1,4 +1,4 @@
-"""The tension stage of the loop: asks the solver, checks its answer and applies the policy where there is none."""
+"""Tension stage of the loop: calls the solver, checks its answer, and applies the fallback policy."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ MEANING = {
 
 @dataclass(frozen=True)
 class Asked:
-    """Who is asked for tensions, and what to do where there is no admissible answer."""
+    """Solver and its fallback policy."""
 
-    solve: Solve  # the solver's bound method
-    name: str  # the solver's, for messages
-    respects_bounds: bool = True  # what the solver declares
-    # The nearest wrench within the limits (or, from a solver that respects none, its answer clipped), the previous
-    # tensions, or stop.
+    solve: Solve  # bound method of the solver
+    name: str  # name of the solver, for messages
+    respects_bounds: bool = True  # declared by the solver
+    # Closest wrench within the limits (or, from a solver that ignores them, its answer clipped), the previous tensions,
+    # or stop.
     policy: Policy = "best_effort"
-    # Returns what it does with such arrays, if that is a compiled operation.
+    # Returns the compiled equivalent of `solve` on such arrays, or None.
     compiled: Callable[..., Callable[[], int] | None] | None = None
 
 
 def refusal(
     names: Sequence[str], W: Array, wrench: Array, weights: Array, limits: Array, bounds: Array | None, answer: Array
 ) -> str:
-    """Say which check of `accept_tension` an answer (m,) of the cables `names` fails, and by how much.
+    """Return which check of `accept_tension` an answer (m,) of the cables `names` fails, and by how much.
 
-    Arguments as there; `bounds` are the limits once more, None of a solver that minds none.
+    Arguments as there; `bounds` are the limits again, None for a solver that ignores them.
     """
     told = [f"{name} {value}" for name, value in zip(names, answer.tolist(), strict=True) if not np.isfinite(value)]
     if told:
@@ -68,19 +68,19 @@ def refusal(
 
 
 class TensionStage:
-    """Turns a wrench into tensions, once per control step.
+    """Stage that converts a wrench into tensions, once per control step.
 
     Args:
-        robot: gives as its degrees of freedom the directions in which the wrench is to be balanced, and the limits,
-            unless `cables` does.
-        asked: the solver, and what to do where it has no answer.
-        live: of the present sample; tension and report are results. Of W and wrench, the wanted one, the solver gets
-            the rows of these directions.
-        cables: what is allowed and imposed; the robot's limits, and all cables free, unless given.
+        robot: robot whose degrees of freedom are the directions in which the wrench is balanced, with the limits unless
+            `cables` has them.
+        asked: solver and fallback policy.
+        live: current sample; tension and report are results. The solver receives the rows of W and of the required
+            wrench for these directions.
+        cables: limits and imposed tensions; by default the robot's limits, with all cables free.
 
     Attributes:
         live, cables: as given.
-        acts: what `distribute` does, one after the other; likewise `imposing`.
+        acts: operations of `distribute` in order; `imposing` likewise.
     """
 
     def __init__(
@@ -106,13 +106,13 @@ class TensionStage:
             selecting = [Act("distribution", bind("select_rows", full_matrix=W, full_wrench=wrench, **chosen))]
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
-        # The solver cannot change what its answer is checked against.
+        # read-only, so that the solver cannot change the data of the checks
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
         bounds = limits if asked.respects_bounds else None
         self._refusal = partial(refusal, [cable.name for cable in robot.cables], W, wrench, weights, limits, bounds)
         shared = {"matrix": W, "wrench": wrench, "weights": weights, "limits": limits}
         shared |= {"tension": live.tension, "report": live.report}
-        # Without an answer, and with one: called with the solver's status.
+        # without an answer, and with one: called with the solver's status
         self._replacing = [
             bind(
                 "replace_tension",
@@ -137,12 +137,12 @@ class TensionStage:
 
     @property
     def answered(self) -> bool:
-        """Whether the solver has written anything into its answer where it had to be replaced."""
+        """True if the solver had written anything into its answer when it had to be replaced."""
         return bool(self._known[WRITTEN])
 
     @property
     def refusal(self) -> str:
-        """Which check the first refused answer failed, and by how much; "" until there is one."""
+        """Check that the first rejected answer failed, and by how much; "" if there is none."""
         return self._refused
 
     @refusal.setter
@@ -151,36 +151,38 @@ class TensionStage:
         self._known[TOLD] = text != ""
 
     def distribute(self) -> None:
-        """Write the tensions and the report for the present wrench.
+        """Write the tensions and the report for the current wrench.
 
-        Raises Infeasible or Unanswered under the policy `stop`, Diverged where the wrench is not finite, PluginError
-        where the solver raised or returned something that is no status.
+        Raises:
+            Infeasible, Unanswered: under the policy `stop`.
+            Diverged: if the wrench is not finite.
+            PluginError: if the solver raised or returned no status.
         """
         perform(self.acts)
 
     def impose(self) -> None:
-        """Give the cables the tensions that they are `held` at, and report what all tensions do for the wrench."""
+        """Set cables to their `held` tensions, and report the effect of all tensions on the wrench."""
         perform(self.imposing)
 
     def forget(self) -> None:
-        """Forget all answers."""
+        """Clear all answers."""
         self._answer[:] = np.nan
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """The answer before."""
+        """Previous answer."""
         return (self._answer,)
 
     def snapshot(self) -> object:
-        """Return what future answers depend on beside limits and held cables: the answer before."""
+        """Return the memory besides limits and held cables: the previous answer."""
         return self._answer.copy(), self._known.copy(), self._refused
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         self._answer[:], self._known[:], self._refused = snapshot
 
     def _ask(self, solve: Callable[[], int]) -> int:
-        """Call what may be anybody's; return its status."""
+        """Call a Python solver; return its status."""
         try:
             status = solve()
         except KeyboardInterrupt:
@@ -199,11 +201,11 @@ class TensionStage:
             raise PluginError(f"solver '{self._name}' returned {code!r}, which is no cdpr.tension.Status") from None
 
     def _replace(self, code: int, answered: bool) -> None:
-        """Apply the policy where the solver gave no answer, or none that passed the checks."""
+        """Apply the policy if the solver gave no answer, or none that passed the checks."""
         status = self._status(code)
         if answered and status == Status.NOT_FOUND and not self.refusal:
             self.refusal = self._refusal(self._answer)
-        self._known[TOLD] = 1  # all there is to tell: of an answer that is beyond limits it does not mind, nothing
+        self._known[TOLD] = 1  # reported completely: answers beyond limits that the solver ignores have no message
         more = self._replacing[answered](float(code))
         self._known[TOLD] = self.refusal != ""
         if more:

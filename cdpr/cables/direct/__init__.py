@@ -1,4 +1,4 @@
-"""The motor that holds whatever tension it is told to: T = u. Nothing else of the winch takes part."""
+"""Motor that holds the commanded tension: T = u, without other effects of a winch."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
-"""A motor that winds the cable on a drum.
+"""Motor that winds the cable on a drum.
 
-The drum of radius r (m) turns at w (rad/s), positive where it winds in. The command u (N) is the tension that the motor
-would hold at rest: its torque is r u. Friction takes f(w) = b w + c tanh(w / w_c) of it (N m), viscous and Coulomb's,
-the latter smoothed about rest. With I the inertia about the drum's axis (kg m^2):
+The drum of radius r (m) turns at w (rad/s), positive when winding in. The command u (N) is the tension that the motor
+would hold at rest: its torque is r u. Friction takes f(w) = b w + c tanh(w / w_c) of it (N m), viscous and Coulomb, the
+latter smoothed about rest. With I the inertia about the drum's axis (kg m^2):
 
     I w' = r u - f(w) - r T
 
-Where the cable does not stretch, l' = -r w, and T = u - f(-l'/r) / r + (I / r^2) l''. Thesis 2.20-2.24, but for the
-sign of 2.21: where a drum turns positively as it winds in, as in 2.20, q' = -R^-1 J x'; as printed, the drums' inertia
+If the cable does not stretch, l' = -r w, and T = u - f(-l'/r) / r + (I / r^2) l''. Thesis 2.20-2.24, except for the
+sign in 2.21: if a drum turns positively when winding in, as in 2.20, q' = -R^-1 J x'; as printed, the drums' inertia
 would be subtracted.
 """
 

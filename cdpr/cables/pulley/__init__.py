@@ -1,19 +1,19 @@
-"""A pulley that swivels about the line on which its cable arrives.
+"""Pulley that swivels about the line of its arriving cable.
 
 The cable arrives along the axis a, touches the groove at A, the anchor on the frame, lies on it over the wrap angle
 beta and leaves tangentially for P on the platform. The bearing lets the pulley turn about the line through A along a,
-so that its plane follows the cable. In that plane, with x away from the line and z along a, both from A, the centre
-lies at (r, 0), P at (x, z), x >= 0. From the centre C the tangent to P has the length f = sqrt((x - r)^2 + z^2 - r^2),
+so that its plane follows the cable. In that plane, with x away from the line and z along a, both from A, the centre is
+at (r, 0) and P at (x, z), x >= 0. From the centre C the tangent to P has the length f = sqrt((x - r)^2 + z^2 - r^2),
 and with (c, z) = P - C
 
     sin beta = (f c + r z) / (c^2 + z^2),   cos beta = (f z - r c) / (c^2 + z^2),
     E = A + r (1 - cos beta) e_x + r sin beta a,   length = r beta + f.
 
-Pott, Cable-Driven Parallel Robots (2018), section 3.4, and Bruckmann et al., "Wire robots part I" (2008), draw the same
-pulley; derived anew, and a radius of 0 gives the point. Bearing and groove have neither friction nor inertia. Where P
-lies within the pulley there is no tangent, and length and direction are NaN, as is the length where the cable would
-turn by more than 270 degrees and cross where it arrives; on the swivel's line itself the plane is
-not determined, and a fixed one is taken.
+Pott, Cable-Driven Parallel Robots (2018), section 3.4, and Bruckmann et al., "Wire robots part I" (2008), describe the
+same pulley; derived independently, and a radius of 0 gives the point. Bearing and groove have neither friction nor
+inertia. If P is inside the pulley there is no tangent, and length and direction are NaN, as is the length if the cable
+would wrap by more than 270 degrees and cross its arriving part. On the swivel's line the plane is undetermined, and a
+fixed one is used.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ UP: Vector3 = (0.0, 0.0, 1.0)
 
 
 class Pulley(Exit):
-    """A swivelling pulley."""
+    """Swivelling pulley."""
 
     header: ClassVar[str] = "cdpr/cables/pulley/pulley.hpp"
     type: Literal["pulley"] = Field("pulley", description="swivels about the line on which its cable arrives")
@@ -57,12 +57,12 @@ class Pulley(Exit):
         return axis
 
     def turned(self, R: NDArray[np.float64]) -> Self:
-        """Return it with its axis turned."""
+        """Return the pulley with its axis rotated."""
         x, y, z = (sum(R[i, j] * self.axis[j] for j in range(3)) for i in range(3))
         return self.model_copy(update={"axis": (float(x), float(y), float(z))})
 
     def numbers(self) -> Sequence[float]:
-        """Return radius, unit vector of the axis, and one square to it: the plane where none is determined."""
+        """Return radius, unit vector of the axis, and a perpendicular unit vector: the plane if it is undetermined."""
         along = np.array(self.axis) / np.abs(self.axis).max()
         along /= np.linalg.norm(along)
         side = np.eye(3)[np.argmin(np.abs(along))]
@@ -74,7 +74,7 @@ class Pulley(Exit):
         return self.numbers()[1:4] if self.radius > 0.0 else None
 
     def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
-        """Tell where the anchor on the platform lies within the pulley, or behind it where the cable arrives."""
+        """Return why no cable leads to the anchor on the platform, inside or behind the pulley; "" if one does."""
         along, arm, r = np.array(self.numbers()[1:4]), np.array(tip) - frame, self.radius
         z = float(arm @ along)
         x = float(np.linalg.norm(arm - z * along))
@@ -87,7 +87,7 @@ class Pulley(Exit):
         return ""
 
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
-        """Return the groove, a circle in the plane of its cable."""
+        """Return the groove as a circle in the plane of its cable."""
         _, *values = self.numbers()
         along, side = np.array(values[:3]), np.array(values[3:])
         arm = np.array(leaving) - frame
