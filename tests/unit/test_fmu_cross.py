@@ -1,4 +1,4 @@
-"""FMUs for other platforms, compiled by zig: their folders, formats and functions, and the same motion in an emulator."""
+"""FMUs for other platforms, compiled by zig: folders, formats and functions, and the same motion in an emulator."""
 
 from __future__ import annotations
 
