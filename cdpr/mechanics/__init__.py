@@ -1,4 +1,4 @@
-"""Robots with their cables: where these lead, what they exert, how the platform moves. See `cdpr.model`."""
+"""Geometry, statics and dynamics of robots. See `cdpr.model` for the conventions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from cdpr.mechanics import forward_kinematics as forward_kinematics
     from cdpr.mechanics import kinematics as kinematics
     from cdpr.mechanics import properties as properties
-else:  # loaded when first used
+else:  # loaded on first use
     from cdpr.lazy import lazily
 
     __getattr__ = lazily(__name__)

@@ -1,8 +1,10 @@
-"""The frame in which rigid bodies are integrated.
+"""Frame in which rigid bodies are integrated.
 
-For a free platform it lies at the centre of mass along the principal axes: there the inertia is diagonal and the centre
-of mass moves by the force alone, so that every engine gets the same simple body whatever the robot's mass distribution.
-A platform with a guide is integrated in the guide's coordinates, those of its origin.
+The frame of a free platform has its origin at the centre of mass and its axes along the principal axes. There, the
+inertia is diagonal, and the force alone moves the centre of mass. So every engine integrates the same simple body,
+whatever the mass distribution of the robot. A platform with a guide is integrated in the coordinates of the guide,
+those
+of the platform's origin.
 """
 
 from __future__ import annotations
@@ -16,31 +18,32 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind
 
-# Off-diagonal entries below this share of the trace are round-off of the input: the tensor counts as diagonal and the
-# axes stay where they are.
+# Off-diagonal entries below this share of the trace are round-off of the input: the tensor is treated as diagonal.
 DIAGONAL = 1e-14
 
-# Principal axes point to this side, so that they do not depend on who computes them. It is no direction that a platform
-# is likely to have an axis square to.
+# The principal axes have a positive component along this direction, so that their signs do not depend on the solver. #
+# A principal axis of a real platform is unlikely to be perpendicular to it.
 SIDE = np.array([1.0, 0.59, 0.37])
 
 
 class BodyFrame:
-    """A robot's platform as engines should build it.
+    """Platform of a robot as the engines build it.
 
-    A free platform is described from its centre of mass and principal axes; one with a guide from its origin, along its
-    own axes. A body state (13,) is laid out like a platform state, for the body frame in place of the platform's.
+    A free platform is described in its centre of mass and principal axes. A platform with a guide is described in its
+    own
+    frame. A body state (13,) has the layout of a platform state, for the body frame.
 
     Attributes:
-        mass: kg.
-        center: (3,) centre of mass in the body frame, m; zero for a free platform.
-        moments: (3,) principal moments of inertia, kg m^2.
+        mass: mass [kg].
+        center: (3,) centre of mass in the body frame [m], zero for a free platform.
+        moments: (3,) principal moments of inertia [kg m^2].
         axes: (4,) attitude of the principal axes in the body frame, w, x, y, z; 1, 0, 0, 0 for a free platform.
-        line_table: (m, w), as `cdpr.cables.tables.line_table` returns it, with B_i in the body frame.
-        anchors: (m, 6) of it, A_i in the world and B_i in the body frame, m.
-        offset: (7,) from the platform's origin to that of the body frame in body axes (3), m, and the attitude of the
-            body frame in the platform, w, x, y, z (4).
-        guide: what holds the platform, None if it is free.
+        line_table: (m, w) table of `cdpr.cables.tables.line_table`, with B_i in the body frame.
+        anchors: (m, 6) anchors A_i in the world frame and B_i in the body frame [m].
+        offset: (7,) vector from the platform's origin to the origin of the body frame in body axes (3) [m], and
+            attitude of
+            the body frame in the platform frame, w, x, y, z (4).
+        guide: guide of the platform, None if it is free.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -62,7 +65,7 @@ class BodyFrame:
 
     @property
     def anchors(self) -> Array:
-        """Anchors (m, 6), m."""
+        """(m, 6) anchors [m]."""
         return self.line_table[:, :6]
 
 
@@ -73,22 +76,24 @@ def principal_axes(inertia: Array) -> tuple[Array, Array]:
         return np.diag(inertia).copy(), np.eye(3)
     moments, axes = np.linalg.eigh(inertia)
     axes *= np.where(SIDE @ axes < 0.0, -1.0, 1.0)
-    axes[:, 0] *= np.sign(np.linalg.det(axes))  # they may be left-handed
+    axes[:, 0] *= np.sign(np.linalg.det(axes))  # the axes of eigh may be left-handed
     return moments, axes
 
 
 def body_state(offset: ArrayLike, state: ArrayLike) -> Array:
-    """Return the state of the body frame of a platform.
+    """Return the body state of a platform state.
 
     Args:
-        offset: (7,), as of `BodyFrame`.
-        state: (13,), of the platform, laid out as `cdpr.model` says.
+        offset: (7,) offset of `BodyFrame`.
+        state: (13,) platform state with the layout of `cdpr.model`.
 
     Returns:
-        (13,): position m, attitude w x y z, velocity m/s and angular velocity rad/s of the body frame, world axes.
+        (13,) position [m], quaternion w, x, y, z, velocity [m/s] and angular velocity [rad/s] of the body frame, in
+            world
+        axes.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> body = body_state(BodyFrame(robot).offset, state)
@@ -99,17 +104,17 @@ def body_state(offset: ArrayLike, state: ArrayLike) -> Array:
 
 
 def platform_state(offset: ArrayLike, body: ArrayLike) -> Array:
-    """Return the state of the platform of a body frame: the inverse of `body_state`.
+    """Return the platform state of a body state, the inverse of `body_state`.
 
     Args:
-        offset: (7,), as of `BodyFrame`.
-        body: (13,), of the body frame.
+        offset: (7,) offset of `BodyFrame`.
+        body: (13,) body state.
 
     Returns:
-        (13,), of the platform, laid out as `cdpr.model` says.
+        (13,) platform state with the layout of `cdpr.model`.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> state = platform_state(BodyFrame(robot).offset, body)
@@ -122,20 +127,20 @@ def platform_state(offset: ArrayLike, body: ArrayLike) -> Array:
 def wrench_on_body(
     line_table: Array, offset: ArrayLike, tension: ArrayLike, external: ArrayLike, body: ArrayLike
 ) -> Array:
-    """Return the wrench of cables and of what else acts on a body.
+    """Return the wrench of the cables and the external wrench on a body.
 
     Args:
-        line_table: (m, w), of `BodyFrame`.
-        offset: (7,), likewise.
-        tension: (m,) N.
-        external: (6,) N and N m, at the platform's origin, world axes.
-        body: (13,), state of the body frame.
+        line_table: (m, w) line table of `BodyFrame`.
+        offset: (7,) offset of `BodyFrame`.
+        tension: (m,) tensions [N].
+        external: (6,) external force [N] and moment [N m] at the platform's origin, in world axes.
+        body: (13,) body state.
 
     Returns:
-        (6,): force N and moment about the body frame's origin N m, world axes.
+        (6,) force [N] and moment about the origin of the body frame [N m], in world axes.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> wrench = wrench_on_body(frame.line_table, frame.offset, tension, np.zeros(6), body)

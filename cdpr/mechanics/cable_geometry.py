@@ -1,7 +1,8 @@
-"""Wrench matrix, lengths and rates of the cables: compiled operations on numpy arrays. Conventions: see `cdpr.model`.
+"""Wrench matrix, lengths and rates of the cables, computed by compiled operations on numpy arrays.
 
-Pott, Cable-Driven Parallel Robots (2018), chapter 3: l_i = A_i - p - R B_i, u_i = l_i / |l_i|, column i of the wrench
-matrix [u_i; R B_i x u_i]. `lines` is the table of `cdpr.cables.tables.line_table`, (m, 6) or wider.
+See `cdpr.model` for the conventions. The equations are those of Pott, Cable-Driven Parallel Robots (2018), chapter 3:
+l_i = A_i - p - R B_i, u_i = l_i / |l_i|, and column i of the wrench matrix is [u_i; R B_i x u_i]. `lines` is the table
+of `cdpr.cables.tables.line_table`, (m, 6) or wider.
 """
 
 from __future__ import annotations
@@ -13,18 +14,19 @@ from cdpr.native.compute import compute
 
 
 def cable_geometry(lines: Array, state: ArrayLike) -> tuple[Array, Array, Array]:
-    """Compute the wrench matrix, and lengths and rates of the cables.
+    """Compute the wrench matrix and the lengths and rates of the cables.
 
     Args:
-        lines: (m, w), as of `line_table`.
-        state: (13,): position m, quaternion w x y z, velocity m/s, angular velocity rad/s, world axes.
+        lines: (m, w) table of `line_table`.
+        state: (13,) position [m], quaternion w, x, y, z, velocity [m/s] and angular velocity [rad/s], in world axes.
 
     Returns:
-        Wrench matrix (6, m), moments about the platform's origin, world axes; lengths (m,) m; rates (m,) m/s. NaN where
-        a cable has no length, or a pulley lets none pass.
+        Wrench matrix (6, m) with moments about the platform's origin, in world axes; lengths (m,) [m]; rates (m,)
+            [m/s].
+        Values of a cable are NaN if it has no length or if no cable path over its pulley exists.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> matrix, length, rate = cable_geometry(line_table(robot), state)
@@ -39,14 +41,14 @@ def wrench_matrix_rate(lines: Array, state: ArrayLike) -> Array:
     """Compute the time derivative of the wrench matrix.
 
     Args:
-        lines: (m, w), as of `line_table`.
-        state: (13,), as of `cable_geometry`.
+        lines: (m, w) table of `line_table`.
+        state: (13,) state as in `cable_geometry`.
 
     Returns:
-        (6, m), forces 1/s, moments m/s.
+        (6, m) rates of the force rows [1/s] and of the moment rows [m/s].
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> rate = wrench_matrix_rate(line_table(robot), state)
@@ -59,15 +61,15 @@ def cable_wrench(lines: Array, pose: ArrayLike, tension: ArrayLike) -> Array:
     """Compute the wrench of the cables on the platform.
 
     Args:
-        lines: (m, w), as of `line_table`.
-        pose: (7,): position m and quaternion w x y z.
-        tension: (m,) N.
+        lines: (m, w) table of `line_table`.
+        pose: (7,) position [m] and quaternion w, x, y, z.
+        tension: (m,) tensions [N].
 
     Returns:
-        (6,): force N and moment about the platform's origin N m, world axes.
+        (6,) force [N] and moment about the platform's origin [N m], in world axes.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> wrench = cable_wrench(line_table(robot), state[:7], tension)

@@ -1,14 +1,17 @@
-"""How far cables are from each other, from their own platform and from obstacles.
+"""Clearances between cables, and of cables from their own platform and from obstacles.
 
-The axis of a cable is the segment from where it leaves the frame to its anchor on the platform; a clearance is the
-distance of axes less both radii, or of an axis from a solid less its radius: negative where they touch.
+The axis of a cable is the segment from its exit point on the frame to its anchor on the platform. The clearance of two
+cables is the distance of their axes minus both radii. The clearance of a cable from a solid is the distance of its axis
+minus its radius. A negative clearance means interference.
 
-- Cables whose anchors on one side are nearer than they are thick share that anchor: they touch there always, and
-  elsewhere only where they lie along each other. Of these the distance of each one's other end from the other counts.
-  Those that are so near on both sides, but not in the same points, touch all along.
-- A cable from the surface of its own platform, a convex solid, passes through it where its other end is below all faces
-  that its anchor is on (the tangent cone); how far it is above the highest of them counts. Of an anchor outside it is
-  the cable's distance from the solid; one inside tells nothing, for the solid is then no picture of the platform.
+- Two cables share an anchor if their anchors on one side are closer than the sum of their radii. They always touch at
+  this anchor, and elsewhere only if they are almost parallel. The clearance of such a pair uses the distance of the
+  other end of each cable from the other cable. Cables that are this close on both sides, but not in identical points,
+  touch along their whole length.
+- The platform is a convex solid. A cable whose anchor lies on its surface passes through it if the other end of the
+  cable is below all faces on which the anchor lies (the tangent cone). The clearance is then the height of this end
+  above the highest of these faces. The clearance of a cable with an anchor outside the solid is its distance from the
+  solid. An anchor inside the solid gives no clearance, because the solid does not represent the platform there.
 """
 
 from __future__ import annotations
@@ -33,36 +36,37 @@ from cdpr.model.shapes import Obstacle
 from cdpr.model.threads import in_threads
 from cdpr.native.bind import bind
 
-# An anchor so near to the surface of its platform, m, is on it: less than cables are thick, more than files are round.
+# Largest distance of an anchor from the surface of its platform at which it is on the surface [m]. It is less than the
+# # thickness of cables and more than the rounding of coordinates in files.
 ON_SURFACE = 1e-5
 
-# Distances that count for a pair of cables, as in clearance.hpp.
+# Kinds of clearance of a pair of cables, as in clearance.hpp.
 APART, SHARED, SAME = range(3)
 
-# Radius of a cable that is broken: whatever it is near to is infinitely far from it.
+# Radius of a broken cable: its clearance is infinite.
 GONE = -math.inf
 
 
 class Bodies(NamedTuple):
-    """Bodies and pairs that may touch, as operations of the kernel library take them (clearance.hpp)."""
+    """Bodies and pairs that may touch, in the layout of the kernel library (clearance.hpp)."""
 
-    lines: Array  # (m, w), as of `cdpr.cables.tables.line_table`
-    radius: Array  # (m,), m; GONE of a cable that is broken
-    pairs: NDArray[np.int64]  # (m, m), APART, SHARED or SAME
-    platform: Array  # (0 or 1, 11), as `cdpr.mechanics.solids` has it, platform axes
-    obstacles: Array  # (k, 11 or more), world
+    lines: Array  # (m, w) table of `cdpr.cables.tables.line_table`
+    radius: Array  # (m,) radii [m], GONE for a broken cable
+    pairs: NDArray[np.int64]  # (m, m) APART, SHARED or SAME
+    platform: Array  # (0 or 1, 11) row of `cdpr.mechanics.solids`, platform axes
+    obstacles: Array  # (k, 11 or more) rows in the world frame
 
 
 @dataclass(frozen=True, eq=False)
 class Clearance:
-    """Who may touch whom.
+    """Clearances of the cables of a robot.
 
     Attributes:
-        robot: whose cables these are.
-        obstacles: what else is there.
-        bodies: the same for kernels.
-        sharing: names of pairs of cables that share an anchor.
-        unjudged: names of cables whose anchor is inside the platform's shape, or all where it has none.
+        robot: robot with the cables.
+        obstacles: obstacles in the world.
+        bodies: cables, platform and obstacles in the layout of the kernels.
+        sharing: names of the pairs of cables that share an anchor.
+        unjudged: names of the cables whose anchor is inside the platform's shape; all cables if it has no shape.
     """
 
     robot: Robot
@@ -75,14 +79,14 @@ class Clearance:
         """Compute the least clearance at each of many poses.
 
         Args:
-            poses: (K, 7): position m and unit quaternion w x y z.
-            jobs: threads; one for each core unless given. The result is the same.
+            poses: (K, 7) positions [m] and unit quaternions w, x, y, z.
+            jobs: number of threads, by default one per core. It does not change the result.
 
         Returns:
-            Clearances (K,) m, inf where nothing can touch; and of what, (K,), for `name`.
+            Clearances (K,) [m], infinite if nothing can touch; and indices (K,) of the closest pairs for `name`.
 
         Raises:
-            CdprError: The poses have another shape or are not finite.
+            CdprError: if the poses have another shape or are not finite.
 
         Example:
             >>> gaps, which = clearance(robot).at(robot.home[None])
@@ -98,13 +102,13 @@ class Clearance:
         return least, which
 
     def without(self, cables: Iterable[int]) -> Clearance:
-        """Return the same where these cables, counted from 0, are no more."""
+        """Return the same clearances without the given cables, numbered from 0."""
         radius = self.bodies.radius.copy()
         radius[list(cables)] = GONE
         return replace(self, bodies=self.bodies._replace(radius=radius))
 
     def name(self, which: int) -> str:
-        """Return what is nearest to what."""
+        """Return the names of the closest pair."""
         m, names = self.robot.m, [cable.name for cable in self.robot.cables]
         if which < 0:
             return "nothing"
@@ -115,14 +119,15 @@ class Clearance:
 
 
 def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float | None = None) -> Clearance:
-    """Return who may touch whom.
+    """Return the clearances of a robot.
 
     Args:
-        robot: gives anchors, exits, the platform's shape, and the cables' diameters.
-        obstacles: what else is there.
-        diameter: of all cables, m; their own unless given.
+        robot: robot with the anchors, the exit points, the platform's shape and the diameters of the cables.
+        obstacles: obstacles in the world.
+        diameter: diameter of all cables [m], by default their own diameters.
 
-    Raises CdprError where a diameter is not known.
+    Raises:
+        CdprError: if a diameter is not known or is not a finite length of at least 0 m.
     """
     sizes = [cable.diameter if diameter is None else diameter for cable in robot.cables]
     for cable, size in zip(robot.cables, sizes, strict=True):

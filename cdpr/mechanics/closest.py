@@ -1,4 +1,4 @@
-"""How near cables come to each other, to their platform and to obstacles along a motion, in pieces of any size."""
+"""Least clearances of cables along a motion, computed from pieces of any size."""
 
 from __future__ import annotations
 
@@ -13,48 +13,48 @@ from numpy.typing import ArrayLike, NDArray
 from cdpr.mechanics.clearance import Clearance
 from cdpr.model.robot import Array
 
-PIECE = 4096  # rows that are looked at together
+PIECE = 4096  # rows per batch
 
 
 @dataclass(frozen=True)
 class Level:
-    """A clearance of which is told where it is reached."""
+    """Clearance at or below which spans of samples are recorded."""
 
-    clearance: float  # m
-    after: float = 0.0  # s, from when on
+    clearance: float  # [m]
+    after: float = 0.0  # start of the recording [s]
 
 
 @dataclass(frozen=True)
 class Near:
-    """The least clearance of some samples."""
+    """Least clearance of some samples."""
 
-    clearance: float  # m
-    time: float  # s
-    which: int  # for `Clearance.name`
+    clearance: float  # [m]
+    time: float  # [s]
+    which: int  # index of the closest pair for `Clearance.name`
 
 
 @dataclass(frozen=True)
 class Span:
-    """Samples, one after the other, at a level or below it."""
+    """Consecutive samples at or below a level."""
 
     first: Near
     least: Near
-    until: float  # s, the last of them
+    until: float  # time of the last sample [s]
     samples: int
 
 
 class Closest:
-    """Looks at samples as they come.
+    """Recorder of the least clearances of a sequence of samples.
 
-    A cable that is `broken`, from a time (s) on, is no more. Poses that are not finite have no clearance.
+    A `broken` cable is left out from its time of breaking [s] on. Poses that are not finite have an infinite clearance.
 
     Args:
-        among: who may touch whom.
-        broken: which cables, counted from 0, and since when.
-        levels: of which spans are kept.
+        among: clearances of the robot.
+        broken: numbers of the broken cables, from 0, and the times at which they break [s].
+        levels: levels for which spans are recorded.
 
     Attributes:
-        least: of all samples so far; None where there is none, or nothing that may touch.
+        least: least clearance of all samples so far, None if there is none or if nothing can touch.
     """
 
     def __init__(
@@ -66,29 +66,29 @@ class Closest:
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Of which spans are kept."""
+        """Levels for which spans are recorded."""
         return tuple(level for level, _, _ in self._spans)
 
     def spans(self, i: int) -> Sequence[Span]:
-        """Return those of the i-th level, in the order of time."""
+        """Return the spans of level i in the order of time."""
         return self._spans[i][1]
 
     def name(self, near: Near) -> str:
-        """Return what is nearest to what."""
+        """Return the names of the closest pair."""
         return self._among.name(near.which)
 
     def lose(self, broken: Sequence[tuple[int, float]]) -> None:
-        """Go by these cables that break, after the samples that were looked at."""
+        """Replace the broken cables for the samples that follow."""
         self._broken = tuple(broken)
 
     def copy(self) -> Closest:
-        """Return one that goes on by itself."""
+        """Return an independent copy."""
         other = copy(self)
         other._spans = [(level, list(spans), open_) for level, spans, open_ in self._spans]
         return other
 
     def add(self, time: ArrayLike, poses: ArrayLike) -> None:
-        """Look at the samples that follow, at times (K,), s, at poses (K, 7)."""
+        """Add the samples that follow, at the times (K,) [s] and poses (K, 7)."""
         times, table = np.asarray(time, dtype=float), np.asarray(poses, dtype=float)
         for start in range(0, len(times), PIECE):
             self._add(times[start : start + PIECE], table[start : start + PIECE])
@@ -111,7 +111,7 @@ class Closest:
             self._spans[i] = level, spans, bool(under[-1])
 
     def _look(self, time: Array, poses: Array) -> tuple[Array, NDArray[np.int64]]:
-        """Clearances (K,), m, infinite where there is none, and of what."""
+        """Return the clearances (K,) [m], infinite if there is none, and the indices of the closest pairs."""
         clearance, which = np.full(len(time), math.inf), np.full(len(time), -1, dtype=np.int64)
         sound = np.isfinite(poses).all(axis=1)
         cuts = sorted({-math.inf, *(since for _, since in self._broken)})
@@ -125,6 +125,6 @@ class Closest:
 
 
 def _joined(before: Span, after: Span) -> Span:
-    """One span of two, one right after the other."""
+    """Return the union of two spans, the second directly after the first."""
     least = min(before.least, after.least, key=lambda near: near.clearance)
     return replace(before, least=least, until=after.until, samples=before.samples + after.samples)

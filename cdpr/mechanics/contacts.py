@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-PLATFORM = "the platform"  # its name in pairs of bodies
+PLATFORM = "the platform"  # name of the platform in pairs of bodies
 
 
 def passing(names: str, clearance: float) -> str:
-    """Return the statement that a cable passes through its platform, empty where it does not.
+    """Return the statement that a cable passes through its platform, empty if it does not.
 
-    A negative clearance of a cable from its own platform is no depth of contact (see `cdpr.mechanics.clearance`), so
-    it is not reported.
+    A negative clearance of a cable from its own platform is not a penetration depth (see `cdpr.mechanics.clearance`),
+    so
+    the statement contains no number.
 
     Args:
-        names: the pair, as `Clearance.name` returns it; a remark may follow after a comma.
-        clearance: of the pair, m.
+        names: names of the pair, as `Clearance.name` returns them; a remark may follow after a comma.
+        clearance: clearance of the pair [m].
     """
     pair, comma, remark = names.partition(", ")
     cable, own, end = pair.rpartition(f" and {PLATFORM}")

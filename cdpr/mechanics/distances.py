@@ -1,4 +1,4 @@
-"""Distances of segments from each other, and from convex solids: compiled operations on numpy arrays."""
+"""Distances between segments and of segments from convex solids, computed by compiled operations on numpy arrays."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ def segment_distances(first: ArrayLike, second: ArrayLike) -> Array:
     """Compute the distances between pairs of segments.
 
     Args:
-        first: (k, 6) m, both ends of each.
-        second: (k, 6) m.
+        first: (k, 6) both ends of each first segment [m].
+        second: (k, 6) both ends of each second segment [m].
 
     Returns:
-        (k,) m.
+        (k,) distances [m].
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> segment_distances([[0, 0, 0, 1, 0, 0]], [[0, 2, 0, 1, 2, 0]])
@@ -36,14 +36,15 @@ def solid_distances(solid: ArrayLike, segments: ArrayLike) -> Array:
     """Compute the distances of segments from a convex solid.
 
     Args:
-        solid: (11 or more,), as of `cdpr.mechanics.solids.row`.
-        segments: (k, 6) m, both ends of each, world frame; of a point both are the same.
+        solid: (11 or more,) row of `cdpr.mechanics.solids.row`.
+        segments: (k, 6) both ends of each segment in the world frame [m]; equal ends for a point.
 
     Returns:
-        (k,) m; negative where a segment passes through the solid: its depth below the surface at the deepest point.
+        (k,) distances [m]. The value is negative if the segment passes through the solid: it is then the depth of its
+        deepest point below the surface.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> solid_distances(row(Sphere(0.5)), [[2, 0, -1, 2, 0, 1]])

@@ -1,4 +1,4 @@
-"""Statics and inverse dynamics of the platform. Conventions: see `cdpr.model`."""
+"""Statics and inverse dynamics of the platform. See `cdpr.model` for the conventions."""
 
 from __future__ import annotations
 
@@ -17,11 +17,22 @@ def required_wrench(
     acceleration: Sequence[float] | Array = STILL,
     angular_acceleration: Sequence[float] | Array = STILL,
 ) -> Array:
-    """Wrench (6,) that the cables must exert to accelerate the platform: force, moment about the origin, world axes.
+    """Return the wrench (6,) that the cables must exert to accelerate the platform.
 
-    `state` is (13,), `gravity` and `acceleration` (of the origin) are in m/s^2, `angular_acceleration` in rad/s^2, all
-    world axes. At rest and without acceleration this is the statics: -m g, and its moment about the origin. Raises
-    CdprError where an array has another shape or holds no real numbers.
+    At rest and without acceleration, the wrench balances the weight: -m g and its moment about the origin.
+
+    Args:
+        robot: robot with the mass and the inertia of the platform.
+        state: (13,) state of the platform.
+        gravity: (3,) gravity [m/s^2], in world axes.
+        acceleration: (3,) acceleration of the origin [m/s^2], in world axes.
+        angular_acceleration: (3,) angular acceleration [rad/s^2], in world axes.
+
+    Returns:
+        (6,) force [N] and moment about the platform's origin [N m], in world axes.
+
+    Raises:
+        CdprError: if an array has another shape or does not contain real numbers.
     """
     given = {
         "state": checked(state, (13,), "state"),

@@ -1,4 +1,4 @@
-"""Energy of the platform, and the work that is done on it. Conventions: see `cdpr.model`."""
+"""Energy of the platform and work of wrenches on it. See `cdpr.model` for the conventions."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from cdpr.native.compute import compute
 def energy(inertial: ArrayLike, gravity: ArrayLike, state: ArrayLike) -> tuple[float, float]:
     """Compute the kinetic and the potential energy of the platform.
 
-    With G the centre of mass: m |v_G|^2 / 2 + omega . I omega / 2, and -m g . p_G.
+    With the centre of mass G, they are m |v_G|^2 / 2 + omega . I omega / 2 and -m g . p_G.
 
     Args:
-        inertial: (13,), `Robot.inertial`.
-        gravity: (3,) m/s^2, world.
-        state: (13,).
+        inertial: (13,) `Robot.inertial`.
+        gravity: (3,) gravity [m/s^2], in world axes.
+        state: (13,) state of the platform.
 
     Returns:
-        Kinetic and potential energy, J; the latter is 0 at the world's origin.
+        Kinetic and potential energy [J]. The potential energy is 0 at the origin of the world frame.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> kinetic, potential = energy(robot.inertial, [0.0, 0.0, -9.81], state)
@@ -33,22 +33,24 @@ def energy(inertial: ArrayLike, gravity: ArrayLike, state: ArrayLike) -> tuple[f
 def external_work(wrench: ArrayLike, period: float, turn: ArrayLike, before: ArrayLike, after: ArrayLike) -> float:
     """Compute the work of a constant wrench on the platform between two states.
 
-    That of the force is exact. That of the moment is moment . integral of omega, and that integral is the rotation
-    vector of the period plus period^2 / 12 omega_0 x omega_1 (second term of the Magnus expansion, with omega linear in
-    time): exact about a fixed axis, else of fourth order in the period.
+    The work of the force is exact. The work of the moment is moment . integral of omega. The integral is the rotation
+    vector
+    of the period plus period^2 / 12 omega_0 x omega_1 (second term of the Magnus expansion with omega linear in time).
+    It is
+    exact for a fixed axis, and otherwise of fourth order in the period.
 
     Args:
-        wrench: (6,) N and N m, about the platform's origin, world axes.
-        period: Time between the states, s.
-        turn: (3,) rad, rotation vector between the states, world axes.
-        before: (13,), state.
-        after: (13,), state.
+        wrench: (6,) force [N] and moment about the platform's origin [N m], in world axes.
+        period: time between the states [s].
+        turn: (3,) rotation vector between the states [rad], in world axes.
+        before: (13,) first state.
+        after: (13,) second state.
 
     Returns:
-        Work, J.
+        Work [J].
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> work = external_work([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 0.001, [0.0, 0.0, 0.0], before, after)

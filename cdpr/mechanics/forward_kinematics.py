@@ -1,8 +1,10 @@
-"""Forward kinematics: the pose from the cable lengths. Conventions: see `cdpr.model`.
+"""Forward kinematics, the pose from the cable lengths. See `cdpr.model` for the conventions.
 
-With m cables and n degrees of freedom this is a least-squares problem, over-determined where m > n. Several poses can
-have the same lengths (a suspended platform also above its anchors): found is the one that a descent from the start
-reaches. Pott, Cable-Driven Parallel Robots (2018), chapter 4; the damping is that of Marquardt (1963).
+For m cables and n degrees of freedom, this is a least-squares problem, over-determined if m > n. Several poses can have
+the same lengths: for example, a suspended platform and its mirror image above the anchors. The result is the pose that
+a
+descent from the start reaches. See Pott, Cable-Driven Parallel Robots (2018), chapter 4; the damping is that of
+Marquardt (1963).
 """
 
 from __future__ import annotations
@@ -21,24 +23,27 @@ from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind
 
-# Share of the lengths by which they may differ from those of the pose. Measured lengths differ by some thousandths
-# (sag, elasticity, encoders); with more, the descent has found another minimum, or the lengths belong to no pose.
+# Largest residual of a fit, as a share of the lengths. Measured lengths deviate by some thousandths (sag, elasticity, #
+# encoders). A larger residual means another local minimum, or lengths that belong to no pose.
 MISFIT = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A pose fitted to cable lengths.
+    """Pose fitted to cable lengths.
 
     Attributes:
-        pose: (7,) position (m, world) and unit quaternion w, x, y, z.
-        residual: Euclidean norm of the differences of the m lengths, m.
-        covariance: (n, n) of the pose's deviation along the robot's degrees of freedom, in their order: position
-            (m, world axes), rotation vector (rad, world axes). It is sigma^2 (J^T J)^-1 with J = -W^T, for independent
-            errors of the lengths with standard deviation sigma; inf where the lengths leave a direction undetermined.
-        iterations: linear systems solved.
-        converged: whether the last step was below 1e-9 m and the lengths are those of the pose, within MISFIT; else
-            `pose` is the best one found and not to be trusted.
+        pose: (7,) position [m] and unit quaternion w, x, y, z, in the world frame.
+        residual: Euclidean norm of the m length differences [m].
+        covariance: (n, n) covariance of the pose along the degrees of freedom of the robot, in their order: position
+            [m]
+            and rotation vector [rad], in world axes. It is sigma^2 (J^T J)^-1 with J = -W^T, for independent length
+                errors
+            with the standard deviation sigma; infinite if the lengths leave a direction undetermined.
+        iterations: number of linear systems solved.
+        converged: True if the last step was below 1e-9 m and the residual is within MISFIT. Otherwise, `pose` is the
+            best
+            pose found and not reliable.
     """
 
     pose: Array
@@ -52,13 +57,15 @@ def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: flo
     """Fit the pose to measured cable lengths.
 
     Args:
-        robot: at least as many cables as degrees of freedom. Its guide keeps the other coordinates as in `start`.
-        lengths: (m,), m.
-        start: (7,) pose to start from: position (m, world) and quaternion w, x, y, z.
-        sigma: standard deviation of the length errors, m; None: estimated as residual / sqrt(m - n), which needs
-            m > n; the covariance is nan where m = n.
+        robot: robot with at least as many cables as degrees of freedom. Its guide keeps the other coordinates of
+            `start`.
+        lengths: (m,) lengths [m].
+        start: (7,) initial pose: position [m] and quaternion w, x, y, z, in the world frame.
+        sigma: standard deviation of the length errors [m]. By default, it is estimated as residual / sqrt(m - n); the
+            covariance is then NaN if m = n.
 
-    Raises CdprError where the input is wrong. A fit that does not converge raises nothing: see `Fit.converged`.
+    Raises:
+        CdprError: if the input is wrong. A fit that does not converge raises no error: see `Fit.converged`.
     """
     n, m = robot.n, robot.m
     if m < n:
@@ -81,13 +88,16 @@ def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: flo
 
 
 def scales(robot: Robot) -> tuple[NDArray[np.int64], Array]:
-    """Rows of a twist (n,) that the lengths determine, and what makes each a length: 1, or the characteristic one."""
+    """Return the rows (n,) of a twist that the lengths determine, and their scales.
+
+    The scale is 1 for a translation and the characteristic length for a rotation.
+    """
     rows = np.array(robot.rows)
     return rows, np.where(rows < 3, 1.0, robot.characteristic_length)
 
 
 class _Fitter:
-    """The operation bound to arrays for one robot."""
+    """Operation bound to the arrays of one robot."""
 
     def __init__(self, robot: Robot) -> None:
         n, m = robot.n, robot.m
@@ -110,13 +120,13 @@ class _Fitter:
         )
 
     def fit(self, target: Array, start: Array) -> tuple[int, Array, Array, float]:
-        """Return iterations, negative without convergence; the pose (7,); (J^T J)^-1 (n, n); the residual, m."""
+        """Return the iterations, negative without convergence; the pose (7,); (J^T J)^-1 (n, n); the residual [m]."""
         self._target[:], self._pose[:] = target, start
         count = self._call()
         return count, self._pose.copy(), self._inverse.copy(), float(self._residual[0])
 
 
-_last = threading.local()  # robots are fitted many times in a row
+_last = threading.local()  # consecutive fits are often fits of one robot
 
 
 def _fitter(robot: Robot) -> _Fitter:

@@ -1,9 +1,9 @@
-"""Platforms that a guide keeps from moving in some directions: point masses, planar robots, carriages.
+"""Guides that restrict the motion of a platform: point masses, planar robots, carriages.
 
-The guide lets the origin move along some of the world's axes and the platform turn about at most one of them, through
-the origin; or it holds the origin and lets the platform turn about all three, on a ball (`cdpr.mechanics.spherical`).
-Its coordinates are the origin's position and the angle; in the held directions it takes whatever force or moment comes.
-A centre of mass off the origin loads the guide, and couples turning with moving.
+The guide lets the origin translate along some world axes. It lets the platform rotate about at most one world axis
+through the origin, or about all three on a spherical joint with a fixed origin (`cdpr.mechanics.spherical`). The
+coordinates of the guide are the position of the origin and the angle. The guide takes any force and moment in the
+directions that it blocks. A centre of mass off the origin loads the guide and couples rotation with translation.
 """
 
 from __future__ import annotations
@@ -20,13 +20,15 @@ IntArray = NDArray[np.int64]
 
 
 class Guide:
-    """What a robot with fewer than six degrees of freedom is held by.
+    """Guide of a robot with fewer than six degrees of freedom.
 
     Attributes:
-        rows: (n,) rows of a wrench (6,) that the coordinates belong to.
-        slides: which world axes the origin moves along, 0, 1, 2 for x, y, z, in this order.
-        hinge: which world axis the platform turns about, None where it turns about none or about all.
-        spherical: whether it turns about all, the origin being held; the functions of this file are not for that.
+        rows: (n,) rows of a wrench (6,) that belong to the coordinates.
+        slides: world axes along which the origin translates, 0, 1, 2 for x, y, z, in this order.
+        hinge: world axis about which the platform rotates, None if it rotates about none or all of them.
+        spherical: True if the platform rotates about all axes and the origin is fixed. The other functions of this file
+            do
+            not apply to such a guide.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -39,16 +41,16 @@ class Guide:
 
     @cached_property
     def packed(self) -> Array:
-        """For the kernels, (6,): 1 along and about each free axis, so that the last three are the hinge, if any."""
+        """(6,) 1 along and about each free axis, for the kernels. The last three entries describe the hinge, if any."""
         packed = np.zeros(6)
         packed[self.rows] = 1.0
         return packed
 
     def coordinates(self, state: Array, home: Array) -> tuple[Array, Array]:
-        """Joint coordinates and rates (n,) of a state (13,), slides measured from `home` (3,)."""
+        """Return the joint coordinates and rates (n,) of a state (13,), with translations relative to `home` (3,)."""
         motion = np.concatenate([state[:3] - home, [self.angle(state)] * 3])
         return motion[self.rows], state[7:13][self.rows]
 
     def angle(self, state: Array) -> float:
-        """Angle about the hinge, rad, of a state (13,)."""
+        """Return the angle about the hinge of a state (13,) [rad]."""
         return 0.0 if self.hinge is None else 2.0 * math.atan2(state[4 + self.hinge], state[3])

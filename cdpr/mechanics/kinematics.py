@@ -1,4 +1,4 @@
-"""Lengths, rates and the wrench matrix of a robot at a state. Conventions: see `cdpr.model`."""
+"""Lengths, rates and wrench matrix of a robot at a state. See `cdpr.model` for the conventions."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def make_state(
     velocity: Sequence[float] | Array = STILL,
     angular_velocity: Sequence[float] | Array = STILL,
 ) -> Array:
-    """Return a state (13,): position (m), quaternion w, x, y, z, velocity (m/s), angular velocity (rad/s), world.
+    """Return a state (13,): position [m], quaternion w, x, y, z, velocity [m/s], angular velocity [rad/s], world axes.
 
-    Here and below CdprError is raised where an array has not the shape that it must have, or holds no real numbers.
+    All functions of this module raise CdprError if an array has the wrong shape or does not contain real numbers.
     """
     parts = (
         checked(position, (3,), "position"),
@@ -37,27 +37,30 @@ def make_state(
 
 
 def lengths(robot: Robot, state: Array) -> Array:
-    """Cable lengths (m,), m, at a state (13,): the inverse kinematics."""
+    """Return the cable lengths (m,) [m] at a state (13,), the inverse kinematics."""
     return _geometry(robot, state).lengths.copy()
 
 
 def rates(robot: Robot, state: Array) -> Array:
-    """Rates of the cable lengths (m,), m/s, at a state (13,): -W^T twist."""
+    """Return the rates of the cable lengths (m,) [m/s] at a state (13,): -W^T twist."""
     return _geometry(robot, state).rates.copy()
 
 
 def wrench_matrix(robot: Robot, state: Array) -> Array:
-    """Wrench matrix W (6, m) at a state (13,): W @ tension is force and moment about the origin, world axes."""
+    """Return the wrench matrix W (6, m) at a state (13,).
+
+    W @ tension is the force and the moment about the platform's origin, in world axes.
+    """
     return _geometry(robot, state).W.copy()
 
 
 def wrench_matrix_rate(robot: Robot, state: Array) -> Array:
-    """Time derivative (6, m) of the wrench matrix at a state (13,) with its twist."""
+    """Return the time derivative (6, m) of the wrench matrix at a state (13,) with its twist."""
     return cable_geometry.wrench_matrix_rate(line_table(robot), checked(state, (13,), "state"))
 
 
 def _geometry(robot: Robot, state: Array) -> _Geometry:
-    """Return the geometry at a state; its arrays hold until the next call."""
+    """Return the geometry at a state. Its arrays are valid until the next call."""
     if getattr(_last, "robot", None) is not robot:
         _last.geometry, _last.robot = _Geometry(robot), robot
     geometry: _Geometry = _last.geometry
@@ -67,7 +70,7 @@ def _geometry(robot: Robot, state: Array) -> _Geometry:
 
 
 class _Geometry:
-    """The operation bound to arrays for one robot."""
+    """Operation bound to the arrays of one robot."""
 
     def __init__(self, robot: Robot) -> None:
         m = robot.m
@@ -76,4 +79,4 @@ class _Geometry:
         self.call = bind("geometry", lines=line_table(robot), state=self.state, **written)
 
 
-_last = threading.local()  # the same robot comes many times in a row
+_last = threading.local()  # consecutive calls often concern one robot

@@ -1,4 +1,4 @@
-"""What can be said of a robot by counting and at a pose, before any tension is asked for. See `cdpr.model`."""
+"""Properties of a robot at a pose that do not depend on tensions. See `cdpr.model` for the conventions."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from cdpr.model import rotations
 from cdpr.model.rank import significant
 from cdpr.model.robot import Array, Robot
 
-# A component of a direction below this share of its largest is round-off, where the rank is lost to RANK_TOLERANCE.
+# Components of a direction below this share of its largest component are round-off, as the rank is one to
+# RANK_TOLERANCE.
 ROUNDED = 1e-6
 
-# Anchors whose heights differ by less than this share of their extent count as lying in one level.
+# Anchors are at one level if their heights differ by less than this share of their extent.
 LEVEL = 0.1
 
 
 def check_lengths(robot: Robot, pose: Array) -> None:
-    """Raise CdprError where a cable has no length, hence no direction, at a pose (7,)."""
+    """Raise CdprError if a cable has no length, and thus no direction, at a pose (7,)."""
     tips = pose[:3] + robot.anchors[:, 3:] @ rotations.matrix(pose[3:]).T
     for cable, tip, length in zip(robot.cables, tips, lengths(robot, make_state(pose[:3], pose[3:])), strict=True):
         if not length >= tolerances.LENGTH:
@@ -30,18 +31,18 @@ def check_lengths(robot: Robot, pose: Array) -> None:
 
 
 def free_wrench_matrix(robot: Robot, state: Array) -> Array:
-    """Rows of W that belong to the degrees of freedom, (n, m), at a state (13,).
+    """Return the rows of W that belong to the degrees of freedom, (n, m), at a state (13,).
 
-    Rows of moments are divided by the characteristic length, so that all entries are without unit.
+    Rows of moments are divided by the characteristic length, so that all entries are dimensionless.
     """
     weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)
     return np.asarray((weights[:, None] * wrench_matrix(robot, state))[robot.rows])
 
 
 def conditioning(W: Array) -> tuple[int, float]:
-    """Rank and condition number of W (n, m), as `free_wrench_matrix` returns it.
+    """Return the rank and the condition number of W (n, m), the matrix of `free_wrench_matrix`.
 
-    The condition number is the largest over the smallest singular value, infinite where W has not its full rank.
+    The condition number is the ratio of the largest to the smallest singular value, infinite if W is rank-deficient.
     """
     values = np.asarray(np.linalg.svd(W, compute_uv=False))
     rank = significant(values)
@@ -49,16 +50,16 @@ def conditioning(W: Array) -> tuple[int, float]:
 
 
 def unresisted(W: Array, robot: Robot) -> list[Array]:
-    """Twists (6,) of the platform that change no cable's length, a basis of them; W as `free_wrench_matrix` returns it.
+    """Return a basis of the twists (6,) of the platform that change no cable length, for W of `free_wrench_matrix`.
 
-    Velocity of the origin and angular velocity, world axes, the largest rate 1 (m/s or rad/s). In each a direction
-    moves that stands still in the others.
+    Each twist contains the velocity of the origin and the angular velocity, in world axes. Its largest component is 1
+    [m/s or rad/s]. Each twist has a non-zero component that is zero in all other twists.
     """
     U, values, _ = np.linalg.svd(W)
     rank = significant(values)
     basis = U[:, rank:].T.copy()
     pivots: list[int] = []
-    for i in range(len(basis)):  # reduced row echelon form, the largest entry as pivot
+    for i in range(len(basis)):  # reduced row echelon form with the largest entry as pivot
         block = np.abs(basis[i:])
         block[:, pivots] = 0.0
         row, pivot = (int(index) for index in np.unravel_index(int(np.argmax(block)), block.shape))
@@ -76,10 +77,11 @@ def unresisted(W: Array, robot: Robot) -> list[Array]:
 
 
 def home_pose(robot: Robot) -> tuple[Array, str]:
-    """Pose (7,) at which to describe a robot, position (m) and quaternion w, x, y, z, and where it comes from.
+    """Return the pose (7,) at which a robot is described, and its origin in words.
 
-    The robot's own; without one, upright in the middle of the frame's anchors. From the level of anchors that all have
-    the same height no cable can lift, so there it is lowered by a quarter of their extent.
+    It contains the position [m] and the quaternion w, x, y, z. It is the home pose of the robot. Without one, it is
+    upright in the middle of the frame's anchors. If all anchors are at one level, cables cannot lift the platform
+    there, so the pose is lowered by a quarter of the anchors' extent.
     """
     if robot.home is not None:
         return robot.home, "home"

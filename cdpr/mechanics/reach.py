@@ -1,4 +1,4 @@
-"""Limits of what cables do, such as their lengths and winding speeds: how often, how far and where they are left."""
+"""Violations of cable limits, such as lengths and winding speeds: number of samples, extent and time."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ import numpy as np
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind
 
-# A value that is told in decimals meets its limit to this share: exactly reached is not exceeded.
+# Relative tolerance of a limit: values are compared in decimals, and a value equal to the limit does not violate it.
 REACH_TOLERANCE = 1e-9
 
-DIGITS = 9  # that a value needs at most to be told from its limit: REACH_TOLERANCE
+DIGITS = 9  # largest number of digits that distinguishes a value from its limit, see REACH_TOLERANCE
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of limit, one of each cable.
+    """Kind of limit, with one value per cable.
 
     Attributes:
-        name, words: what a cable is that leaves it, in a word for figures and in a sentence.
-        unit: of the limit.
-        column: what is limited.
-        upper: whether it is a highest value.
-        magnitude: whether the sign of the value says nothing.
-        room: column that says how far inside its limits the cable is, where that is not plain from the value.
+        name, words: description of a violating cable, as one word for numbers and for a sentence.
+        unit: unit of the limit.
+        column: limited column.
+        upper: True for an upper limit.
+        magnitude: True if the limit applies to the absolute value.
+        room: column with the distance of the cable from its limits, if the value does not give it.
     """
 
     name: str
@@ -46,25 +46,25 @@ LENGTHS = (
     Kind("faster", "cables wound faster", "m/s", "rate", upper=True, magnitude=True),
 )
 
-Bounds = tuple[tuple[float | None, ...], ...]  # shortest, longest, fastest of each cable; () where there are none
-Changes = Sequence[tuple[float, Mapping[str, Array]]]  # from a time (s) on, the limits (m,) of kinds by name
+Bounds = tuple[tuple[float | None, ...], ...]  # shortest, longest, fastest of each cable; () without limits
+Changes = Sequence[tuple[float, Mapping[str, Array]]]  # times [s] and the limits (m,) of kinds by name from then on
 
 
 @dataclass(frozen=True)
 class Exceeded:
-    """One kind of limit that was left."""
+    """Violations of one kind of limit."""
 
     name: str
     words: str
-    cables: tuple[int, ...]  # which left it, the worst first
-    first: int  # number of the first sample at which one did
-    samples: int  # at which one or more did
-    worst: float  # of the first of the cables
+    cables: tuple[int, ...]  # violating cables, the worst first
+    first: int  # index of the first sample with a violation
+    samples: int  # number of samples with a violation
+    worst: float  # worst value of the first of the cables
     limit: float
     unit: str
 
     def text(self, names: Sequence[str]) -> str:
-        """One sentence; `names` are those of all cables."""
+        """Return one sentence on the violations; `names` are the names of all cables."""
         more = f", and {len(self.cables) - 1} more" if len(self.cables) > 1 else ""
         count = f"{self.samples} sample{'s' * (self.samples > 1)}"
         which, digits = names[self.cables[0]], 4
@@ -75,7 +75,7 @@ class Exceeded:
 
 
 def bounds_of(robot: Robot) -> Bounds:
-    """Return the limits of a robot's cables."""
+    """Return the limits of the cables of a robot."""
     rows = tuple(
         tuple(getattr(cable, name) for cable in robot.cables) for name in ("length_min", "length_max", "speed_max")
     )
@@ -83,26 +83,26 @@ def bounds_of(robot: Robot) -> Bounds:
 
 
 def plain_columns(m: int) -> dict[str, slice]:
-    """Return the columns of rows of time, lengths and rates of m cables, side by side."""
+    """Return the columns of rows with time, lengths and rates of m cables side by side."""
     return {"time": slice(0, 1), "length": slice(1, 1 + m), "rate": slice(1 + m, 1 + 2 * m)}
 
 
 class Reach:
-    """Counts where the cables (m) leave their limits, in pieces of any size.
+    """Counter of limit violations of the cables (m) in rows of any number.
 
-    A cable that is `broken`, from a time (s) on, has none to leave any more.
+    A `broken` cable has no limits from its time of breaking [s] on.
 
     Args:
-        columns: where in the rows the time stands and what is limited.
-        bounds: shortest and longest lengths, m, and highest speeds, m/s.
+        columns: columns of the time and of the limited values in the rows.
+        bounds: shortest and longest lengths [m], and highest speeds [m/s].
         m: number of cables.
-        broken: which cables, counted from 0, and since when.
-        more: further kinds, the limit of each cable (m,), and by how much one may be left unnoticed.
-        changes: times (s) from which limits of kinds in `more` are others, (m,) by the kind's name.
+        broken: numbers of the broken cables, from 0, and the times at which they break [s].
+        more: further kinds, the limit of each cable (m,), and the tolerance of the limit.
+        changes: times [s] at which limits of kinds in `more` change, with the new limits (m,) by the name of the kind.
 
     Attributes:
-        kinds: of the limits that there are.
-        limits: (c, k, m) of these kinds, one table for each time from which they hold; infinite where there is none.
+        kinds: kinds of the existing limits.
+        limits: (c, k, m) limits of these kinds, one table per time of change; infinite if there is none.
     """
 
     def __init__(
@@ -118,7 +118,8 @@ class Reach:
             np.array([(math.inf if kind.upper else -math.inf) if bound is None else bound for bound in row])
             for kind, row in zip(LENGTHS, bounds, strict=False)
         ]
-        # What has a limit of its own kind is told as a share of it (of 1 m where that is 0), the others as they are.
+        # Violations of own limits are relative to the limit (to 1 m for a limit of 0), those of further kinds are
+        # absolute.
         sizes = [np.where(row != 0.0, np.abs(row), 1.0) for row in given] + [np.ones(m)] * len(more)
         tolerances = [REACH_TOLERANCE * size for size in sizes[: len(given)]]
         tolerances += [np.full(m, tolerance) for _, _, tolerance in more]
@@ -134,17 +135,17 @@ class Reach:
         self._tolerances, self._sizes = np.array(tolerances).reshape(-1, m), np.array(sizes).reshape(-1, m)
         self._until = np.full(m, math.inf)
         self.lose(broken, changes)
-        # By how much at the worst, the value and the limit there; how many samples, and the number of the first.
+        # Extent of the worst violation, value and limit there; number of samples and index of the first one.
         self._found: tuple[Array, ...] = (*(np.zeros((count, m)) for _ in range(3)), np.zeros((2, count)))
         self.counted = 0
 
     @property
     def any(self) -> bool:
-        """Whether there are limits that can be left."""
+        """True if there are limits."""
         return bool(self.kinds)
 
     def lose(self, broken: Sequence[tuple[int, float]], changes: Changes = ()) -> None:
-        """Replace the broken cables, each with the time (s) from which it is, and the changes of limits."""
+        """Replace the broken cables, each with its time of breaking [s], and the changes of limits."""
         self._until[:] = math.inf
         for cable, since in broken:
             self._until[cable] = since
@@ -155,11 +156,11 @@ class Reach:
         self.limits, self._since = np.array(tables), np.array([-math.inf, *(time for time, _ in changes)])
 
     def leaving(self, row: Array) -> Callable[[], int]:
-        """Return an operation that tells whether a live sample (width,) leaves a limit: 1, else 0."""
+        """Return an operation that returns 1 if a live sample (width,) violates a limit, else 0."""
         return bind("beyond_limits", **self._about(), row=row)
 
     def add(self, rows: Array) -> bool:
-        """Count the samples that follow, (n, width); True where one leaves a limit."""
+        """Count the samples that follow, (n, width), and return True if one violates a limit."""
         left = self.any and self._count(np.ascontiguousarray(rows))
         self.counted += len(rows)
         return left
@@ -183,7 +184,7 @@ class Reach:
         return found == 1
 
     def _about(self) -> dict[str, Array]:
-        """The limits as operations take them (reach.hpp)."""
+        """Return the limits as arguments of the operations (reach.hpp)."""
         return {
             "time": self._time,
             "kinds": self._kinds,
@@ -194,13 +195,13 @@ class Reach:
         }
 
     def copy(self) -> Reach:
-        """Return one that has counted as much, and counts on by itself; cables break for both."""
+        """Return a copy with the same counts that counts independently. Both share the broken cables."""
         other = copy(self)
         other._found = tuple(array.copy() for array in self._found)
         return other
 
     def told(self) -> list[Exceeded]:
-        """Return the limits that were left."""
+        """Return the violations of each limit."""
         told = []
         far, value, limits, samples = self._found
         for i, kind in enumerate(self.kinds):
@@ -213,5 +214,5 @@ class Reach:
         return told
 
     def counts(self) -> dict[str, int]:
-        """Return at how many samples each kind of limit that there is was left."""
+        """Return the number of violating samples for each existing kind of limit."""
         return {kind.name: int(count) for kind, count in zip(self.kinds, self._found[-1][0], strict=True)}

@@ -1,4 +1,4 @@
-"""What can be said of a robot by counting its cables. See `cdpr.model`."""
+"""Properties of a robot that follow from its number of cables. See `cdpr.model` for the conventions."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ RESTRAINTS = {
 
 
 def restraint(robot: Robot) -> str:
-    """Return the class by number, a key of RESTRAINTS (Ming and Higuchi, Int. J. Japan Soc. Prec. Eng. 28, 1994)."""
+    """Return the restraint class, a key of RESTRAINTS (Ming and Higuchi, Int. J. Japan Soc. Prec. Eng. 28, 1994)."""
     if robot.m <= robot.n:
         return "IRPM"
     return "CRPM" if robot.m == robot.n + 1 else "RRPM"
 
 
 def few_cables(robot: Robot) -> str:
-    """Return what a robot with no more cables than degrees of freedom cannot do; nothing where it has more.
+    """Return the limitation of a robot that has no more cables than degrees of freedom, empty if it has more.
 
-    Cables only pull, so m = n of them leave some wrench unheld, whatever the pose; a load that pulls against them all,
-    as gravity does of a suspended robot, keeps them taut. Legs that push need no such help.
+    Cables only pull. So m = n cables cannot balance every wrench at any pose. A load against which all cables pull,
+    such as
+    the weight of a suspended robot, keeps them taut. Legs that also push do not need such a load.
     """
     m, n = robot.m, robot.n
     if m > n or (m == n and not robot.unilateral):

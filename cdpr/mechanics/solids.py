@@ -1,9 +1,11 @@
 """Convex solids as rows of numbers for the kernel library (solids.hpp, hull.hpp).
 
-A solid is a row (11,): its kind, the middle (3,) m, its attitude (4,), a quaternion w x y z, and its size (3,) m: half
-widths of a box; radius of a sphere; radius and half height of a cylinder. That of a convex hull is longer: its size is
-the numbers of its triangles and edges and the radius of a sphere around it; then come of each triangle its normal (3,),
-height and corners (9,), and of each edge both ends (6,), from the middle.
+The row of a solid is (11,): its kind, its centre (3,) [m], its attitude (4,) as a quaternion w, x, y, z, and its size
+(3,) [m]. The size of a box is its half widths, that of a sphere its radius, and that of a cylinder its radius and half
+height. The row of a convex hull is longer. Its size is the number of triangles, the number of edges and the radius of
+the enclosing sphere. The normal (3,), height and corners (9,) of each triangle follow, then both ends (6,) of each
+edge,
+all relative to the centre.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
 def row(shape: Shape | Hull, position: ArrayLike = (0.0, 0.0, 0.0), attitude: Sequence[float] = UPRIGHT) -> Array:
-    """Return a shape in this place, m, as kernels take it; of a mesh the box around it."""
+    """Return the row of a shape at a position [m] and attitude; the bounding box of a mesh."""
     middle, kind, size, more = np.zeros(3), BOX, (0.0, 0.0, 0.0), np.zeros(0)
     if isinstance(shape, Box):
         x, y, z = shape.size
@@ -44,7 +46,7 @@ def row(shape: Shape | Hull, position: ArrayLike = (0.0, 0.0, 0.0), attitude: Se
 
 
 def rows(solids: Sequence[Array]) -> Array:
-    """Return the rows of several, (k, 11 or more), filled up with zeros."""
+    """Return the rows of several solids, (k, 11 or more), padded with zeros."""
     table = np.zeros((len(solids), max(map(len, solids), default=WIDTH)))
     for line, solid in zip(table, solids, strict=True):
         line[: len(solid)] = solid
@@ -52,14 +54,14 @@ def rows(solids: Sequence[Array]) -> Array:
 
 
 def _hull(points: Array) -> tuple[Array, tuple[float, float, float], Array]:
-    """Middle (3,), size and the other numbers of a hull of points (k, 3)."""
+    """Return the centre (3,), the size and the other numbers of the convex hull of points (k, 3)."""
     corners, triangles = convex_hull(points)
     middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     corners = corners - middle
     a, b, c = (corners[triangles[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    heights = np.max(corners @ normals.T, axis=0)  # of a face that is rough by round-off: above all corners
+    heights = np.max(corners @ normals.T, axis=0)  # above all corners, although faces are uneven by round-off
     edges = np.array([(i, j) for t in triangles.tolist() for i, j in zip(t, (t[1], t[2], t[0]), strict=True) if i < j])
     radius = float(np.linalg.norm(corners, axis=1).max())
     faces = np.column_stack([normals, heights, a, b, c])

@@ -1,8 +1,8 @@
-"""Platforms that a ball holds at their origin, about which they turn freely: spherical robots, dof rx, ry, rz.
+"""Platforms on a spherical joint at their origin: spherical robots with the degrees of freedom rx, ry, rz.
 
-With J the inertia about the origin, body axes, w the angular velocity there, c the centre of mass and M the moment of
-cables and external wrench about the origin: J w' + w x J w = M + c x m g (Euler's equations about a fixed point). The
-ball takes whatever force comes.
+The equation of motion is J w' + w x J w = M + c x m g (Euler's equations about a fixed point). J is the inertia about
+the origin in body axes, w the angular velocity, c the centre of mass, and M the moment of the cables and the external
+wrench about the origin. The joint takes any force.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from cdpr.model.robot import Array, Robot
 
 
 def pack(robot: Robot) -> Array:
-    """Pack for the kernels, (21,): mass times centre of mass (3), inertia about the origin (9), its inverse (9).
+    """Return the arguments of the kernels (21,): m c (3), the inertia about the origin (9) and its inverse (9).
 
-    Platform axes, row by row. The inertia is J_c + m (|c|^2 - c c^T) (Steiner). Written out, for exported FMUs do the
-    same operations.
+    All are in platform axes, row by row. The inertia is J_c + m (|c|^2 - c c^T) (Steiner). It is written out because
+    exported FMUs perform the same operations.
     """
     mass, x, y, z = robot.inertial[:4].tolist()
     Jxx, Jxy, Jxz, _, Jyy, Jyz, _, _, Jzz = robot.inertial[4:].tolist()

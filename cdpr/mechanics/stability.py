@@ -1,9 +1,9 @@
-"""Which steps are short enough for a platform on elastic cables and drums.
+"""Largest stable steps for a platform on elastic cables and drums.
 
-About a pose, with z the platform's free directions and the unstretched lengths, M z'' + C z' + K z = 0: elongations are
--B^T z with B = [W; 1], and K = B k B^T, C = B d B^T + friction, M the platform's inertia and I / r^2 of each drum. With
-rigid cables the drums move with the platform, and only friction is left. The stiffness that tensions lend to directions
-across the cables is far below k and left out.
+Let z be the free directions of the platform and the unstretched lengths. About a pose, M z'' + C z' + K z = 0. The
+elongations are -B^T z with B = [W; 1], so that K = B k B^T and C = B d B^T + friction. M contains the inertia of the
+platform and I / r^2 of each drum. Drums of rigid cables move with the platform, so only their friction remains. The
+stiffness that tensions add across the cables is far below k and is neglected.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
-# Motion that nothing resists has the growth 1 twice over, which eigenvalues render to the root of their round-off.
+# Motion without resistance has the eigenvalue 1 twice. Eigenvalues resolve it only to the root of their round-off.
 GROWTH = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Oscillator:
-    """M z'' + C z' + K z = 0, each matrix (k, k)."""
+    """Linear oscillator M z'' + C z' + K z = 0 with matrices (k, k)."""
 
     M: Array
     C: Array
@@ -33,18 +33,18 @@ class Oscillator:
 
     @property
     def fastest(self) -> float:
-        """Largest natural frequency without damping, rad/s."""
+        """Largest natural frequency without damping [rad/s]."""
         return float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(self.M, self.K))).max()))
 
     def semi_implicit(self, h: float) -> Array:
-        """One step of semi-implicit Euler, (2 k, 2 k) on (z, z')."""
+        """Return the matrix (2 k, 2 k) on (z, z') of one step of the semi-implicit Euler scheme."""
         one, zero = np.eye(len(self.M)), np.zeros_like(self.M)
         pull = np.linalg.solve(self.M, np.hstack([self.K, self.C]))
         rates = np.hstack([zero, one]) - h * pull
         return np.vstack([np.hstack([one, zero]) + h * rates, rates])
 
     def runge_kutta(self, h: float) -> Array:
-        """One step of the classical Runge-Kutta scheme, (2 k, 2 k) on (z, z')."""
+        """Return the matrix (2 k, 2 k) on (z, z') of one step of the classical Runge-Kutta scheme."""
         one, zero = np.eye(len(self.M)), np.zeros_like(self.M)
         A = h * np.vstack([np.hstack([zero, one]), -np.linalg.solve(self.M, np.hstack([self.K, self.C]))])
         step = term = np.eye(len(A))
@@ -54,10 +54,11 @@ class Oscillator:
         return step
 
     def gauss_seidel(self, h: float, n: int, semi_implicit: bool) -> Array:
-        """One step of the platform, the first n coordinates, and after it of the winches, (2 k, 2 k) on (z, z').
+        """Return the matrix (2 k, 2 k) on (z, z') of one step of the platform, then of the winches.
 
-        The platform moves under tensions that are held, by semi-implicit Euler or exactly; then the winches, by the
-        classical Runge-Kutta scheme, while the platform is held half way.
+        The first n coordinates are those of the platform. It moves under constant tensions, by the semi-implicit Euler
+        scheme or
+        exactly. The winches then move by the classical Runge-Kutta scheme, with the platform at the middle of its step.
         """
         k = len(self.M)
         x, v, s = slice(0, n), slice(k, k + n), [*range(n, k), *range(k + n, 2 * k)]
@@ -80,7 +81,7 @@ class Oscillator:
 
 
 def oscillator(robot: Robot, state: Array) -> Oscillator:
-    """Linearise a robot on winches about the pose of a state (13,), all cables taut."""
+    """Linearise a robot on winches about the pose of a state (13,) with all cables taut."""
     rows, W, length = robot.rows, wrench_matrix(robot, state)[robot.rows], lengths(robot, state)
     still = np.concatenate([state[:7], np.zeros(6)])
     columns = [required_wrench(robot, still, STILL, e[:3], e[3:]) for e in np.eye(6)[rows]]
@@ -92,7 +93,7 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
         if winch is not None and not chain.immediate:
             drums[i] = winch.inertia / winch.drum_radius**2
             losses[i] = (winch.viscous_friction + winch.coulomb_friction / winch.coulomb_speed) / winch.drum_radius**2
-    own = np.array([chain.stretches for chain in chains])  # drums that turn by themselves
+    own = np.array([chain.stretches for chain in chains])  # drums with their own coordinates
     carried, n, k = W[:, ~own], len(W), int(own.sum())
     B = np.vstack([W[:, own], np.eye(k)])
     M, C = np.zeros((n + k, n + k)), np.zeros((n + k, n + k))
@@ -104,12 +105,15 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
 
 
 def stable(step: Array) -> bool:
-    """Whether repeated steps (k, k) do not grow."""
+    """Return True if repeated steps (k, k) do not grow."""
     return bool(np.abs(np.linalg.eigvals(step)).max() <= 1.0 + GROWTH)
 
 
 def longest(scheme: Callable[[float], Array], too_long: float) -> float:
-    """Longest stable step, s, to two digits and rounded down, below one that is not; 0 if there is none above 1e-9."""
+    """Return the longest stable step [s], rounded down to two digits; 0 if none above 1e-9 s is stable.
+
+    The search starts from `too_long`, a step that is not stable.
+    """
     step = too_long
     while step > 1e-9 and not stable(scheme(step)):
         step *= 0.9

@@ -1,10 +1,10 @@
-"""How stiffly cables hold a platform: elastic and geometric stiffness, natural frequencies, dexterity.
+"""Elastic and geometric stiffness of a platform on cables, and its inertia.
 
-With the drums locked, a small motion (dp, dtheta) of the platform, world axes, about its origin, changes what acts on
-it by -K (dp, dtheta). Three parts make K: the cables' elasticity, W diag((E A + t) / l) W^T, as E A / l0 = (E A + t) /
-l; their tensions, whose directions turn, -(dW t), with the pulleys on which they swivel; and the weight, whose point of
-attack moves. A cable that does not pull is slack, and no spring. K is symmetric where all that acts is in balance
-(thesis, eq. 2.25 to 2.28, without its slips).
+With locked drums, a small motion (dp, dtheta) of the platform about its origin, in world axes, changes the wrench on it
+by -K (dp, dtheta). K is the sum of three parts. The elasticity of the cables gives W diag((E A + t) / l) W^T, because
+E A / l0 = (E A + t) / l. The change of the directions of the tensions gives -(dW t), including the swivelling pulleys.
+The third part is the shift of the centre of mass, where the weight acts. A cable without tension is slack and adds no
+stiffness. K is symmetric if all wrenches are in balance (thesis, eq. 2.25 to 2.28, with its errors corrected).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from cdpr.model.robot import Array
 from cdpr.model.threads import in_threads
 from cdpr.native.bind import bind
 
-# Share of the largest tension up to which a cable is slack: it is at its lower limit of 0, and resists nothing.
+# Share of the largest tension up to which a cable is slack: it is at its lower limit of 0 and has no stiffness.
 SLACK = 1e-9
 
 
@@ -34,17 +34,18 @@ def stiffness(
     gravity: ArrayLike = (0.0, 0.0, -9.81),
     jobs: int | None = None,
 ) -> tuple[Array, Array]:
-    """Return stiffness matrices (K, 6, 6), N/m, N and N m, and wrench matrices (K, 6, m).
+    """Return the stiffness matrices (K, 6, 6) [N/m, N, N m] and the wrench matrices (K, 6, m).
 
     Args:
-        robot: gives geometry, mass and the cables' axial stiffness.
-        poses: (K, 7), position (m) and quaternion w, x, y, z.
-        tension: (K, m), N.
-        axial_stiffness: E A of the cables, N, one or (m,); their own unless given, none where that is not known.
-        gravity: (3,), m/s^2, world.
-        jobs: threads; the result is the same.
+        robot: robot with the geometry, the mass and the axial stiffness of the cables.
+        poses: (K, 7) positions [m] and quaternions w, x, y, z.
+        tension: (K, m) tensions [N].
+        axial_stiffness: E A of the cables [N], one value or (m,). By default, it is their own, or 0 if it is not known.
+        gravity: (3,) gravity [m/s^2], in world axes.
+        jobs: number of threads. It does not change the result.
 
-    Raises CdprError where an argument is of the wrong kind or shape.
+    Raises:
+        CdprError: if an argument has the wrong kind or shape.
     """
     given = checked(poses, (None, 7), "poses", finite=True)
     known = [cable.axial_stiffness or 0.0 for cable in robot.cables] if axial_stiffness is None else axial_stiffness
@@ -69,7 +70,7 @@ def stiffness(
 
 
 def inertia(robot: Robot, poses: ArrayLike) -> Array:
-    """Return the platform's inertia (K, 6, 6) about its origin at poses (K, 7), kg, kg m, kg m^2, world axes."""
+    """Return the inertia (K, 6, 6) of the platform about its origin at poses (K, 7) [kg, kg m, kg m^2], world axes."""
     given = checked(poses, (None, 7), "poses", finite=True)
     mass = np.empty((len(given), 6, 6))
     state = np.zeros(13)

@@ -1,4 +1,4 @@
-"""Interference at single poses, with assumed cable diameters where the robot gives none."""
+"""Interference at single poses, with assumed diameters for cables without a diameter."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 
-# Assumed diameter of a cable: usual on robots of some metres, and less on small ones.
-ASSUMED_DIAMETER = 0.01  # m
-ASSUMED_SHARE = 0.005  # at most, of the diagonal of the box around the frame's anchors
+# Assumed diameter of a cable: usual for robots of some metres, smaller for small robots.
+ASSUMED_DIAMETER = 0.01  # [m]
+ASSUMED_SHARE = 0.005  # upper limit as a share of the diagonal of the box around the frame's anchors
 
 
 def assumed_diameter(robot: Robot) -> float:
-    """Return the diameter, m, of cables without one of their own."""
+    """Return the diameter of cables without a diameter of their own [m]."""
     extent = float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
     return min(ASSUMED_DIAMETER, ASSUMED_SHARE * extent)
 
 
 def diameters(robot: Robot) -> list[float]:
-    """Return the diameter of each cable, its own or the assumed one, m."""
+    """Return the diameter of each cable, its own or the assumed one [m]."""
     assumed = assumed_diameter(robot)
     return [assumed if cable.diameter is None else cable.diameter for cable in robot.cables]
 
@@ -37,7 +37,7 @@ def with_diameters(robot: Robot) -> Robot:
 
 
 def least_clearance(robot: Robot, pose: Array, obstacles: Sequence[Obstacle] = ()) -> tuple[float, str] | None:
-    """Return the least clearance at a pose (7,), m, and the names of the bodies; None where nothing can touch."""
+    """Return the least clearance at a pose (7,) [m] and the names of the bodies, None if nothing can touch."""
     from cdpr.mechanics.clearance import clearance  # loads the kernel library
 
     among = clearance(with_diameters(robot), obstacles)
@@ -46,7 +46,7 @@ def least_clearance(robot: Robot, pose: Array, obstacles: Sequence[Obstacle] = (
 
 
 def assumption(robot: Robot) -> str:
-    """Return the words that state an assumed diameter, empty where all cables have their own."""
+    """Return the statement of an assumed diameter, empty if all cables have their own."""
     if all(cable.diameter is not None for cable in robot.cables):
         return ""
     return f", with an assumed cable diameter of {1e3 * assumed_diameter(robot):.3g} mm"

@@ -1,4 +1,4 @@
-"""The winches of one plant: compiled tensions, and the states of the winches, around the arrays of a backend."""
+"""Winches of one plant: compiled tensions and winch states around the arrays of a backend."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ EXIT = 6
 
 
 class Winches:
-    """Tensions of cables on winches, from the commands of a backend.
+    """Tensions of cables on winches, computed from the commands of a backend.
 
     Attributes:
-        body: (13,), state of the body frame, live.
-        offset: (7,), as of `BodyFrame`.
-        given: arguments of the operations of `plant.hpp`, by name.
-        free: (6,), 1 for each row of a twist in which the platform moves, 0 where a guide holds it.
-        stretching: numbers of the cables that stretch.
-        per_turn: (m,), cable per unit of the winch's coordinate, m/rad; 0 where there is no drum.
-        state: (2 m,), unwound lengths, m, and drum speeds, rad/s; NaN before the start, 0 where nothing stretches.
-        tension: (m,), N.
-        highest: (m,), largest size of each tension since the start, N.
-        work: (1,), of the cables on the platform since the start, J.
-        step: operation before each step of a semi-implicit engine: writes `applied` and advances the winches.
-        settle: operation that evaluates tensions and work at `body` and advances nothing.
+        body: (13,) live state of the body frame.
+        offset: (7,) offset of `BodyFrame`.
+        given: arguments of the operations of `plant.hpp` by name.
+        free: (6,) 1 for each row of a twist in which the platform moves, 0 if a guide blocks it.
+        stretching: indices of the elastic cables.
+        per_turn: (m,) cable length per unit of the winch coordinate [m/rad], 0 without a drum.
+        state: (2 m,) unwound lengths [m] and drum speeds [rad/s]; NaN before the start, 0 for rigid cables.
+        tension: (m,) tensions [N].
+        highest: (m,) largest magnitude of each tension since the start [N].
+        work: (1,) work of the cables on the platform since the start [J].
+        step: operation before each step of a semi-implicit engine, which writes `applied` and advances the winches.
+        settle: operation that evaluates tensions and work at `body` without advancing the winches.
     """
 
     def __init__(
@@ -84,13 +84,13 @@ class Winches:
         self.settle: Callable[[], object] = bind("settle_winches", **self.given)
 
     def reset(self) -> None:
-        """Forget everything: the next evaluation starts anew."""
+        """Reset all states, so that the next evaluation starts a new run."""
         for array in self.arrays:
             array[:] = 0.0
         self.state[:] = np.nan
 
     def readings(self, tension: Array, work: Array) -> tuple[list[Callable[[], object]], list[Callable[[], object]]]:
-        """Return operations that write the tensions (m,), N, at `body`, and operations that write the work (1,), J."""
+        """Return operations that write the tensions (m,) [N] at `body`, and operations that write the work (1,) [J]."""
         return [self.settle, bind("copy", source=self.tension, target=tension)], [
             self.settle,
             bind("copy", source=self.work, target=work),
@@ -98,18 +98,18 @@ class Winches:
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """All that the future depends on, besides the arrays of the backend."""
+        """All arrays that determine the future, besides the arrays of the backend."""
         return self.state, self.tension, self.highest, self._length, self.work, self._beside, self._place
 
 
 def _kinds(chains: Array, lines: Array) -> NDArray[np.int64]:
-    """Return the kinds of winches, spans and exits (m, 3): cases of a batch share lanes if these are equal."""
+    """Return the kinds of winches, spans and exits (m, 3). Cases of a batch share lanes if these are equal."""
     exits = lines[:, EXIT] if lines.shape[1] > EXIT else np.zeros(len(lines))
     return np.column_stack([chains[:, :2], exits]).astype(np.int64)
 
 
 def _inertial(robot: Robot, frame: BodyFrame) -> Array:
-    """Return mass, centre of mass and inertia of the body, (13,), as `Robot.inertial` has those of the platform."""
+    """Return the mass, centre of mass and inertia of the body (13,), with the layout of `Robot.inertial`."""
     if frame.guide is None:
         return np.concatenate([[frame.mass, 0.0, 0.0, 0.0], np.diag(frame.moments).ravel()])
     return robot.inertial
