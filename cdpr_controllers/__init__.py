@@ -1,4 +1,4 @@
-"""The controllers that come with cdpr."""
+"""Built-in controllers."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class RemoteOptions(PluginOptions, PeerOptions):
     )
 
     def declares(self) -> Mapping[str, object]:
-        """Tell its output, and whether two runs are the same."""
+        """Return its output, and whether its runs are reproducible."""
         return {"output": self.output, "deterministic": self.lockstep}
 
 

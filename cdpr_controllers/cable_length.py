@@ -1,4 +1,4 @@
-"""Control of each cable's length and rate, as the drives of a cable robot do it; no pose is measured."""
+"""Control of the length and rate of each cable, as in the drives of a cable robot, without measurement of the pose."""
 
 from __future__ import annotations
 
@@ -19,18 +19,24 @@ from cdpr_controllers.law import Law
 
 
 class CableLength(SnapshotOfArrays, Controller):
-    """A PID law per cable about tensions that hold the platform up.
+    """One PID law per cable around tensions that hold the platform.
 
-    command = f + kp e + z + kd e' with e = l - l_d: a cable that is too long pulls more. Desired lengths and rates
-    come from the desired pose and twist by inverse kinematics; the measured ones are all that is taken from the state.
-    f balances the weight (holding.hpp) at the pose that forward kinematics finds from the measured lengths, started
-    from the previous one, or from the desired pose at first and after a fit that failed. Without forward kinematics it
-    is the desired pose.
+    The law is command = f + kp e + z + kd e' with e = l - l_d, so a cable that is too long gets more tension. Inverse
+    kinematics gives the desired lengths and rates from the desired pose and twist. The measured lengths and rates are
+    the
+    only values taken from the state. The tensions f balance the weight (holding.hpp) at the pose that forward
+    kinematics
+    finds from the measured lengths. It starts from the previous pose, or from the desired pose at first and after a fit
+    that
+    did not converge. Without forward kinematics, f is computed at the desired pose.
 
-    z is the integral of ki e over time, a sum over control steps, the present one included. Against wind-up it stays
-    within +-integral_limit, and does not grow while its cable is at the limit of tension that it pushes against. More
-    lengths than degrees of freedom cannot all be right where the geometry is wrong: the integrals then push against
-    each other, up to their limits.
+    z is the integral of ki e over time: a sum over the control steps including the current one. Anti-windup limits it
+    to
+    +-integral_limit, and stops its growth while the cable is at the tension limit towards which the integral pushes. If
+    the
+    geometry is wrong, more lengths than degrees of freedom cannot all reach their desired values. The integrals then
+    work
+    against each other up to their limits.
     """
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
@@ -83,7 +89,7 @@ class CableLength(SnapshotOfArrays, Controller):
         )
 
     def change(self, options: Any) -> None:
-        """Take other gains and limits of the integrals; these stay, within their limits from the next step on."""
+        """Set new gains and limits. The integrals keep their values, within the new limits from the next step on."""
         m = self.robot.m
         given = {"kp": options.kp, "kd": options.kd, "ki": options.ki, "integral_limit": options.integral_limit}
         for name, value in given.items():
@@ -94,7 +100,7 @@ class CableLength(SnapshotOfArrays, Controller):
         self._ki = options.ki
 
     def sense(self, cables: Array) -> None:
-        """Measure at the cables what they are, whatever the robot is believed to be."""
+        """Use the true lengths and rates at the cables, even if the controller's model of the robot differs."""
         self._sensed = cables
         self._law = Law(self._bound, self.robot.m)
 
@@ -103,11 +109,11 @@ class CableLength(SnapshotOfArrays, Controller):
         self._law(state, desired, out)
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
-        """Return the law with these arrays."""
+        """Return the law bound to these arrays."""
         return self._bound(state, desired, out)
 
     def tunable(self) -> Mapping[str, Tunable]:
-        """Return gains and limits."""
+        """Return the gains and limits."""
         kp, kd, per_step, limit = self._gains
         return {
             "kp": Tunable(kp, kp.copy()),
@@ -117,6 +123,6 @@ class CableLength(SnapshotOfArrays, Controller):
         }
 
     def reset(self) -> None:
-        """Clear the integrals and the estimate of the pose."""
+        """Reset the integrals and the estimate of the pose."""
         self._integral[:] = 0.0
         self._tracking[0] = 0.0

@@ -1,4 +1,4 @@
-"""Computed torque in task space."""
+"""Computed-torque control in task space."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from cdpr_controllers.law import Law
 
 
 class ComputedTorque(SnapshotOfArrays, Controller):
-    """Inverse dynamics of the desired acceleration plus proportional and damping terms.
+    """Inverse dynamics of the desired acceleration with proportional and damping terms.
 
-    wrench = M a + C(omega) - G with a = a_d + kd (v_d - v) + kp (x_d - x), linear and angular; the error then obeys
-    e'' + kd e' + kp e = 0. (Thesis 6.3 to 6.5. Its 6.5 alone swaps the damping term, a_d - v for v_d - v, and puts a
-    minus before it all, against its own 6.1 and 6.2; all leave out the velocity-dependent terms and a centre of mass
-    off the origin.)
+    wrench = M a + C(omega) - G with a = a_d + kd (v_d - v) + kp (x_d - x), linear and angular. The error then follows
+    e'' + kd e' + kp e = 0. See thesis 6.3 to 6.5. Equation 6.5 there contradicts 6.1 and 6.2: it prints a_d - v instead
+    of
+    v_d - v in the damping term, and a minus in front. All omit the velocity-dependent terms and a centre of mass off
+    the
+    origin.
     """
 
-    arrays = ()  # it has no memory
+    arrays = ()  # no internal state
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)
@@ -34,7 +36,7 @@ class ComputedTorque(SnapshotOfArrays, Controller):
         self._law = Law(self._bound, 6)
 
     def change(self, options: Any) -> None:
-        """Take other gains."""
+        """Set new gains."""
         self._gains[:6], self._gains[6:] = options.kp, options.kd
 
     def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
@@ -47,7 +49,7 @@ class ComputedTorque(SnapshotOfArrays, Controller):
         return {"kp": Tunable(kp, kp.copy()), "kd": Tunable(kd, kd.copy())}
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
-        """Return the law with these arrays."""
+        """Return the law bound to these arrays."""
         return self._bound(state, desired, out)
 
     def _bound(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:

@@ -1,8 +1,9 @@
-"""A controller that comes as an FMU, such as one built in Simulink.
+"""Controllers from FMUs, for example built in Simulink.
 
-At each call the FMU is given the state and the desired state, holds them over one step of the length of a control step,
-and what it puts out then is the output of this call. So a controller with a sample time of its own computes from the
-present state, and its integrals advance as they should; only a clock of its own runs one control step ahead.
+At each call, the FMU gets the state and the desired state and holds them for one control step. Its outputs at the end
+of
+the step are the output of the call. So a controller with its own sample time uses the current state, and its integrals
+advance correctly. Only its internal clock is one control step ahead.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from cdpr.plugins import Controller
 
 
 class FmuController(Controller):
-    """One FMU with the state as inputs and a wrench or the commands as outputs.
+    """Controller from one FMU with the state as inputs and a wrench or the commands as outputs.
 
     Attributes:
         fmu: file, mapping and instance.
@@ -51,7 +52,7 @@ class FmuController(Controller):
         self.reset()
 
     def sense(self, cables: Array) -> None:
-        """Put in what is measured at the cables, whatever the robot is believed to be."""
+        """Use the true lengths and rates at the cables, even if the controller's model of the robot differs."""
         self._sensed = cables
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
@@ -67,7 +68,7 @@ class FmuController(Controller):
         out[:] = self._out
 
     def reset(self) -> None:
-        """Start the FMU anew."""
+        """Restart the FMU."""
         known: dict[str, Known] = {"control_step": (self.control_step, "s")}
         if self.options.from_robot:
             order = self.options.signals.cable_order
@@ -77,9 +78,9 @@ class FmuController(Controller):
         self.fmu.start(known)
 
     def describe(self) -> dict[str, Any]:
-        """Return file, checksum, mapping and parameters."""
+        """Return the file, the checksum, the mapping and the parameters."""
         return self.fmu.describe()
 
     def close(self) -> None:
-        """End the FMU, its process and its folder."""
+        """Stop the FMU and its process, and delete its folder."""
         self.fmu.close()

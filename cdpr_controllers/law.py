@@ -10,11 +10,12 @@ from cdpr.model.robot import Array
 
 
 class Law:
-    """A compiled law, bound once to arrays of its own.
+    """Compiled law, bound once to its own arrays.
 
     Args:
-        bound: The law bound to a state (13,), a desired state (19,) and an output, as `Controller.compiled` does it.
-        width: Of the output: 6 of a wrench, m of commands.
+        bound: function that binds the law to a state (13,), a desired state (19,) and an output, as
+            `Controller.compiled`.
+        width: width of the output, 6 for a wrench, m for commands.
     """
 
     def __init__(self, bound: Callable[[Array, Array, Array], Callable[[], object]], width: int) -> None:

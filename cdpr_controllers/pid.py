@@ -16,14 +16,17 @@ from cdpr_controllers.law import Law
 
 
 class Pid(SnapshotOfArrays, Controller):
-    """Holds the platform up at its present pose and pulls it to the desired one, whatever constant load there is.
+    """PID law with gravity compensation at the current pose.
 
-    wrench = M (kp e + z + kd e') - G with e = x_d - x and z the integral of ki e over time, per degree of freedom in
-    world axes; e is a rotation vector for the attitude. The error then obeys e''' + kd e'' + kp e' + ki e = 0 about a
-    resting target: stable where ki < kp kd. The integral is a sum over control steps, the present one included.
+    wrench = M (kp e + z + kd e') - G with e = x_d - x and z the integral of ki e over time, for each degree of freedom
+    in
+    world axes. For the attitude, e is a rotation vector. The integral cancels any constant load. The error follows
+    e''' + kd e'' + kp e' + ki e = 0 for a constant target, which is stable if ki < kp kd. The integral is a sum over
+    the
+    control steps including the current one.
 
-    Against wind-up, z stays within +-integral_limit; and where the cables did not do what was asked of them in the
-    previous step (the tension stage's status is not OK), z only moves towards zero.
+    Anti-windup limits z to +-integral_limit. If the cables did not exert the requested wrench in the previous step (the
+    status of the tension stage is not OK), z only moves towards zero.
     """
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
@@ -35,14 +38,14 @@ class Pid(SnapshotOfArrays, Controller):
         self.connect(np.zeros(4))
 
     def change(self, options: Any) -> None:
-        """Take other gains and limits; the integral stays, within the new limits from the next step on."""
+        """Set new gains and limits. The integral keeps its value, within the new limits from the next step on."""
         self._pd[:6], self._pd[6:] = options.kp, options.kd
         self._ki = options.ki
         self._per_step[0] = np.broadcast_to(options.ki, 6) * self.control_step
         self._per_step[1] = options.integral_limit
 
     def connect(self, report: Array) -> None:
-        """Watch what becomes of the wrench."""
+        """Read the result of the wrench from the report of the tension stage."""
         self._report = report
         self._law = Law(self._bound, 6)
 
@@ -51,7 +54,7 @@ class Pid(SnapshotOfArrays, Controller):
         self._law(state, desired, out)
 
     def tunable(self) -> Mapping[str, Tunable]:
-        """Return gains and limits."""
+        """Return the gains and limits."""
         kp, kd, (per_step, limit) = self._pd[:6], self._pd[6:], self._per_step
         return {
             "kp": Tunable(kp, kp.copy()),
@@ -61,11 +64,11 @@ class Pid(SnapshotOfArrays, Controller):
         }
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
-        """Return the law with these arrays."""
+        """Return the law bound to these arrays."""
         return self._bound(state, desired, out)
 
     def reset(self) -> None:
-        """Clear the integral."""
+        """Reset the integral."""
         self._integral[:] = 0.0
 
     def _bound(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:

@@ -1,4 +1,4 @@
-"""A controller in another process: it is sent what a controller is called with, and its answer is the output."""
+"""Controllers in another process, which receive the inputs of a controller and answer with its output."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ STATE, DESIRED = 13, 19
 
 
 class RemoteController(Controller):
-    """One peer, which gets time, state, desired state, lengths and rates, and answers with a wrench or commands.
+    """Controller in one peer, which receives time, states, lengths and rates and answers with a wrench or commands.
 
-    In lock-step each answer is to the call that it answers; one that runs freely is sent what it can take, and its
-    newest answer holds.
+    In lock-step, each call waits for the answer to it. A free-running peer receives messages as fast as it can take
+    them, and
+    its latest answer is used.
     """
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
@@ -34,7 +35,7 @@ class RemoteController(Controller):
         check_peer(options, self._program)
 
     def sense(self, cables: Array) -> None:
-        """Send what is measured at the cables, whatever the robot is believed to be."""
+        """Send the true lengths and rates at the cables, even if the controller's model of the robot differs."""
         self._sensed = cables
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
@@ -53,11 +54,11 @@ class RemoteController(Controller):
         out[:] = self._peer.ask(frame) if self.options.lockstep else self._peer.newest(frame)
 
     def reset(self) -> None:
-        """End the peer, if it was asked for anything: the next call begins anew."""
+        """Close the connection, so that the next call starts a new one."""
         self.close()
 
     def close(self) -> None:
-        """End the connection."""
+        """Close the connection to the peer."""
         if self._peer is not None:
             self._peer.close()
             self._peer = None

@@ -16,13 +16,14 @@ from cdpr_controllers.law import Law
 
 
 class Static(SnapshotOfArrays, Controller):
-    """Holds the platform up at its present pose and pulls it towards the desired one.
+    """Gravity compensation at the current pose with proportional and damping terms towards the desired state.
 
-    wrench = M (kd (v_d - v) + kp (x_d - x)) - G: no desired acceleration and no velocity-dependent terms, so a moving
-    target is followed with a lag. With both gains zero it is the bare statics. (The thesis's code uses gains of 50.)
+    wrench = M (kd (v_d - v) + kp (x_d - x)) - G. Without desired acceleration and velocity-dependent terms, the
+    platform lags
+    behind a moving target. With both gains zero, the law is pure statics. (The code of the thesis uses gains of 50.)
     """
 
-    arrays = ()  # it has no memory
+    arrays = ()  # no internal state
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)
@@ -32,7 +33,7 @@ class Static(SnapshotOfArrays, Controller):
         self._law = Law(self._bound, 6)
 
     def change(self, options: Any) -> None:
-        """Take other gains."""
+        """Set new gains."""
         self._gains[:6], self._gains[6:] = options.kp, options.kd
 
     def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
@@ -45,7 +46,7 @@ class Static(SnapshotOfArrays, Controller):
         return {"kp": Tunable(kp, kp.copy()), "kd": Tunable(kd, kd.copy())}
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
-        """Return the law with these arrays."""
+        """Return the law bound to these arrays."""
         return self._bound(state, desired, out)
 
     def _bound(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:

@@ -70,7 +70,7 @@ class BodyFrame:
 
 
 def principal_axes(inertia: Array) -> tuple[Array, Array]:
-    """Principal moments (3,) and axes (3, 3), the columns of a rotation, of an inertia tensor (3, 3)."""
+    """Return the principal moments (3,) of an inertia tensor (3, 3) and its axes (3, 3), the columns of a rotation."""
     off_diagonal = inertia - np.diag(np.diag(inertia))
     if np.abs(off_diagonal).max() <= DIAGONAL * np.trace(inertia):
         return np.diag(inertia).copy(), np.eye(3)
