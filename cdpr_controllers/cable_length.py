@@ -23,20 +23,14 @@ class CableLength(SnapshotOfArrays, Controller):
 
     The law is command = f + kp e + z + kd e' with e = l - l_d, so a cable that is too long gets more tension. Inverse
     kinematics gives the desired lengths and rates from the desired pose and twist. The measured lengths and rates are
-    the
-    only values taken from the state. The tensions f balance the weight (holding.hpp) at the pose that forward
-    kinematics
-    finds from the measured lengths. It starts from the previous pose, or from the desired pose at first and after a fit
-    that
-    did not converge. Without forward kinematics, f is computed at the desired pose.
+    the only values taken from the state. The tensions f balance the weight (holding.hpp) at the pose that forward
+    kinematics finds from the measured lengths. It starts from the previous pose, or from the desired pose at first and
+    after a fit that did not converge. Without forward kinematics, f is computed at the desired pose.
 
     z is the integral of ki e over time: a sum over the control steps including the current one. Anti-windup limits it
-    to
-    +-integral_limit, and stops its growth while the cable is at the tension limit towards which the integral pushes. If
-    the
-    geometry is wrong, more lengths than degrees of freedom cannot all reach their desired values. The integrals then
-    work
-    against each other up to their limits.
+    to +-integral_limit, and stops its growth while the cable is at the tension limit towards which the integral pushes.
+    If the geometry is wrong, more lengths than degrees of freedom cannot all reach their desired values. The integrals
+    then work against each other up to their limits.
     """
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:

@@ -20,10 +20,8 @@ class ComputedTorque(SnapshotOfArrays, Controller):
 
     wrench = M a + C(omega) - G with a = a_d + kd (v_d - v) + kp (x_d - x), linear and angular. The error then follows
     e'' + kd e' + kp e = 0. See thesis 6.3 to 6.5. Equation 6.5 there contradicts 6.1 and 6.2: it prints a_d - v instead
-    of
-    v_d - v in the damping term, and a minus in front. All omit the velocity-dependent terms and a centre of mass off
-    the
-    origin.
+    of v_d - v in the damping term, and a minus in front. All omit the velocity-dependent terms and a centre of mass off
+    the origin.
     """
 
     arrays = ()  # no internal state

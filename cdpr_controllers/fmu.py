@@ -1,9 +1,8 @@
 """Controllers from FMUs, for example built in Simulink.
 
 At each call, the FMU gets the state and the desired state and holds them for one control step. Its outputs at the end
-of
-the step are the output of the call. So a controller with its own sample time uses the current state, and its integrals
-advance correctly. Only its internal clock is one control step ahead.
+of the step are the output of the call. So a controller with its own sample time uses the current state, and its
+integrals advance correctly. Only its internal clock is one control step ahead.
 """
 
 from __future__ import annotations

@@ -19,11 +19,9 @@ class Pid(SnapshotOfArrays, Controller):
     """PID law with gravity compensation at the current pose.
 
     wrench = M (kp e + z + kd e') - G with e = x_d - x and z the integral of ki e over time, for each degree of freedom
-    in
-    world axes. For the attitude, e is a rotation vector. The integral cancels any constant load. The error follows
+    in world axes. For the attitude, e is a rotation vector. The integral cancels any constant load. The error follows
     e''' + kd e'' + kp e' + ki e = 0 for a constant target, which is stable if ki < kp kd. The integral is a sum over
-    the
-    control steps including the current one.
+    the control steps including the current one.
 
     Anti-windup limits z to +-integral_limit. If the cables did not exert the requested wrench in the previous step (the
     status of the tension stage is not OK), z only moves towards zero.

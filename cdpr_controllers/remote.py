@@ -20,8 +20,7 @@ class RemoteController(Controller):
     """Controller in one peer, which receives time, states, lengths and rates and answers with a wrench or commands.
 
     In lock-step, each call waits for the answer to it. A free-running peer receives messages as fast as it can take
-    them, and
-    its latest answer is used.
+    them, and its latest answer is used.
     """
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:

@@ -1,4 +1,4 @@
-"""The tension solvers that come with cdpr."""
+"""Built-in tension solvers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cdpr_solvers.options import (
     QpsolversOptions,
 )
 
-# What holds for most: exact for any number of cables within the limits, after a bounded number of steps.
+# Properties of most solvers: exact for any number of cables within the limits, after a bounded number of steps.
 EXACT = {
     "exact": True,
     "max_redundancy": "any",
@@ -40,7 +40,7 @@ def cdpr_solvers() -> list[PluginInfo]:
 
 
 def null_space_solvers() -> list[PluginInfo]:
-    """Solvers over the core's null space and active sets."""
+    """Return the solvers based on the null space and active sets of the kernel library."""
     return [
         PluginInfo(
             name="qp",
@@ -172,7 +172,7 @@ def null_space_solvers() -> list[PluginInfo]:
 
 
 def library_solvers() -> list[PluginInfo]:
-    """Solvers of optimisation libraries, and the exact one that verifies them all."""
+    """Return the solvers of optimisation libraries, and the exact solver for their verification."""
     return [
         PluginInfo(
             name="osqp",
@@ -186,9 +186,9 @@ def library_solvers() -> list[PluginInfo]:
                 "source": "Stellato et al. 2020, with polishing",
                 **EXACT,
                 "exact": False,
-                "coverage": "partial",  # gives up where it converges too slowly
+                "coverage": "partial",  # gives up if it converges too slowly
                 "continuity": "C0",
-                "warm_start": True,  # of its step size and scaling only
+                "warm_start": True,  # only for its step size and scaling
             },
             options=OsqpOptions,
         ),
@@ -259,8 +259,8 @@ def library_solvers() -> list[PluginInfo]:
             name="qpsolvers",
             factory="cdpr_solvers.qpsolvers:Qpsolvers",
             summary="minimum 2-norm within the limits by any solver that qpsolvers finds installed",
-            requires=("qpsolvers",),  # under the LGPL, so in none of our extras
-            properties={  # of the solver that it takes by default
+            requires=("qpsolvers",),  # LGPL, so not in an extra
+            properties={  # for the default solver
                 "objective": "min_norm",
                 "formula": NORM,
                 "source": "Caron et al., qpsolvers; by default as daqp",
@@ -273,7 +273,7 @@ def library_solvers() -> list[PluginInfo]:
             name="exact",
             factory="cdpr_solvers.exact:Exact",
             summary="minimum 2-norm or sum within the limits in rational arithmetic, for verification; slow",
-            properties={  # of the objective that it takes by default
+            properties={  # for the default objective
                 "objective": "min_norm",
                 "formula": NORM,
                 "source": "Goldfarb and Idnani 1983 over the rational numbers; the sum: Ferris 1991",
@@ -287,7 +287,7 @@ def library_solvers() -> list[PluginInfo]:
 
 
 def classical_solvers() -> list[PluginInfo]:
-    """Closed forms and iterations of the literature that miss some feasible wrenches."""
+    """Return the closed forms and iterations of the literature, which miss some feasible wrenches."""
     partial = {**EXACT, "coverage": "partial"}
     return [
         PluginInfo(
@@ -298,7 +298,8 @@ def classical_solvers() -> list[PluginInfo]:
                 "formula": "t_m + W^+ (w - W t_m); the worst cable to its limit, the others again, m - n times at most",
                 "source": "Pott 2013; thesis 6.30-6.32",
                 **partial,
-                # No objective: where fixing too many cables goes well, the answer is not the nearest to the middle.
+                # No objective: if too many cables are fixed and the result is feasible, it is not the nearest to the
+                # middle.
                 "continuity": "jump",
             },
             options=ImprovedClosedFormOptions,

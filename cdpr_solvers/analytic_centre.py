@@ -1,4 +1,4 @@
-"""The analytic centre of the admissible tensions: smooth, and kept off all limits."""
+"""Analytic centre of the admissible tensions, a smooth distribution away from all limits."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from cdpr_solvers.options import per_cable
 class AnalyticCentre(CompiledSolver):
     """min -sum w_i [log(t_i - t_min,i) + log(t_max,i - t_i)] with W t = wrench, by Newton's method in the null space.
 
-    Any number of cables and any rank. Inside the feasible set the answer is a smooth function (C-infinity) of pose and
-    wrench. Of a barrier with weights: Boyd and Vandenberghe, Convex Optimization (2004), sections 8.5.3 and 9.6.
+    The solver works for any number of cables and any rank. Inside the feasible set, the tensions are a smooth function
+    (C-infinity) of the pose and the wrench. See Boyd and Vandenberghe, Convex Optimization (2004), sections 8.5.3 and
+    9.6, for a barrier with weights.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -44,18 +45,18 @@ def analytic_centre_tension(
     Boyd and Vandenberghe, Convex Optimization (2004), sections 8.5.3 and 9.6.
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
-        weights: (m,), positive: how strongly each cable is kept off its limits; all 1 by default.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
+        weights: (m,) positive weights of the distances from the limits, by default all 1.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, UNSUPPORTED
-        where infinite limits leave no centre, NOT_FOUND where the method gave up, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, INFEASIBLE if no tensions are admissible,
+        UNSUPPORTED if infinite limits leave no centre, NOT_FOUND if the method did not converge, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> analytic_centre_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

@@ -1,4 +1,4 @@
-"""The centroid of the admissible tensions, for one or two redundant cables."""
+"""Centroid of the admissible tensions, for one or two redundant cables."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from cdpr.tension.status import Status
 
 
 class Centroid(CompiledSolver):
-    """The middle of the interval (r = 1) or the centroid of the polygon (r = 2) of the admissible tensions.
+    """Middle of the interval (r = 1) or centroid of the polygon (r = 2) of the admissible tensions.
 
-    Continuous in pose and wrench wherever the polygon has an area, and at the edge of the feasible set where it shrinks
-    to a point (Mikelsons, Bruckmann, Schramm and Hiller 2008; Gouttefarde, Lamaury, Reichert and Bruckmann 2015). A
-    segment, which polygons of different shapes can shrink to, gets its middle. With r = 0 the tensions are determined;
-    more than two redundant cables are UNSUPPORTED, as are infinite limits. Locked cables are not redundant.
+    The tensions are continuous in pose and wrench if the polygon has an area, and at the edge of the feasible set where
+    it shrinks to a point (Mikelsons, Bruckmann, Schramm and Hiller 2008; Gouttefarde, Lamaury, Reichert and Bruckmann
+    2015). Polygons of different shapes can shrink to one segment, for which the solver returns its middle. With r = 0,
+    the tensions are determined. More than two redundant cables and infinite limits are UNSUPPORTED. Locked cables are
+    not redundant.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -34,17 +35,18 @@ def centroid_tension(
     Mikelsons, Bruckmann, Schramm and Hiller (2008); Gouttefarde, Lamaury, Reichert and Bruckmann (2015).
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, UNSUPPORTED
-        with more redundant cables or infinite limits, NOT_FOUND where they are too large for numbers, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, INFEASIBLE if no tensions are admissible,
+        UNSUPPORTED for more redundant cables or infinite limits, NOT_FOUND if they exceed the range of numbers, or
+        BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> centroid_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

@@ -13,29 +13,29 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LOOSER, LibrarySolver
 
-# Residuals are to be smaller than this many tolerances, gaps than one.
+# Tolerance of the residuals as a multiple of the tolerance of the gap.
 FEASIBILITY = 10.0
 
 SETTINGS = {
     "verbose": False,
     "max_threads": 1,
-    # Added to the equations that give a step. By default 1e-8: as much as what rows tell that are nearly parallel.
+    # Regularisation of the step equations. The default of 1e-8 is as large as the difference of nearly parallel rows.
     "static_regularization_constant": 1e-12,
 }
 
-# Of the way to the boundary; by default 0.99, with which steps may go round in a circle.
+# Largest step, as a share of the way to the boundary. With the default of 0.99, the iteration may cycle.
 SHORTER_STEPS = 0.9
 
 
 class Clarabel(LibrarySolver):
     """min |x|^2 subject to [-N ; N] x + s = [-low ; high], s not negative.
 
-    Never quite at a limit: about 1e-6 N from the exact optimum. Made anew for each call, for its scaling would
-    otherwise be that of the first problem. Where it does not get there, as in one of 1600 problems that are made to
-    mislead, it is asked again for less, with shorter steps.
+    The tensions never reach a limit exactly: they are about 1e-6 N from the optimum. Each call uses a new solver,
+    because the scaling of a reused solver would be that of its first problem. If it does not converge, as in 1 of 1600
+    adversarial problems, a second call has a larger tolerance and shorter steps.
     """
 
-    wider = 1e-9  # an interior-point method needs an inside
+    wider = 1e-9  # an interior-point method needs a set with an interior
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
@@ -43,7 +43,7 @@ class Clarabel(LibrarySolver):
         self._attempts[1].max_step_fraction = SHORTER_STEPS
         self._cones = [clarabel.NonnegativeConeT(2 * robot.m)]
 
-        # For each redundancy the Hessian and a matrix of constraints whose values a call changes.
+        # Hessian and constraint matrix for each redundancy; each call changes the values of the matrix.
         self._made: dict[int, tuple[csc_matrix, csc_matrix]] = {}
 
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
@@ -57,7 +57,7 @@ class Clarabel(LibrarySolver):
         right = np.concatenate([-low, high])
         for settings in self._attempts:
             answer = clarabel.DefaultSolver(hessian, np.zeros(r), matrix, right, self._cones, settings).solve()
-            if answer.status == clarabel.SolverStatus.Solved:  # "almost" is not
+            if answer.status == clarabel.SolverStatus.Solved:  # "almost" solved does not count
                 return answer.x
             if answer.status == clarabel.SolverStatus.MaxTime:
                 break

@@ -1,4 +1,4 @@
-"""The closed form: the distribution closest to the middle of the limits (thesis, equation 6.28, corrected)."""
+"""Closed form, the distribution closest to the middle of the limits (thesis, equation 6.28, corrected)."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from cdpr.tension.status import Status
 
 
 class ClosedForm(CompiledSolver):
-    """t = t_mid + W^+ (wrench - W t_mid), with t_mid half way between the limits (Pott, Bruckmann and Mikelsons 2009).
+    """t = t_mid + W^+ (wrench - W t_mid), with t_mid the middle of the limits (Pott, Bruckmann and Mikelsons 2009).
 
-    Computed as W^+ wrench + N N^T t_mid, N an orthonormal basis of the null space: the same, and a wrench outside the
-    range of W is told by the wrench. No iteration and no jump, but the limits are not asked: where t lies outside them
-    another distribution may still lie inside, so the answer is NOT_FOUND; it is INFEASIBLE where t is so far out that
-    none can, and UNSUPPORTED where infinite limits have no middle (`nearest_to_middle`). (The thesis prints W_m^t for
-    W t_mid, and t for t_mid.)
+    It is computed as W^+ wrench + N N^T t_mid with an orthonormal basis N of the null space. Both are equal, but this
+    form detects a wrench outside the range of W. The method has no iteration and no jump, but it ignores the limits. If
+    t violates a limit, another distribution may be admissible, so the status is NOT_FOUND. The status is INFEASIBLE if
+    t is so far outside that none is admissible, and UNSUPPORTED if an infinite limit has no middle
+    (`nearest_to_middle`). (The thesis prints W_m^t for W t_mid, and t for t_mid.)
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -35,17 +35,17 @@ def closed_form_tension(
     Pott, Bruckmann and Mikelsons (2009); thesis, equation 6.28, corrected.
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where the tensions break a limit,
-        INFEASIBLE where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, NOT_FOUND if the tensions violate a limit,
+        INFEASIBLE if no tensions are admissible, UNSUPPORTED if an infinite limit has no middle, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> closed_form_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

@@ -13,18 +13,19 @@ from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
 
 SETTINGS = {
-    "eps_prox": 0.0,  # the problem is strictly convex as it is
-    "zero_tol": 1e-11**2,  # of squared lengths of rows of N: by default it takes rows below 3e-6 for zero
-    # Of the squared sine between a row and those at their limits; by default it takes rows less than 6e-6 apart for one
-    # and the problem for infeasible. The sine's square is a difference of numbers near 1, whose round-off is 1e-15.
+    "eps_prox": 0.0,  # the problem is strictly convex
+    "zero_tol": 1e-11**2,  # for squared lengths of rows of N; the default treats rows below 3e-6 as zero
+    # For the squared sine of the angle between a row and the active rows. The default treats rows with a sine below
+    # 6e-6 # as parallel, and the problem as infeasible. The squared sine is a difference of numbers near 1 with a
+    # round-off of # 1e-15.
     "sing_tol": 1e-14,
 }
 
-SOLVED = 1  # the others: infeasible, cycling, iterations, ...
+SOLVED = 1  # other flags: infeasible, cycling, iterations, ...
 
 
 class Daqp(LibrarySolver):
-    """min |x|^2 subject to low <= N x <= high; exact to round-off."""
+    """min |x|^2 subject to low <= N x <= high, exact to round-off."""
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)

@@ -14,17 +14,18 @@ from cdpr.tension.status import Status
 
 
 class Dykstra(CompiledSolver):
-    """Tends to the distribution nearest to the middle of the limits; gives up after so many iterations: NOT_FOUND.
+    """Iteration towards the distribution nearest to the middle of the limits, NOT_FOUND after `iterations` steps.
 
-    Hassan and Khajepour, Analysis of Bounded Cable Tensions in Cable-Actuated Parallel Manipulators (2011), by the
-    algorithm of Boyle and Dykstra (1986): from t_mid, project on { W t = wrench }, then on the limits what this gave
-    plus the correction that the projection on the limits took away last time, and so on. The affine set needs no
-    correction. (Without it, or with a start that is never moved, the limit is another or none at all.)
+    The method is that of Hassan and Khajepour, Analysis of Bounded Cable Tensions in Cable-Actuated Parallel
+    Manipulators (2011), with the algorithm of Boyle and Dykstra (1986). It starts from t_mid. Each step projects on { W
+    t = wrench }, adds the correction that the last projection on the limits removed, and projects the sum on the
+    limits. The affine set needs no correction. (Without it, or with a start that is never moved, the iteration has
+    another limit or none.)
 
-    It ends with a projection on { W t = wrench }, so that answers balance to round-off; they are then within
-    `tolerance`, a share of the largest limit, of the limits, and are moved onto them. This is also the test of
-    convergence: t_mid - t is then the sum of a part in the range of W^T and of the correction, which is normal to the
-    limits at the point projected from, so that where the two points are one it is the optimum.
+    The last projection is on { W t = wrench }, so the tensions balance the wrench to round-off. They then violate the
+    limits by at most `tolerance`, a share of the largest limit, and are moved onto them. This is also the test of
+    convergence. The difference t_mid - t is the sum of a part in the range of W^T and of the correction, which is
+    normal to the limits at the projected point. So t is the optimum if both points are equal.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -50,20 +51,19 @@ def dykstra_tension(
     Boyle and Dykstra (1986); Hassan and Khajepour (2011).
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
-        iterations: Pairs of projections after which the method gives up.
-        tolerance: How far beyond its limits a tension may be before it is moved onto them, as a share of the largest
-            limit.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
+        iterations: largest number of pairs of projections.
+        tolerance: largest violation of a limit before tensions are moved onto it, as a share of the largest limit.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where the method gave up, INFEASIBLE
-        where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, NOT_FOUND if the method did not converge,
+        INFEASIBLE if no tensions are admissible, UNSUPPORTED if an infinite limit has no middle, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> dykstra_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

@@ -1,4 +1,4 @@
-"""Minimum 2-norm or 1-norm within the limits in rational arithmetic: slow, and certainly right."""
+"""Minimum 2-norm or 1-norm within the limits in rational arithmetic, slow and exact."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from cdpr.plugins import TensionSolver
 from cdpr.tension import Status
 
 Vector = list[Fraction]
-Rows = list[list[int]]  # whole numbers need no common divisors, the greater part of the cost of fractions
+Rows = list[list[int]]  # integers need no common divisors, which make up most of the cost of fractions
 
-# A dependent row is consistent if the wrench agrees with the other rows to this share of the largest load.
+# Largest residual of the wrench in a dependent row, as a share of the largest load, for the row to be consistent.
 CONSISTENCY_TOLERANCE = 1e-9
 
-# The first step of the linear program, in units of the largest limit: so far that one step mostly ends at the optimum.
+# First step of the linear program, in units of the largest limit: so long that it mostly ends at the optimum.
 LONG_STEP = 2**20
 
 
 class Exact(TensionSolver):
-    """The optimum of the problem as its floating-point numbers state it, each tension rounded once, to the nearest.
+    """Exact optimum of the problem as stated by its floating-point numbers, each tension rounded once.
 
     For checking other solvers, as the thesis did with the exact program of CGAL. Any number of cables: eight take about
     a millisecond, the 1-norm several. Rows of W that are round-off of others (RANK_TOLERANCE) are no equations of their
@@ -67,26 +67,26 @@ class Exact(TensionSolver):
 
 
 def fractions(values: Iterable[float]) -> Vector:
-    """The numbers as they are."""
+    """Return the numbers as fractions without rounding."""
     return [Fraction(float(x)) for x in values]
 
 
 def whole(values: Iterable[float | Fraction]) -> list[int]:
-    """The numbers times their common denominator."""
+    """Return the numbers times their common denominator."""
     exact = [Fraction(x) for x in values]
     unit = lcm(*(x.denominator for x in exact))
     return [x.numerator * (unit // x.denominator) for x in exact]
 
 
 def no_round_off(V: Array, right: Array, given: Array) -> list[int] | None:
-    """Return which rows of V t = right, V (n, k), are more than round-off of the others, strongest first.
+    """Return the rows of V t = right, V (n, k), that exceed the round-off of the others, in ascending order.
 
-    None where the others contradict them; `given` are the loads that made `right`. Rows that follow from others to
-    within RANK_TOLERANCE would be constraints of their own in exact arithmetic, made by rounding alone.
+    It returns None if the other rows contradict them; `given` are the loads that made `right`. Rows that depend on
+    others up to RANK_TOLERANCE would be separate constraints in exact arithmetic, due to rounding alone.
     """
     load = max(float(np.abs(right).max(initial=0.0)), float(given.max(initial=0.0)))
     largest = float(np.abs(V).max(initial=0.0))
-    unit = math.ldexp(1.0, math.frexp(largest)[1]) if largest > 0.0 else 1.0  # squares do not overflow
+    unit = math.ldexp(1.0, math.frexp(largest)[1]) if largest > 0.0 else 1.0  # prevents an overflow of squares
     rest = np.column_stack([V / unit, right / load if load > 0.0 else right])
     kept: list[int] = []
     left, first = list(range(len(V))), 0.0
@@ -106,7 +106,7 @@ def no_round_off(V: Array, right: Array, given: Array) -> list[int] | None:
 
 
 def independent(equations: Rows) -> Rows | None:
-    """Those of the rows [W_j, wrench_j] that do not follow from others; None where they contradict each other."""
+    """Return the linearly independent rows [W_j, wrench_j], None if the rows contradict each other."""
     kept: Rows = []
     reduced: list[tuple[list[int], int]] = []
     for equation in equations:
@@ -115,7 +115,7 @@ def independent(equations: Rows) -> Rows | None:
             rest = eliminated(rest, row, pivot, divisor)
             divisor = row[pivot]
         first = next((i for i, entry in enumerate(rest) if entry), None)
-        if first == len(rest) - 1:  # 0 = something
+        if first == len(rest) - 1:  # 0 = non-zero
             return None
         if first is not None:
             reduced.append((rest, first))
@@ -124,13 +124,13 @@ def independent(equations: Rows) -> Rows | None:
 
 
 def eliminated(row: list[int], by: list[int], pivot: int, divisor: int) -> list[int]:
-    """The row with a zero at `pivot`; the pivot before divides it without remainder (Bareiss 1968)."""
+    """Return the row with a zero at `pivot`; the previous pivot divides it without remainder (Bareiss 1968)."""
     a, b = by[pivot], row[pivot]
     return [(a * x - b * y) // divisor for x, y in zip(row, by, strict=True)]
 
 
 def solution(A: Rows, right: Sequence[Fraction | int]) -> tuple[list[int], int]:
-    """Numerators and the common denominator of x with A x = right, A square and positive definite."""
+    """Return the numerators and the common denominator of x with A x = right, A square and positive definite."""
     unit = lcm(*(x.denominator for x in right))
     rows = [[*row, x.numerator * (unit // x.denominator)] for row, x in zip(A, right, strict=True)]
     divisor = 1
@@ -142,20 +142,20 @@ def solution(A: Rows, right: Sequence[Fraction | int]) -> tuple[list[int], int]:
 
 
 def dot(a: Iterable[Any], b: Iterable[Any]) -> Any:
-    """a . b."""
+    """Return a . b."""
     return sum(map(mul, a, b))
 
 
 def least_norm(W: Rows, wrench: list[int], low: Vector, high: Vector) -> Vector | None:
-    """The admissible tensions of least 2-norm; arguments and errors as of `nearest`."""
+    """Return the admissible tensions of least 2-norm; arguments and result as in `nearest`."""
     return nearest(W, wrench, low, high, [Fraction(0)] * len(low))
 
 
 def least_sum(W: Rows, wrench: list[int], low: Vector, high: Vector) -> Vector | None:
-    """Admissible tensions of least sum; arguments and errors as of `nearest`.
+    """Return admissible tensions of least sum; arguments and result as in `nearest`.
 
-    Steps down the gradient of the sum, each back to the nearest admissible point, end at an optimum after finitely many
-    (proximal point algorithm; Ferris 1991), and only an optimum stays where it is.
+    Each step goes down the gradient of the sum and back to the nearest admissible point. The steps end at an optimum
+    after finitely many (proximal point algorithm; Ferris 1991). Only an optimum does not change in a step.
     """
     step = LONG_STEP * max(Fraction(1), *map(abs, low), *map(abs, high))
     before, t = None, [Fraction(0)] * len(low)
@@ -165,18 +165,18 @@ def least_sum(W: Rows, wrench: list[int], low: Vector, high: Vector) -> Vector |
 
 
 def nearest(W: Rows, wrench: list[int], low: Vector, high: Vector, target: Vector) -> Vector | None:
-    """The t that minimises |t - target|^2 subject to W t = wrench, low <= t <= high; None where there is none.
+    """Return the t that minimises |t - target|^2 subject to W t = wrench, low <= t <= high; None if there is none.
 
-    W (n, m) of full row rank. Dual active set (Goldfarb and Idnani 1983): the distance grows with every limit that is
-    taken in, so no set of them comes twice, and in exact arithmetic the method ends after finitely many steps, at the
-    optimum or at a limit that contradicts those at which the tensions are held.
+    W (n, m) must have full row rank. The method is a dual active set (Goldfarb and Idnani 1983). The distance grows
+    with each limit that becomes active, so no active set repeats. In exact arithmetic the method ends after finitely
+    many steps, at the optimum or at a limit that contradicts the active limits.
     """
     t = list(target)
     free = list(range(len(t)))
-    held: dict[int, list[Fraction]] = {}  # cable -> side (+1 at its lower limit, -1 at its upper one), multiplier >= 0
+    held: dict[int, list[Fraction]] = {}  # cable -> side (+1 lower limit, -1 upper limit), multiplier >= 0
 
     def correction(right: Sequence[Fraction | int]) -> Vector:
-        """c (m,) = W^T y with W_free W_free^T y = right: over the free cables the least change that adds `right`."""
+        """Return c (m,) = W^T y with W_free W_free^T y = right: the least free change that adds `right`."""
         part = [[row[i] for i in free] for row in W]
         y, unit = solution([[dot(a, b) for b in part] for a in part], right)
         return [Fraction(dot(y, [row[i] for row in W]), unit) for i in range(len(t))]
@@ -192,7 +192,7 @@ def nearest(W: Rows, wrench: list[int], low: Vector, high: Vector, target: Vecto
         limit = low[p] if side > 0 else high[p]
         multiplier = Fraction(0)
         while t[p] != limit:
-            # The direction towards the limit that keeps W t and the held cables: side (e_p - back) over the free ones.
+            # Direction towards the limit that keeps W t and the active cables: side (e_p - back) over the free cables.
             back = correction([row[p] for row in W])
             slope = 1 - back[p]
             growth = {i: -sign * side * back[i] for i, (sign, _) in held.items()}

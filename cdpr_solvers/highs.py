@@ -13,29 +13,29 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
 
-# A cost below this share of the terms in it is round-off; with such one the library ends without a status.
+# Costs below this share of their terms are round-off. With such a cost, the library ends without a status.
 ROUNDING = 1e-11
 
-# The number of threads is left alone: the library has one pool in a process and refuses another size of it.
+# No number of threads: the library has one pool per process and rejects another size of it.
 SETTINGS = {
     "solver": "simplex",
     "parallel": "off",
-    "presolve": "off",  # there is nothing to find in so small a program
+    "presolve": "off",  # a program this small gains nothing
 }
 
 
 class Highs(LibrarySolver):
-    """min sum of N x subject to low <= N x <= high: a vertex, exact to round-off.
+    """min sum of N x subject to low <= N x <= high, a vertex, exact to round-off.
 
-    The optimum jumps from vertex to vertex along a path, and need not be the only one. The model is passed whole: that
-    forgets the last basis, so that equal problems have equal answers, and is no slower than entry by entry.
+    The optimum jumps between vertices along a path and may not be unique. Each call passes the complete model. This
+    discards the last basis, so that equal problems give equal tensions, and is as fast as a change of the entries.
     """
 
-    wider = 0.0  # it keeps the limits to a tolerance of its own, and a sum over cables shows them
+    wider = 0.0  # it keeps the limits to its own tolerance, which a sum over the cables reveals
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        with native_to_stderr():  # its banner, which comes before it can be silenced
+        with native_to_stderr():  # its banner appears before it can be silenced
             self._solver = highspy.Highs()
         self._solver.silent()
         settings = {
@@ -59,7 +59,7 @@ class Highs(LibrarySolver):
             model.col_lower_, model.col_upper_ = np.full(r, -highspy.kHighsInf), np.full(r, highspy.kHighsInf)
             model.a_matrix_.start_ = r * np.arange(m + 1)
             model.a_matrix_.index_ = np.tile(np.arange(r), m)
-        cost = sum(N, start=np.zeros(r))  # row after row
+        cost = sum(N, start=np.zeros(r))  # row by row
         model.col_cost_ = np.where(np.abs(cost) <= ROUNDING * sum(np.abs(N), start=np.zeros(r)), 0.0, cost)
         model.a_matrix_.value_ = N.ravel()
         model.row_lower_, model.row_upper_ = low, high

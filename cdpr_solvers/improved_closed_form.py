@@ -1,4 +1,4 @@
-"""The improved closed form: cables beyond their limits are fixed there, one after the other (thesis, 6.30 to 6.32)."""
+"""Improved closed form, which fixes cables beyond their limits there one after the other (thesis, 6.30 to 6.32)."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from cdpr.tension.status import Status
 
 
 class ImprovedClosedForm(CompiledSolver):
-    """The closed form; while a cable is beyond its limits, the worst is fixed at its limit and the others share anew.
+    """Closed form that fixes the worst cable at its limit, then the next, until all are within their limits.
 
-    Pott, An Improved Force Distribution Algorithm for Over-Constrained Cable-Driven Parallel Robots (2013); thesis
-    6.30 to 6.32, its "advanced closed form": with t_i = b the others solve W' t' = wrench - b W_i as the closed form
-    does. In the null space that is a step along n, the part of row i of N orthogonal to the rows of the cables fixed
-    before: t += N n (b - t_i) / |n|^2. At most r = m - n cables can be fixed; whether the others are then within their
-    limits is still tested.
+    Pott, An Improved Force Distribution Algorithm for Over-Constrained Cable-Driven Parallel Robots (2013); thesis 6.30
+    to 6.32, its "advanced closed form": with t_i = b the others solve W' t' = wrench - b W_i as the closed form does.
+    In the null space that is a step along n, the part of row i of N orthogonal to the rows of the cables fixed before:
+    t += N n (b - t_i) / |n|^2. At most r = m - n cables can be fixed; whether the others are then within their limits
+    is still tested.
 
-    `rule: published` takes the cable farthest beyond its limits in newtons, `scaled` the one with the longest way
-    back, those newtons over |n|. No cable is ever released. So a feasible wrench may get no answer (with r = 1 only
-    under `published`), an answer need not be the nearest to the middle, and it jumps where two cables are equally far
-    out and the order of fixing them decides.
+    `rule: published` takes the cable farthest beyond its limits in newtons, `scaled` the one with the longest way back,
+    those newtons over |n|. No cable is ever released. So a feasible wrench may get no answer (with r = 1 only under
+    `published`), an answer need not be the nearest to the middle, and it jumps where two cables are equally far out and
+    the order of fixing them decides.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -47,19 +47,19 @@ def improved_closed_form_tension(
     Pott (2013); thesis, equations 6.30 to 6.32.
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
-        scaled: Fix the cable first that has the longest way back in the null space, instead of the one farthest beyond
-            its limits in newtons, as published.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
+        scaled: if True, fix the cable with the largest ratio of its violation to its share in the null space first,
+            instead of the cable farthest beyond its limit in newtons, as published.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where no answer was found, INFEASIBLE
-        where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, NOT_FOUND if no distribution was found,
+        INFEASIBLE if no tensions are admissible, UNSUPPORTED if an infinite limit has no middle, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> improved_closed_form_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [4.0, 9.0])

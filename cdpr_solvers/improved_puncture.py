@@ -1,4 +1,4 @@
-"""The improved puncture method: from the pseudo-inverse towards the improved closed form until within the limits."""
+"""Improved puncture method, from the pseudo-inverse towards the improved closed form until within the limits."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from cdpr.tension.status import Status
 
 
 class ImprovedPuncture(CompiledSolver):
-    """t = t_0 + s (t_c - t_0) with the smallest s in [0, 1] that is within the limits: low tensions, few misses.
+    """t = t_0 + s (t_c - t_0) with the smallest s in [0, 1] within the limits: low tensions, few missed wrenches.
 
-    As `puncture`, but t_c is the improved closed form, within the limits wherever it has an answer: the two methods of
-    Müller, Reichert and Bruckmann (2015) and Pott (2013) in one, as CASPR combines them (`id_cf_ipm`). Where the
-    improved closed form has none the answer is its status. It jumps where that does.
+    It is `puncture` with the improved closed form as t_c, which is within the limits whenever it finds a distribution.
+    CASPR combines the methods of Müller, Reichert and Bruckmann (2015) and Pott (2013) in this way (`id_cf_ipm`). If
+    the improved closed form finds no distribution, its status is returned. The tensions jump where those of the
+    improved closed form do.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -33,17 +34,17 @@ def improved_puncture_tension(
     Müller, Reichert and Bruckmann (2015); Pott (2013).
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where no answer was found, INFEASIBLE
-        where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, NOT_FOUND if no distribution was found,
+        INFEASIBLE if no tensions are admissible, UNSUPPORTED if an infinite limit has no middle, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> improved_puncture_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

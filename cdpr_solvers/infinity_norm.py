@@ -1,4 +1,4 @@
-"""Minimum infinity norm within the limits: the largest tension as small as can be, a linear program."""
+"""Minimum infinity norm within the limits: the smallest possible largest tension, by a linear program."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from cdpr.tension.status import Status
 
 
 class MinimumLargest(CompiledSolver):
-    """min max |t_i| with W t = wrench, t_min <= t <= t_max; of several optima that of least 2-norm.
+    """min max |t_i| with W t = wrench, t_min <= t <= t_max, and least 2-norm among several optima.
 
-    Exact for any number of cables and any rank. Gouttefarde et al. (2015) take it from the vertices of the polygon that
-    two redundant cables leave; here it is the least s with t = c + N x, -s <= t <= s, a linear program in (x, s). The
-    largest tension is continuous, the others jump where it comes to rest on other cables.
+    The solver is exact for any number of cables and any rank. Gouttefarde et al. (2015) compute the optimum from the
+    vertices of the polygon of two redundant cables. Here it is the least s with t = c + N x, -s <= t <= s, a linear
+    program in (x, s). The largest tension is continuous. The others jump where another set of cables has the largest
+    tension.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -33,17 +34,17 @@ def minimum_largest_tension(
     Gouttefarde, Lamaury, Reichert and Bruckmann (2015).
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, NOT_FOUND
-        where the method gave up, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, INFEASIBLE if no tensions are admissible,
+        NOT_FOUND if the method did not converge, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> minimum_largest_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

@@ -1,4 +1,4 @@
-"""What all solvers share that ask a library: the problem as libraries take it best, and no belief in what they say."""
+"""Base of the solvers that use a library: formulation of the problem, and independent checks of the results."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from cdpr.native.bind import bind
 from cdpr.plugins import TensionSolver
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
-# An interior-point method that round-off keeps from its tolerance is asked again for this many times that.
+# Factor of the tolerance in a second call, for interior-point methods that round-off keeps from the first tolerance.
 LOOSER = 100.0
 
 
 class LibrarySolver(TensionSolver):
-    """A convex program over low <= N x <= high, solved by a library: its optimum, our verdict on feasibility.
+    """Convex program over low <= N x <= high, solved by a library, with feasibility decided by cdpr.
 
-    Libraries check no input, stumble over dependent equations and have tolerances of their own, absolute ones. So they
-    are asked in the null space, t = c + N x: no equations are left, wrenches out of the range of W are known before,
-    locked cables do not count, and tensions are in units of the largest limit.
+    Libraries do not check their input, have difficulties with dependent equations, and have absolute tolerances. So the
+    problem is formulated in the null space, t = c + N x. There are then no equations, wrenches outside the range of W
+    are known before, locked cables are excluded, and tensions are in units of the largest limit.
 
-    Whether there are admissible tensions is decided first, by `library_problem` of the kernel library (`library.hpp`):
-    INFEASIBLE is its word. What the library then answers is moved to the nearest admissible tensions, which
-    it has found already where they are those of least norm; where the library has no answer or one that breaks
-    the limits by more than round-off, the status is NOT_FOUND.
+    `library_problem` of the kernel library (`library.hpp`) first decides whether admissible tensions exist. Only it
+    leads to INFEASIBLE. The result of the library is then moved to the nearest admissible tensions. These are already
+    known if the objective is the least norm. The status is NOT_FOUND if the library returns no result, or one that
+    violates the limits by more than round-off.
 
-    A child gets N (m, r), C-contiguous, and low, high (m,) in `_ask`: r > 0, and rows of cables that x does not change
-    are zero, between limits of -1 and 1. The arrays are the solver's own.
+    A subclass receives N (m, r), C-contiguous, and low, high (m,) in `_ask`, with r > 0. Rows of cables that x does not
+    change are zero, between limits of -1 and 1. The arrays belong to the solver.
     """
 
-    # The library may break the limits by this share of the largest one: round-off of N x in which it could find a set
-    # empty that is as thin as that.
+    # Share of the largest limit by which the library may violate the limits. A set that is as thin as the round-off of
+    # N x # could otherwise be empty for the library.
     wider = 1e-11
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -43,7 +43,7 @@ class LibrarySolver(TensionSolver):
         n, m = robot.n, robot.m
         packed, bounds = np.zeros(m * m), np.zeros((2, m))
         self._asked = [(packed[: m * r].reshape(m, r), *bounds) for r in range(m + 1)]  # by redundancy
-        # For each redundancy the Hessian and the gradient of |x|^2 / 2, for those whose objective that is.
+        # Hessian and gradient of |x|^2 / 2 for each redundancy, for solvers with this objective.
         self._square = [(np.eye(r), np.zeros(r)) for r in range(m + 1)]
         self._given = np.zeros((n, m)), np.zeros(n), np.zeros(m), np.zeros(m)
         self._tension, self._x, self._redundancy = np.zeros(m), np.zeros(m), np.zeros(1)
@@ -64,7 +64,7 @@ class LibrarySolver(TensionSolver):
 
     @abstractmethod
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
-        """Ask the library for the optimal x (r,); None where it has none."""
+        """Return the optimal x (r,) of the library, None if it finds none."""
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` (m,)."""
@@ -77,7 +77,7 @@ class LibrarySolver(TensionSolver):
             own[...] = array
         status = self._pose()
         r = int(self._redundancy[0])
-        if status == OK and r > 0:  # else nothing to ask: no tensions are admissible, or one distribution alone
+        if status == OK and r > 0:  # otherwise no tensions are admissible, or exactly one distribution
             x = self._ask(*self._asked[r])
             if x is None:
                 return NOT_FOUND

@@ -1,4 +1,4 @@
-"""Minimum 1-norm within the limits: a linear program (thesis, equation 6.24)."""
+"""Minimum 1-norm within the limits, a linear program (thesis, equation 6.24)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from cdpr_solvers.options import per_cable
 
 
 class MinimumSum(CompiledSolver):
-    """min sum w_i t_i: exact, any number of cables and any rank; of several optima that of least 2-norm.
+    """min sum w_i t_i, exact for any number of cables and any rank; least 2-norm among several optima.
 
-    The optimum is a vertex in general, and jumps to another where the cost becomes parallel to an edge.
+    The optimum is a vertex in general. It jumps to another vertex where the cost becomes parallel to an edge.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -43,18 +43,18 @@ def minimum_sum_tension(
     Thesis, equation 6.24.
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
-        weights: (m,), cost of each tension; all 1 by default.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
+        weights: (m,) cost of each tension, by default all 1.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, UNSUPPORTED
-        where infinite limits leave no least, NOT_FOUND where the method gave up, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, INFEASIBLE if no tensions are admissible,
+        UNSUPPORTED if infinite limits leave no minimum, NOT_FOUND if the method did not converge, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> minimum_sum_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

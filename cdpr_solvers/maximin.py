@@ -1,4 +1,4 @@
-"""The distribution farthest from the limits: of largest slack, or the centre of the largest ball."""
+"""Distribution farthest from the limits: largest slack, or centre of the largest ball."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from cdpr.tension.status import Status
 
 
 class Maximin(CompiledSolver):
-    """max s with W t = wrench and t_min + s d <= t <= t_max - s d; of several optima that of least 2-norm.
+    """max s with W t = wrench and t_min + s d <= t <= t_max - s d, and least 2-norm among several optima.
 
-    `slack`: d_i = 1, the optimally safe distribution (Borgstrom et al. 2009). `ball`: d_i the length of row i of N, the
-    Chebyshev centre of the feasible tensions. Linear programs, exact, any number of cables and any rank. The optimum is
-    often a whole face, as at symmetric poses, and then jumps where the face comes or goes.
+    `slack`: d_i = 1, the optimally safe distribution (Borgstrom et al. 2009). `ball`: d_i is the length of row i of N,
+    the Chebyshev centre of the feasible tensions. Both are linear programs, exact for any number of cables and any
+    rank. The optimum is often a whole face, for example at symmetric poses. The tensions jump where the face appears or
+    disappears.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -38,19 +39,19 @@ def maximin_tension(
     Borgstrom et al. (2009).
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
-        ball: Return the centre of the largest ball in the null space within the limits (Chebyshev), instead of the
-            tensions whose smallest distance from the limits is largest.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
+        ball: if True, return the centre of the largest ball in the null space within the limits (Chebyshev), instead of
+            the tensions whose smallest distance from the limits is largest.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, UNSUPPORTED
-        where infinite limits allow any distance, NOT_FOUND where the method gave up, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, INFEASIBLE if no tensions are admissible,
+        UNSUPPORTED if infinite limits allow any distance, NOT_FOUND if the method did not converge, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> maximin_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

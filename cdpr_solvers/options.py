@@ -1,4 +1,4 @@
-"""The options of the built-in solvers."""
+"""Options of the built-in solvers."""
 
 from __future__ import annotations
 
@@ -70,12 +70,12 @@ class ExactOptions(PluginOptions):
     )
 
     def declares(self) -> dict[str, object]:
-        """The least sum lies at a vertex, which jumps."""
+        """Return the properties of the least sum, which lies at a vertex and thus jumps."""
         return {"objective": "one_norm", "continuity": "jump"} if self.objective == "one_norm" else {}
 
 
 class LibraryOptions(PluginOptions):
-    """What the solvers of libraries have in common; the children have their defaults."""
+    """Common options of the solvers of libraries; the subclasses set their defaults."""
 
     tolerance: float = Field(
         1e-10,
@@ -87,7 +87,7 @@ class LibraryOptions(PluginOptions):
 
 
 class TimedOptions(LibraryOptions):
-    """Of a library that looks at the clock, too."""
+    """Options of a library with a time limit."""
 
     time: float | None = Field(
         None,
@@ -147,7 +147,11 @@ class QpsolversOptions(PluginOptions):
     )
 
     def declares(self) -> dict[str, object]:
-        """Exact are these two active sets; the others stop far from the optimum by default, or, as HiGHS, never."""
+        """Return the properties of the chosen solver.
+
+        The active-set methods daqp and quadprog are exact. The others stop far from the optimum by default, or, like
+        HiGHS, have no bound on their time.
+        """
         if self.name in ("daqp", "quadprog"):
             return {}
         return {"exact": False, "coverage": "partial", "bounded_time": False}
@@ -182,7 +186,7 @@ class PNormOptions(PluginOptions):
 
 
 def per_cable(robot: Robot, name: str, values: Sequence[float] | None) -> list[float]:
-    """Return one value per cable, 1 by default; PluginError where there are more or fewer."""
+    """Return one value per cable, 1 by default; raise PluginError if there are more or fewer."""
     if values is None:
         return [1.0] * robot.m
     if len(values) != robot.m:

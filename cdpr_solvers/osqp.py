@@ -13,21 +13,21 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
 
-# Counted in iterations, not in seconds unless that is asked for: equal tensions on any machine.
+# Limits in iterations, and in seconds only if requested, so that tensions are equal on any machine.
 SETTINGS = {
     "verbose": False,
-    "polishing": True,  # without it the method stops at its tolerance, some 1e-3 N from the optimum
+    "polishing": True,  # without it, the method stops at its tolerance, about 1e-3 N from the optimum
     "check_termination": 25,
-    "adaptive_rho": 1,  # every so many iterations
+    "adaptive_rho": 1,  # by number of iterations
     "adaptive_rho_interval": 50,
-    "warm_starting": False,  # an answer depends on earlier problems by no more than its tolerance
+    "warm_starting": False,  # earlier problems change the tensions by at most the tolerance
 }
 
 
 class Osqp(LibrarySolver):
-    """min |x|^2 subject to low <= N x <= high; first-order, about 1e-5 N from the exact optimum.
+    """min |x|^2 subject to low <= N x <= high, a first-order method, about 1e-5 N from the exact optimum.
 
-    The library is set up once for each redundancy, with every entry of N in the sparsity pattern; a call updates the
+    The library is set up once for each redundancy, with all entries of N in the sparsity pattern. Each call updates the
     values.
     """
 
@@ -53,15 +53,15 @@ class Osqp(LibrarySolver):
         return answer.x[:r] if answer.info.status_val == osqp.SolverStatus.OSQP_SOLVED else None
 
     def _make(self, r: int) -> osqp.OSQP:
-        """Set up min |x|^2 + y^2 with y = 1: where no limit is reached, polishing would print that on its own."""
+        """Set up min |x|^2 + y^2 with y = 1. Without an active limit, polishing would otherwise print a message."""
         m = self.robot.m
         rows = np.append(np.tile(np.arange(m), r), m)
         pattern = csc_matrix((np.ones(m * r + 1), rows, np.append(m * np.arange(r + 1), m * r + 1)), (m + 1, r + 1))
-        problem = osqp.OSQP(algebra="builtin")  # of several installed ones the same everywhere
+        problem = osqp.OSQP(algebra="builtin")  # same algebra on all machines
         zero = np.zeros(m + 1)
         problem.setup(identity(r + 1, format="csc"), np.zeros(r + 1), pattern, zero, zero, **self._settings)
         return problem
 
     def reset(self) -> None:
-        """Start the library anew: its step size adapts to the problems that it has seen."""
+        """Reset the library, whose step size adapts to earlier problems."""
         self._problems: dict[int, osqp.OSQP] = {}

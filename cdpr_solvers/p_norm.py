@@ -1,4 +1,4 @@
-"""The p-norm about the middle of the limits: the higher p, the more the cables nearest to their limits count."""
+"""Least p-norm around the middle of the limits; a higher p gives more weight to the cables nearest to their limits."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from cdpr.tension.status import Status
 class PNorm(CompiledSolver):
     """min sum u_i^p with W t = wrench, where u_i is the offset of t_i from the middle of its limits in half ranges.
 
-    Gosselin and Grenier, On the Determination of the Force Distribution in Overconstrained Cable-Driven Parallel
-    Mechanisms, Meccanica 46 (2011); here relative to the half ranges, so that limits may differ. p is even: p = 2 is
-    the closed form if all ranges are equal, and for large p the largest offset becomes as small as it can be.
-    The limits are no constraints: beyond them another distribution may be within, NOT_FOUND.
+    See Gosselin and Grenier, On the Determination of the Force Distribution in Overconstrained Cable-Driven Parallel
+    Mechanisms, Meccanica 46 (2011). Here, the offsets are relative to the half ranges, so that limits may differ. p is
+    even. p = 2 is the closed form if all ranges are equal. For large p, the largest offset approaches its least value.
+    The limits are not constraints: if the tensions violate them, another distribution may be admissible (NOT_FOUND).
 
-    Newton's method in the null space, for p = 2, 4, 8, ... up to p, each from the answer of the one before, with a
-    line search. Its step solves weighted least squares, by an orthogonal factorisation: the weights u_i^(p-2) span too
-    many decades for their normal equations. The answer depends continuously on pose and wrench, and smoothly but where
-    so many cables are exactly in the middle that the others leave a direction undetermined.
+    Newton's method in the null space with a line search solves p = 2, 4, 8, ... up to p, each from the result of the
+    previous one. Each step is a weighted least-squares problem, solved by an orthogonal factorisation. The weights
+    u_i^(p-2) span too many decades for normal equations. The tensions are continuous in pose and wrench. They are
+    smooth, except where so many cables are exactly at the middle that the others leave a direction undetermined.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -43,18 +43,18 @@ def p_norm_tension(
     Gosselin and Grenier, Meccanica 46 (2011).
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
-        p: The exponent, an even number of at least 2.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
+        p: exponent, an even number of at least 2.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where the tensions break a limit,
-        INFEASIBLE where none are admissible, UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, NOT_FOUND if the tensions violate a limit,
+        INFEASIBLE if no tensions are admissible, UNSUPPORTED if an infinite limit has no middle, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match, or p is odd or less than 2.
+        ValueError: if the shapes do not match, or p is odd or less than 2.
 
     Example:
         >>> p_norm_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

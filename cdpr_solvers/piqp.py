@@ -17,18 +17,19 @@ SETTINGS = {
     "num_threads": 1,
 }
 
-# The least of what it adds to the equations that give a step; by default 1e-13, which a row as short as 1e-6 feels.
+# Least regularisation of the step equations. The default of 1e-13 disturbs rows as short as 1e-6.
 LESS_REGULAR = 1e-16
 
 
 class Piqp(LibrarySolver):
-    """min |x|^2 subject to low <= N x <= high; about 1e-5 N from the exact optimum.
+    """min |x|^2 subject to low <= N x <= high, about 1e-5 N from the exact optimum.
 
-    Made anew for each call, which costs a quarter of the time: its scaling would start from that of the problem before.
-    Where it does not get there, as in one of 700 problems that are made to mislead, it is asked again for less.
+    Each call uses a new solver, which takes a quarter of the time, because the scaling of a reused solver would start
+    from that of the previous problem. If it does not converge, as in 1 of 700 adversarial problems, a second call has a
+    larger tolerance.
     """
 
-    wider = 1e-9  # an interior-point method needs an inside
+    wider = 1e-9  # an interior-point method needs a set with an interior
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)

@@ -1,4 +1,4 @@
-"""The pseudo-inverse: minimum 2-norm without limits (thesis, equation 6.26)."""
+"""Pseudo-inverse, the minimum 2-norm without limits (thesis, equation 6.26)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cdpr.tension.status import Status
 
 
 class PseudoInverse(CompiledSolver):
-    """t = W^+ wrench. It looks at no limit, tensions may come out negative; but locked cables keep what they have."""
+    """t = W^+ wrench. It ignores the limits, so tensions may be negative; only locked cables keep their tensions."""
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options, "pseudo_inverse", follows=False)
@@ -28,17 +28,17 @@ def pseudo_inverse_tension(
     Thesis, equation 6.26.
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where no tensions balance the wrench,
-        NOT_FOUND where they are too large for numbers, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, INFEASIBLE if no tensions balance the wrench,
+        NOT_FOUND if they exceed the range of numbers, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> pseudo_inverse_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

@@ -1,4 +1,4 @@
-"""The puncture method: from the pseudo-inverse towards the closed form until all cables are within their limits."""
+"""Puncture method, from the pseudo-inverse towards the closed form until all cables are within their limits."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from cdpr.tension.status import Status
 
 
 class Puncture(CompiledSolver):
-    """t = t_0 + s (t_c - t_0) with the smallest s in [0, 1] that is within the limits: low tensions, in closed form.
+    """t = t_0 + s (t_c - t_0) with the smallest s in [0, 1] within the limits: low tensions in closed form.
 
-    t_0 = W^+ wrench, and t_c the closed form, nearest to the middle of the limits. Müller, Reichert and Bruckmann,
-    Analysis of a Real-Time Capable Cable Force Computation Method (2015). Implementations (CASPR) ask only the lower
-    limits on the way and give up where t_c itself is beyond a limit; here both limits of every cable count, and any
-    point of the segment will do. Where none is within the limits another distribution may be: NOT_FOUND.
+    t_0 = W^+ wrench, and t_c is the closed form, the distribution nearest to the middle of the limits. See Müller,
+    Reichert and Bruckmann, Analysis of a Real-Time Capable Cable Force Computation Method (2015). Implementations
+    (CASPR) test only the lower limits on the way and give up if t_c violates a limit. Here, both limits of every cable
+    count, and any point of the segment is accepted. If none is within the limits, another distribution may be
+    admissible: NOT_FOUND.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -34,18 +35,18 @@ def puncture_tension(
     Müller, Reichert and Bruckmann (2015).
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, NOT_FOUND where no point of that segment is
-        admissible, INFEASIBLE where none are admissible, UNSUPPORTED where infinite limits have no middle, or
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, NOT_FOUND if no point of the segment is
+        admissible, INFEASIBLE if no tensions are admissible, UNSUPPORTED if an infinite limit has no middle, or
         BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> puncture_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

@@ -22,21 +22,21 @@ ABOUT = {"zero": ZERO, "middle": MIDDLE, "previous": PREVIOUS, "given": GIVEN}
 
 
 class MinimumNorm(CompiledSolver):
-    """Exact for any number of cables and any rank, continuous; a convex quadratic program (Bruckmann et al. 2006).
+    """Convex quadratic program, exact for any number of cables and any rank, and continuous (Bruckmann et al. 2006).
 
-    With t = c + N x, c the solution of least norm and N an orthonormal basis of the null space, |t|^2 = |c|^2 + |x|^2:
-    the optimum is the point of least norm in a polytope in m - n dimensions. A reference moves the origin to N^T ref;
-    weights scale the cables: with D = diag(sqrt(w)), D t solves the problem of W D^-1.
+    With t = c + N x, c the solution of least norm and N an orthonormal basis of the null space, |t|^2 = |c|^2 + |x|^2.
+    So the optimum is the point of least norm in a polytope in m - n dimensions. A reference moves the origin to N^T
+    ref. Weights scale the cables: with D = diag(sqrt(w)), D t solves the problem of W D^-1.
 
-    `weights: stiffness` takes l_i / (E A)_i, the compliance of each cable at the robot's home: what is least is then
-    twice the elastic energy, sum t_i^2 / k_i, so that stiff cables carry more.
+    `weights: stiffness` uses l_i / (E A)_i, the compliance of each cable at the home pose of the robot. The objective
+    is then twice the elastic energy, sum t_i^2 / k_i, so that stiff cables carry more.
 
-    `change` narrows the limits to t_previous +- change. Where no distribution lies within that window the answer is
-    NOT_FOUND. In a first step nothing is previous: then `about: previous` is about zero and any change is allowed.
+    `change` narrows the limits to t_previous +- change. If no distribution lies within this window, the status is
+    NOT_FOUND. The first step has no previous tensions: `about: previous` is then about zero, and any change is allowed.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        if not isinstance(options, QpOptions):  # a solver built upon this one, with options of its own or none
+        if not isinstance(options, QpOptions):  # a solver derived from this one, with other options or none
             options = QpOptions()
         about = options.about
         if (about == "given") != (options.reference is not None):
@@ -61,7 +61,7 @@ class MinimumNorm(CompiledSolver):
 
 
 def compliance(robot: Robot) -> list[float]:
-    """Return l_i / (E A)_i of each cable at the robot's home, relative to the largest; PluginError where unknown."""
+    """Return l_i / (E A)_i of each cable at the home pose, relative to the largest; raise PluginError if unknown."""
     soft = [cable.axial_stiffness for cable in robot.cables]
     if robot.home is None or None in soft:
         missing = "home" if robot.home is None else "cable: {axial_stiffness: ...} of each cable"
@@ -88,22 +88,22 @@ def minimum_norm_tension(
     Bruckmann et al. (2006).
 
     Args:
-        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
-        wrench: (n,), N and N m: the wrench that the cables shall exert.
-        tension_min: (m,) N.
-        tension_max: (m,) N. A cable whose limits are equal is locked at that tension.
-        about: The reference: "zero", "middle" of the limits, "previous" or "given".
-        reference: (m,) N, for "given".
-        previous: (m,) N, tensions of the step before; None in a first step.
-        change: Largest change of a tension from the step before, N.
-        weights: (m,), positive; None for 1.
+        matrix: (n, m) rows of the wrench matrix, with moments about the platform's origin, in world axes.
+        wrench: (n,) required wrench of the cables on the platform [N, N m].
+        tension_min: (m,) lower limits [N].
+        tension_max: (m,) upper limits [N]. A cable with equal limits is locked at that tension.
+        about: reference: "zero", "middle" of the limits, "previous" or "given".
+        reference: (m,) reference for "given" [N].
+        previous: (m,) tensions of the previous step [N], None in the first step.
+        change: largest change of a tension from the previous step [N].
+        weights: (m,) positive weights, by default all 1.
 
     Returns:
-        Tensions (m,) N, NaN unless the status is OK. The status: OK, INFEASIBLE where none are admissible, NOT_FOUND,
-        UNSUPPORTED where infinite limits have no middle, or BAD_INPUT.
+        Tensions (m,) [N], NaN unless the status is OK. The status: OK, INFEASIBLE if no tensions are admissible,
+        NOT_FOUND, UNSUPPORTED if an infinite limit has no middle, or BAD_INPUT.
 
     Raises:
-        ValueError: The shapes do not match, or `about` is unknown.
+        ValueError: if the shapes do not match, or `about` is unknown.
 
     Example:
         >>> minimum_norm_tension([[1.0, -1.0]], [2.0], [1.0, 1.0], [9.0, 9.0])

@@ -1,4 +1,4 @@
-"""Minimum 2-norm within the limits by any solver that the library qpsolvers finds installed."""
+"""Minimum 2-norm within the limits by any installed solver of the library qpsolvers."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from cdpr_solvers.options import DaqpOptions
 
 
 class Qpsolvers(LibrarySolver):
-    """min |x|^2 subject to [-N ; N] x <= [-low ; high]; as accurate as the chosen solver and its settings.
+    """min |x|^2 subject to [-N ; N] x <= [-low ; high], as accurate as the chosen solver and its settings.
 
-    Raises PluginError where the solver is not installed or does not take the settings.
+    It raises PluginError if the solver is not installed or does not accept the settings.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -33,9 +33,9 @@ class Qpsolvers(LibrarySolver):
             )
         self._settings = {**_defaults(options.name), **options.settings}
         self._make = np.asarray if options.name in qpsolvers.dense_solvers else csc_matrix
-        # For each redundancy the constraints, filled by each call.
+        # Constraints for each redundancy, filled by each call.
         self._made = {r: (np.zeros((2 * robot.m, r)), np.zeros(2 * robot.m)) for r in range(1, robot.m + 1)}
-        # Wrong settings show in any problem, such as a single x between limits.
+        # Wrong settings raise an error in any problem, for example with a single x between limits.
         try:
             self._answer(np.ones((robot.m, 1)), np.zeros(robot.m), np.ones(robot.m))
         except Exception as error:
@@ -50,19 +50,19 @@ class Qpsolvers(LibrarySolver):
         G[m:], h[m:] = N, high
         problem = qpsolvers.Problem(self._make(hessian), gradient, self._make(G), h)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what it warns of, a status says or the check of the answer finds
+            warnings.simplefilter("ignore")  # the status or the check of the result covers the warnings
             return qpsolvers.solve_problem(problem, self.options.name, **self._settings)
 
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         try:
             answer = self._answer(N, low, high)
-        except Exception:  # of many libraries, each with its own; that they work at all was seen when this was made
+        except Exception:  # many libraries with different errors; the constructor has checked that they work
             return None
         return answer.x if answer.found else None
 
 
 def _defaults(name: str) -> dict[str, float]:
-    """What a solver that comes as one of our own, too, needs to be as exact as that."""
+    """Return the settings that make a solver as exact as the built-in solver of the same name."""
     if name != "daqp":
         return {}
     from cdpr_solvers.daqp import SETTINGS

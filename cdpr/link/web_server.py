@@ -1,7 +1,7 @@
 """HTTP and WebSocket server of cdpr: bounded connections, time limits, access control.
 
-Each connection has a thread. Connections that are not yet admitted are few and short-lived: if too many wait,
-the oldest is closed, so that idle connections cannot block new ones.
+Each connection has a thread. Connections that are not yet admitted are few and short-lived: if too many wait, the
+oldest is closed, so that idle connections cannot block new ones.
 """
 
 from __future__ import annotations

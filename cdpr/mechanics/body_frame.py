@@ -3,8 +3,7 @@
 The frame of a free platform has its origin at the centre of mass and its axes along the principal axes. There, the
 inertia is diagonal, and the force alone moves the centre of mass. So every engine integrates the same simple body,
 whatever the mass distribution of the robot. A platform with a guide is integrated in the coordinates of the guide,
-those
-of the platform's origin.
+those of the platform's origin.
 """
 
 from __future__ import annotations
@@ -30,8 +29,7 @@ class BodyFrame:
     """Platform of a robot as the engines build it.
 
     A free platform is described in its centre of mass and principal axes. A platform with a guide is described in its
-    own
-    frame. A body state (13,) has the layout of a platform state, for the body frame.
+    own frame. A body state (13,) has the layout of a platform state, for the body frame.
 
     Attributes:
         mass: mass [kg].
@@ -41,8 +39,7 @@ class BodyFrame:
         line_table: (m, w) table of `cdpr.cables.tables.line_table`, with B_i in the body frame.
         anchors: (m, 6) anchors A_i in the world frame and B_i in the body frame [m].
         offset: (7,) vector from the platform's origin to the origin of the body frame in body axes (3) [m], and
-            attitude of
-            the body frame in the platform frame, w, x, y, z (4).
+            attitude of the body frame in the platform frame, w, x, y, z (4).
         guide: guide of the platform, None if it is free.
     """
 

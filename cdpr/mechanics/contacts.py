@@ -9,8 +9,7 @@ def passing(names: str, clearance: float) -> str:
     """Return the statement that a cable passes through its platform, empty if it does not.
 
     A negative clearance of a cable from its own platform is not a penetration depth (see `cdpr.mechanics.clearance`),
-    so
-    the statement contains no number.
+    so the statement contains no number.
 
     Args:
         names: names of the pair, as `Clearance.name` returns them; a remark may follow after a comma.

@@ -34,10 +34,8 @@ def external_work(wrench: ArrayLike, period: float, turn: ArrayLike, before: Arr
     """Compute the work of a constant wrench on the platform between two states.
 
     The work of the force is exact. The work of the moment is moment . integral of omega. The integral is the rotation
-    vector
-    of the period plus period^2 / 12 omega_0 x omega_1 (second term of the Magnus expansion with omega linear in time).
-    It is
-    exact for a fixed axis, and otherwise of fourth order in the period.
+    vector of the period plus period^2 / 12 omega_0 x omega_1 (second term of the Magnus expansion with omega linear in
+    time). It is exact for a fixed axis, and otherwise of fourth order in the period.
 
     Args:
         wrench: (6,) force [N] and moment about the platform's origin [N m], in world axes.

@@ -2,8 +2,7 @@
 
 For m cables and n degrees of freedom, this is a least-squares problem, over-determined if m > n. Several poses can have
 the same lengths: for example, a suspended platform and its mirror image above the anchors. The result is the pose that
-a
-descent from the start reaches. See Pott, Cable-Driven Parallel Robots (2018), chapter 4; the damping is that of
+a descent from the start reaches. See Pott, Cable-Driven Parallel Robots (2018), chapter 4; the damping is that of
 Marquardt (1963).
 """
 
@@ -36,14 +35,12 @@ class Fit:
         pose: (7,) position [m] and unit quaternion w, x, y, z, in the world frame.
         residual: Euclidean norm of the m length differences [m].
         covariance: (n, n) covariance of the pose along the degrees of freedom of the robot, in their order: position
-            [m]
-            and rotation vector [rad], in world axes. It is sigma^2 (J^T J)^-1 with J = -W^T, for independent length
+            [m] and rotation vector [rad], in world axes. It is sigma^2 (J^T J)^-1 with J = -W^T, for independent length
                 errors
             with the standard deviation sigma; infinite if the lengths leave a direction undetermined.
         iterations: number of linear systems solved.
         converged: True if the last step was below 1e-9 m and the residual is within MISFIT. Otherwise, `pose` is the
-            best
-            pose found and not reliable.
+            best pose found and not reliable.
     """
 
     pose: Array

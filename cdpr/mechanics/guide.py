@@ -27,8 +27,7 @@ class Guide:
         slides: world axes along which the origin translates, 0, 1, 2 for x, y, z, in this order.
         hinge: world axis about which the platform rotates, None if it rotates about none or all of them.
         spherical: True if the platform rotates about all axes and the origin is fixed. The other functions of this file
-            do
-            not apply to such a guide.
+            do not apply to such a guide.
     """
 
     def __init__(self, robot: Robot) -> None:

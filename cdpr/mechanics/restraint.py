@@ -22,8 +22,7 @@ def few_cables(robot: Robot) -> str:
     """Return the limitation of a robot that has no more cables than degrees of freedom, empty if it has more.
 
     Cables only pull. So m = n cables cannot balance every wrench at any pose. A load against which all cables pull,
-    such as
-    the weight of a suspended robot, keeps them taut. Legs that also push do not need such a load.
+    such as the weight of a suspended robot, keeps them taut. Legs that also push do not need such a load.
     """
     m, n = robot.m, robot.n
     if m > n or (m == n and not robot.unilateral):

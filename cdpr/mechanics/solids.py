@@ -4,8 +4,7 @@ The row of a solid is (11,): its kind, its centre (3,) [m], its attitude (4,) as
 (3,) [m]. The size of a box is its half widths, that of a sphere its radius, and that of a cylinder its radius and half
 height. The row of a convex hull is longer. Its size is the number of triangles, the number of edges and the radius of
 the enclosing sphere. The normal (3,), height and corners (9,) of each triangle follow, then both ends (6,) of each
-edge,
-all relative to the centre.
+edge, all relative to the centre.
 """
 
 from __future__ import annotations

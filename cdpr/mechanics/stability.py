@@ -57,8 +57,8 @@ class Oscillator:
         """Return the matrix (2 k, 2 k) on (z, z') of one step of the platform, then of the winches.
 
         The first n coordinates are those of the platform. It moves under constant tensions, by the semi-implicit Euler
-        scheme or
-        exactly. The winches then move by the classical Runge-Kutta scheme, with the platform at the middle of its step.
+        scheme or exactly. The winches then move by the classical Runge-Kutta scheme, with the platform at the middle of
+        its step.
         """
         k = len(self.M)
         x, v, s = slice(0, n), slice(k, k + n), [*range(n, k), *range(k + n, 2 * k)]
