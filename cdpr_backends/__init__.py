@@ -1,4 +1,4 @@
-"""The physics backends that come with cdpr."""
+"""Built-in physics backends."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 ALL_EXITS = tuple(kind.kind() for kind in EXITS)
-OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # of cdpr's own kernel; tendons and legs know none
+OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # tendons and legs support none
 
-# Of MuJoCo, Bullet and DART alike; the reference offers it, too, so that each of them can be held against it.
+# Scheme of MuJoCo, Bullet and DART. The reference also has it, for comparisons with each of them.
 EULER = "semi_implicit_euler"
 
 CABLES = "cdpr's own cable kernel (ideal), or rigid legs on universal and ball joints (ups)"
@@ -29,17 +29,17 @@ class ReferenceOptions(PluginOptions):
     )
 
     def declares(self) -> dict[str, Any]:
-        """The engines' scheme is of order one."""
+        """Return the order and the scheme of the semi-implicit Euler scheme, if it is chosen."""
         return {"order": 1, "scheme": EULER} if self.scheme == EULER else {}
 
 
 def _legs(cables: str) -> dict[str, Any]:
-    """Legs with mass and joints are another plant, of no known order."""
+    """Return the properties of rigid legs, whose mass and joints change the plant, so that its order is unknown."""
     return {"cables": "ups", "exits": (), "order": 0, "scheme": "constrained"} if cables == "ups" else {}
 
 
 class LegOptions(PluginOptions):
-    """What the engines' rigid legs have in common."""
+    """Common options of rigid legs."""
 
     leg_mass: float = Field(1e-3, gt=0.0, description="of each leg of `cables: ups`", json_schema_extra={"unit": "kg"})
     slide_damping: float = Field(
@@ -51,7 +51,7 @@ class LegOptions(PluginOptions):
 
     @model_validator(mode="after")
     def _of_legs(self) -> LegOptions:
-        # A scenario with every default written out holds these, too.
+        # A scenario with all defaults written out contains these, too.
         fields = LegOptions.model_fields
         given = [name for name in fields if getattr(self, name) != fields[name].default]
         if given and getattr(self, "cables", "ups") != "ups":
@@ -79,7 +79,10 @@ class MujocoOptions(LegOptions):
         return self
 
     def declares(self) -> dict[str, Any]:
-        """Runge-Kutta is of order four; not the same one as the reference's, which keeps the momentum."""
+        """Return the properties of the chosen cables and integrator.
+
+        MuJoCo's Runge-Kutta scheme has order four, but is not that of the reference, which conserves the momentum.
+        """
         if self.cables != "native":
             return _legs(self.cables)
         return {"exits": (), **({"order": 4, "scheme": ""} if self.integrator == "rk4" else {})}
@@ -91,7 +94,7 @@ class BulletOptions(LegOptions):
     cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)
 
     def declares(self) -> dict[str, Any]:
-        """Only legs change what is declared."""
+        """Return the properties of rigid legs, if they are chosen."""
         return _legs(self.cables)
 
 
@@ -101,12 +104,12 @@ class DartOptions(LegOptions):
     cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)
 
     def declares(self) -> dict[str, Any]:
-        """Only legs change what is declared."""
+        """Return the properties of rigid legs, if they are chosen."""
         return _legs(self.cables)
 
 
 class ExportOptions(PluginOptions):
-    """How cdpr is to export the robot."""
+    """Options of the robot's export by cdpr."""
 
     fmi: Literal[2, 3] = Field(3, description="version of the standard")
 
@@ -136,7 +139,7 @@ class FmuOptions(PluginOptions, FmuFile):
         return self
 
     def declares(self) -> dict[str, Any]:
-        """Of a stranger's FMU nothing is known before it runs."""
+        """Return no order and no scheme for an FMU from a file, because they are unknown."""
         return {"order": 0, "scheme": ""} if self.file is not None else {}
 
 
@@ -151,7 +154,7 @@ class RemoteOptions(PluginOptions, PeerOptions):
     )
 
     def declares(self) -> dict[str, Any]:
-        """A plant that keeps its own time is not the same twice."""
+        """Return whether runs are reproducible; a real-time plant is not."""
         return {"deterministic": not self.real_time}
 
 

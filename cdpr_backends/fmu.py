@@ -1,7 +1,7 @@
-"""A plant that comes as an FMU: a stranger's in a process of its own, or our own robot as cdpr exports it.
+"""Plants from FMUs: an external FMU in its own process, or the robot as exported by cdpr.
 
-At `reset` the FMU starts anew with the parameters of the scenario, of the robot and of the initial state; what it then
-says of its pose and of its cables is held against the scenario, so that a wrong order, frame or unit is found at once.
+`reset` restarts the FMU with the parameters of the scenario, the robot and the initial state. It then compares the pose
+and the cables of the FMU with the scenario, so that a wrong order, frame or unit is detected at once.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, NO_ANSWER, pull_fault
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The number of a state that the FMU keeps, and copies of our arrays."""
+    """Number of a state saved in the FMU, and copies of the arrays."""
 
     number: int
     arrays: Saved
 
 
 class FmuBackend(Backend):
-    """One FMU with the commands as inputs and the platform's state as outputs.
+    """Plant from one FMU with the commands as inputs and the platform's state as outputs.
 
     Attributes:
         fmu: file, mapping and instance.
@@ -62,13 +62,13 @@ class FmuBackend(Backend):
         self._read_state = reader(outputs, STATE, instance.outputs, self.state)
         self._normalise = normaliser(self.state)
         self._takes_wrench = "external_wrench" in inputs.ports
-        self._unknown = not own  # whether it is still to be asked how its cables pull
-        self._unwanted: list[int] = []  # states that the FMU keeps for snapshots that are gone
+        self._unknown = not own  # True until the pull of its cables has been checked
+        self._unwanted: list[int] = []  # saved states of snapshots that no longer exist
 
     def reset(self, state: Array) -> None:
-        """Start the FMU anew with the platform in `state` (13,)."""
+        """Restart the FMU with the platform in `state` (13,)."""
         start = np.array(state, dtype=np.float64)
-        self.state[:] = kinematics.make_state(np.zeros(3))  # what the FMU does not tell
+        self.state[:] = kinematics.make_state(np.zeros(3))  # for states that the FMU does not output
         self._put()
         self.fmu.start(self._known(start))
         self._get()
@@ -85,31 +85,31 @@ class FmuBackend(Backend):
         self._get()
 
     def engine_time(self) -> float:
-        """Return the FMU's time, s."""
+        """Return the time of the FMU [s]."""
         return self._instance.time
 
     def snapshot(self) -> object:
-        """Let the FMU keep its state."""
+        """Save the state of the FMU."""
         if not self._instance.plan.saves:
             raise PluginError(f"the FMU '{self.fmu.name}' cannot save its state (canGetAndSetFMUState is false)")
         while self._unwanted:
             self._instance.forget(self._unwanted.pop())
         snapshot = Snapshot(self._instance.save(), save(self._arrays))
-        # Not freed at once: the collector may run while the FMU is being asked something else.
+        # Not released at once: the garbage collector may run during another call of the FMU.
         weakref.finalize(snapshot, self._unwanted.append, snapshot.number).atexit = False
         return snapshot
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         self._instance.restore(snapshot.number)
         put_back(snapshot.arrays, self._arrays)
 
     def describe(self) -> dict[str, Any]:
-        """Return file, checksum, mapping and parameters."""
+        """Return the file, the checksum, the mapping and the parameters."""
         return self.fmu.describe()
 
     def close(self) -> None:
-        """End the FMU, its process and its folder."""
+        """Stop the FMU and its process, and delete its folder."""
         self.fmu.close()
 
     @property
@@ -128,7 +128,7 @@ class FmuBackend(Backend):
         self._normalise()
 
     def _exported(self) -> Archive:
-        """Return the robot as an FMU of our own; its state comes with `reset`."""
+        """Return the robot as an FMU exported by cdpr; `reset` sets its state."""
         plant = Plant(self.robot, self.gravity, float(self.physics_step), kinematics.make_state(np.zeros(3)))
         archive = open_archive(cached_fmu(plant, self.options.export.fmi if self.options.export else 3))
         if archive.sha256 != archive.path.stem:
@@ -136,7 +136,7 @@ class FmuBackend(Backend):
         return archive
 
     def _steps_in(self, physics_step: float) -> int:
-        """Return how many communication steps make a physics step."""
+        """Return the number of communication steps per physics step."""
         wanted = self.options.step or physics_step
         ratio = round(physics_step / wanted)
         if ratio < 1 or abs(ratio * wanted - physics_step) > tolerances.TIME * physics_step:
@@ -147,13 +147,13 @@ class FmuBackend(Backend):
         return ratio
 
     def _known(self, state: Array) -> dict[str, Known]:
-        """What can be said of the start and, if wanted, of robot and step."""
+        """Return the values of the initial state and, if requested, of robot and step."""
         order = self.options.signals.cable_order
         known = robot_parameters(self.robot, self.gravity, self.physics_step, state, order)
         return {name: value for name, value in known.items() if self.options.from_robot or name.startswith(INITIAL)}
 
     def _check_start(self, start: Array) -> None:
-        """Refuse an FMU that is not where the scenario is."""
+        """Raise an error if the FMU does not start in the state of the scenario."""
         port, length = self.fmu.mapping.outputs.ports.get("cable_length"), None
         if port is not None:
             length = np.empty(self.robot.m)
@@ -161,10 +161,10 @@ class FmuBackend(Backend):
         self._refuse(start_fault(self.robot, start, self.state, length, self.fmu.filled))
 
     def _check_pull(self, start: Array) -> None:
-        """Refuse an FMU whose cables do not pull like the robot's: one step of it for each cable, from the start."""
+        """Raise an error if the FMU's cables do not pull like those of the robot, tested in one step per cable."""
         pull = np.maximum(1.0, self.robot.tension_max - self.robot.tension_min)
         fault, share = pull_fault(self.robot, start, pull, self._answers(start, pull))
-        if not fault and share < NO_ANSWER:  # with a wrong sign, cables that cannot push answer only to the opposite
+        if not fault and share < NO_ANSWER:  # cables that cannot push respond only to the opposite of a wrong sign
             fault, _ = pull_fault(self.robot, start, -pull, self._answers(start, -pull))
         self._refuse(fault)
         if share * MOST_FACTOR < 1.0:
@@ -175,7 +175,7 @@ class FmuBackend(Backend):
             )
 
     def _answers(self, start: Array, pull: Array) -> Array:
-        """Return the accelerations (m, 6), over one step, that `pull` (m,) adds in each cable alone."""
+        """Return the accelerations (m, 6) over one step that `pull` (m,) adds in each cable alone."""
         kept = save((self.command, self.external))
         twists = []
         for more in (np.zeros(self.robot.m), *np.diag(pull)):

@@ -1,7 +1,7 @@
-"""What an FMU is asked before a run: is it where the scenario is, and does each cable pull as the robot's does?
+"""Checks of an FMU before a run: its initial state, and the direction in which each cable pulls.
 
-A wrong order of cables, a wrong frame, unit or convention shows in one of the two; afterwards it would only be a run
-that is wrong.
+One of the two checks detects a wrong order of cables, frame, unit or convention. Otherwise, the run would be wrong
+without a message.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
-# m, rad, m/s, rad/s: far below what any robot's start is known to, far above what single precision and angles lose.
+# [m, rad, m/s, rad/s], far below the accuracy of a real start, and far above the errors of single precision and angles
 START_TOLERANCE = 1e-5
-# Share of a cable's length: above the deflection by small pulleys, below what exchanged cables or a wrong frame make.
+# Share of a cable's length, above the effect of small pulleys, and below that of swapped cables or a wrong frame.
 LENGTH_TOLERANCE = 1e-2
-NORM_TOLERANCE = 1e-3  # of a quaternion, as everywhere
+NORM_TOLERANCE = 1e-3  # tolerance of a quaternion's norm, as everywhere
 
-# The wrench of a cable may differ in direction by this cosine and in size by this factor: what masses that are not
-# quite the scenario's, pulleys and the motion within a step do. Other cables, frames and units are further off.
+# Limits of the difference between the wrench of a cable and the expected one: cosine of the angle and factor. Slightly
+# # different masses, pulleys and the motion within a step stay within them. Other cables, frames and units exceed them.
 LEAST_COSINE = 0.9
 MOST_FACTOR = 5.0
-NO_ANSWER = 1e-6  # of the size expected; below it there is no direction
+NO_ANSWER = 1e-6  # share of the expected size below which there is no direction
 
-INITIAL = "initial_"  # so the parameters begin that hold the initial state
+INITIAL = "initial_"  # prefix of the parameters for the initial state
 ELSEWHERE = "it has no parameter for that: set those that it has under `parameters`, or the scenario's `initial`"
 START = {
     "position": (slice(0, 3), "m"),
@@ -37,16 +37,16 @@ START = {
 
 
 def start_fault(robot: Robot, start: Array, state: Array, length: Array | None, filled: Collection[str]) -> str:
-    """Say what is wrong with the `state` (13,) that an FMU starts with and its cables' `length` (m,); "" if nothing.
+    """Return the error in the initial `state` (13,) of an FMU and the `length` (m,) of its cables, "" if there is none.
 
-    `start` (13,) is the scenario's; `filled` are the parameters that were set to it.
+    `start` (13,) is the initial state of the scenario; `filled` are the parameters that were set from it.
     """
     norm = float(np.linalg.norm(state[3:7]))
     if not abs(norm - 1.0) <= NORM_TOLERANCE:
         return f"starts with a quaternion {_brief(state[3:7])} of norm {norm:.4g}, not 1: check its order"
     turned = start.copy()
     if state[3:7] @ start[3:7] < 0.0:
-        turned[3:7] *= -1.0  # the same attitude
+        turned[3:7] *= -1.0  # same attitude
     for name, (span, unit) in START.items():
         said, wanted = state[span], turned[span]
         if not np.abs(said - wanted).max() <= START_TOLERANCE * max(1.0, float(np.abs(wanted).max())):
@@ -63,10 +63,10 @@ def start_fault(robot: Robot, start: Array, state: Array, length: Array | None, 
 
 
 def pull_fault(robot: Robot, start: Array, pull: Array, accelerations: Array) -> tuple[str, float]:
-    """Say which cable does not pull as the robot's does, "" if none, and how much they pull of what they should.
+    """Return the error of a cable that does not pull like that of the robot, "" if none, and the share of the pull.
 
-    accelerations (m, 6): of the origin and angular, world axes, that a tension `pull` (m,) in each cable alone adds at
-    the state `start` (13,).
+    The share is the median ratio of the pull to the expected one. `accelerations` (m, 6) are those of the origin and
+    angular, in world axes, that a tension `pull` (m,) in each cable alone adds at the state `start` (13,).
     """
     rows = robot.rows
     scale = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows]

@@ -1,4 +1,4 @@
-"""Plants that pull with the commanded tensions themselves."""
+"""Check for plants that apply the commanded tensions directly."""
 
 from cdpr.cables import immediate, model_of
 from cdpr.errors import PluginError
@@ -6,7 +6,7 @@ from cdpr.model import Robot
 
 
 def require_ideal(robot: Robot, cables: str) -> None:
-    """Refuse a robot on winches; `cables` is the option that cannot move one."""
+    """Raise PluginError for a robot on winches; `cables` is the option that does not support them."""
     if not immediate(robot):
         raise PluginError(
             f"cables: {cables} knows no winches, and robot '{robot.name}' has cable.model {model_of(robot)}: leave "

@@ -1,4 +1,4 @@
-"""Keeps what a library writes past Python off the user's terminal."""
+"""Suppression of output that libraries write to the terminal from C code."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FDS = (1, 2)
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Send everything written to stdout and stderr within to nowhere, also by C code."""
+    """Discard all output to stdout and stderr in the context, including output of C code."""
     _flush()
     kept = [os.dup(fd) for fd in FDS]
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -30,7 +30,7 @@ def quiet() -> Iterator[None]:
 
 
 def _flush() -> None:
-    """Empty Python's and C's buffers: what lies there belongs to whoever wrote it."""
+    """Flush the buffers of Python and C, whose content belongs to earlier writers."""
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
             stream.flush()

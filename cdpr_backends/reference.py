@@ -1,4 +1,4 @@
-"""The reference backend: classical Runge-Kutta with the cables evaluated at every stage."""
+"""Reference backend: classical Runge-Kutta scheme that evaluates the cables at every stage."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cdpr_backends.scheme import steps_of
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
-    """Return the integrator of the chosen scheme for a free or a guided platform, or for cables on winches."""
+    """Return the integrator of the chosen scheme, for a free or a guided platform or for cables on winches."""
     if options is not None and options.scheme == "semi_implicit_euler":
         from cdpr_backends.reference_euler import SemiImplicitEuler
 
@@ -40,17 +40,17 @@ def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Bac
 
 
 class ReferenceBackend(SnapshotOfArrays, Backend):
-    """Integrates position, attitude, momentum and angular momentum with the classical fourth-order scheme.
+    """Integrator of position, attitude, momentum and angular momentum by the classical scheme of fourth order.
 
-    The variables are those of the centre of mass; the angular momentum is kept in world axes, where a torque-free
-    body does not change it, so that it is conserved to round-off.
+    The variables are those of the centre of mass. The angular momentum is in world axes, where it is constant without a
+    torque, so that it is conserved to round-off.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self.frame = frame = BodyFrame(robot)
         self._body = np.zeros(13)
-        self._momentum = np.zeros(3)  # angular, about the centre of mass, world axes
+        self._momentum = np.zeros(3)  # angular, about the centre of mass, in world axes
         moving = {"body": self._body, "momentum": self._momentum, "state": self.state}
         self._begin = bind("reference_begin", offset=frame.offset, moments=frame.moments, **moving)
         self._steps = steps_of(
@@ -66,7 +66,7 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
         )
 
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,)."""
+        """Set the platform to `state` (13,)."""
         self.state[:] = state
         self._begin()
 
@@ -80,5 +80,5 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What a snapshot must hold."""
+        """Arrays of a snapshot."""
         return self.command, self.external, self._body, self._momentum, self.state

@@ -1,7 +1,7 @@
-"""The scheme of the engines, written out: semi-implicit Euler, first order, the cables evaluated once a step.
+"""Scheme of the engines: semi-implicit Euler, first order, with one evaluation of the cables per step.
 
-`cdpr compare` runs it beside an engine that declares this scheme: what differs is then the engine's adapter, not the
-size of the step.
+`cdpr compare` runs it beside an engine that declares this scheme. Their difference is then due to the adapter of the
+engine, not to the step size.
 """
 
 from __future__ import annotations
@@ -17,12 +17,15 @@ from cdpr.plugins.snapshots import SnapshotOfArrays
 
 
 class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
-    """First the velocities from the accelerations at the start of the step, then the pose from these velocities."""
+    """Semi-implicit Euler scheme: new velocities first, then the pose from them.
+
+    The velocities come from the accelerations at the start of the step.
+    """
 
     def build(self) -> None:
         """Bind the kernel for a free or a guided platform."""
         frame = self.frame
-        self._motion = np.zeros(8)  # with a guide: position, angle, velocity, spin
+        self._motion = np.zeros(8)  # with a guide: position, angle, velocity, angular rate
         given = {"gravity": self.gravity, "applied": self.applied, "body": self.body, "step": self.physics_step}
         if frame.guide is None:
             self._advance = bind("euler_free_step", inertial=np.array([frame.mass, *frame.moments]), **given)
@@ -33,7 +36,7 @@ class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
             self._advance = bind("euler_guided_step", guide=guide, inertial=inertial, motion=self._motion, **given)
 
     def write(self) -> None:
-        """Take the motion from `body`."""
+        """Set the motion from `body`."""
         guide = self.frame.guide
         if guide is not None and guide.spherical:
             self.body[7:10] = 0.0
@@ -43,7 +46,7 @@ class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
             self._motion[4:7], self._motion[7] = free * self.body[7:10], axis @ self.body[10:]
 
     def read(self) -> None:
-        """The motion is in `body` already."""
+        """Do nothing; the motion is already in `body`."""
 
     def advance(self) -> None:
         """Advance by one physics step."""
@@ -55,5 +58,5 @@ class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What a snapshot must hold."""
+        """Arrays of a snapshot."""
         return *super().arrays, self._motion

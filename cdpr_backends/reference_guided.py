@@ -1,4 +1,4 @@
-"""The reference integrator for platforms with a guide: the same scheme in the guide's coordinates."""
+"""Reference integrator for platforms with a guide, with the same scheme in the coordinates of the guide."""
 
 from __future__ import annotations
 
@@ -17,12 +17,15 @@ from cdpr_backends.scheme import steps_of
 
 
 class GuidedReference(SnapshotOfArrays, Backend):
-    """Classical Runge-Kutta of order four in position and hinge angle, the cables evaluated at every stage."""
+    """Classical Runge-Kutta scheme of fourth order in position and hinge angle.
+
+    The cables are evaluated at every stage.
+    """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self.guide = guide = Guide(robot)
-        self._motion = np.zeros(8)  # position, angle, velocity, spin
+        self._motion = np.zeros(8)  # position, angle, velocity, angular rate
         self._steps = steps_of(
             "guided_step",
             guide=guide.packed,
@@ -37,7 +40,7 @@ class GuidedReference(SnapshotOfArrays, Backend):
         )
 
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,), which must lie in the guide."""
+        """Set the platform to `state` (13,), which must be possible in the guide."""
         self.state[:] = state
         axis = self.guide.packed[3:]
         self._motion[:] = [*state[:3], self.guide.angle(state), *self.guide.packed[:3] * state[7:10], axis @ state[10:]]
@@ -53,5 +56,5 @@ class GuidedReference(SnapshotOfArrays, Backend):
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What a snapshot must hold."""
+        """Arrays of a snapshot."""
         return self.command, self.external, self._motion, self.state

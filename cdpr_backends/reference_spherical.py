@@ -1,4 +1,4 @@
-"""The reference integrator for platforms that turn about their held origin, by the scheme of the free platform."""
+"""Reference integrator for platforms that rotate about their fixed origin, with the scheme of the free platform."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from cdpr_backends.scheme import steps_of
 
 
 class SphericalReference(SnapshotOfArrays, Backend):
-    """Classical Runge-Kutta of order four in attitude and angular momentum about the origin.
+    """Classical Runge-Kutta scheme of fourth order in attitude and angular momentum about the origin.
 
-    The momentum is kept in world axes, so that a torque-free body conserves it to round-off.
+    The angular momentum is in world axes, so that it is conserved to round-off without a torque.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -40,7 +40,7 @@ class SphericalReference(SnapshotOfArrays, Backend):
         )
 
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,), whose velocity must be zero."""
+        """Set the platform to `state` (13,), whose velocity must be zero."""
         self.state[:] = state
         self.state[7:10] = 0.0
         self._begin()
@@ -55,5 +55,5 @@ class SphericalReference(SnapshotOfArrays, Backend):
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What a snapshot must hold."""
+        """Arrays of a snapshot."""
         return self.command, self.external, self._momentum, self.state

@@ -1,4 +1,4 @@
-"""The reference integrator for cables on winches: their states are integrated with the platform's, stage by stage."""
+"""Reference integrator for cables on winches, which integrates the winches with the platform at every stage."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cdpr_backends.scheme import steps_of
 
 
 class WinchReference(SnapshotOfArrays, Backend):
-    """Classical Runge-Kutta of order four in body, winches and work of the cables, for free and guided platforms."""
+    """Classical Runge-Kutta scheme of fourth order in body, winches and cable work, for free and guided platforms."""
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
@@ -33,7 +33,7 @@ class WinchReference(SnapshotOfArrays, Backend):
         self._steps = steps_of("winch_runge_kutta", **winches.given, state=self.state, step=self.physics_step)
 
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,), which must lie in the guide, if there is one."""
+        """Set the platform to `state` (13,), which must be possible in the guide, if there is one."""
         self.state[:] = state
         self.state[7:] *= self.winches.free
         self._to_body()
@@ -54,15 +54,15 @@ class WinchReference(SnapshotOfArrays, Backend):
         tension[:] = self.winches.tension
 
     def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
-        """Return the operations that do so; the work is integrated with all else."""
+        """Return the operations that write tensions and work; the work is integrated with the other states."""
         tensions, _ = self.winches.readings(tension, work)
         return tensions, [bind("copy", source=self.winches.work, target=work)]
 
     def cable_work(self) -> float:
-        """Return the work of the cables on the platform, J."""
+        """Return the work of the cables on the platform [J]."""
         return float(self.winches.work[0])
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What a snapshot must hold."""
+        """Arrays of a snapshot."""
         return self.command, self.external, self._body, self.state, *self.winches.arrays

@@ -1,4 +1,4 @@
-"""A plant in another process, such as a robot's own control computer or another simulator: commands out, state in."""
+"""Plants in another process, such as a robot's control computer or another simulator: commands out, state in."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 
-START, STEP, STOP = range(3)  # what a frame asks for
+START, STEP, STOP = range(3)  # kinds of requests in a message
 STATE = 13
 
 
 class RemoteBackend(Backend):
-    """One peer, which is told where to begin, then the command of each cable for each step, and answers with its state.
+    """Plant in one peer, which receives the initial state and then the commands, and answers with its state.
 
-    Commands are within the limits of the robot, and finite, whatever was asked for. A peer is to stop safely by itself
-    where it hears nothing for its time-out, or the connection ends; a run that ends tells it to stop. The log holds
-    what was asked for, so where that was something else, such as nothing of a cable that breaks, it is told.
+    Sent commands are finite and within the limits of the robot. A peer must stop safely by itself if it receives no
+    message for its time-out, or if the connection ends. A run sends a stop message at its end. The log contains the
+    requested commands. If sent commands differ, for example for a broken cable, a warning states this.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -41,7 +41,7 @@ class RemoteBackend(Backend):
         self._clipped = 0
 
     def reset(self, state: Array) -> None:
-        """Greet the peer, unless it has not moved since it was, and let it begin in `state` (13,)."""
+        """Greet the peer, unless it has not moved since the last greeting, and start it in `state` (13,)."""
         if self._steps:
             self.close()
         if self._peer is None:
@@ -51,7 +51,7 @@ class RemoteBackend(Backend):
         self._clipped = 0
 
     def step(self, n: int) -> None:
-        """Advance by n physics steps; in real time not before the wall clock has."""
+        """Advance by n physics steps; in real time not before the same wall time has passed."""
         duration = n * self.physics_step
         if self._steps == 0:
             self._begun = time.monotonic()
@@ -69,11 +69,11 @@ class RemoteBackend(Backend):
                 self._latest = max(self._latest, -ahead)
 
     def log(self, columns: Mapping[str, Array]) -> None:
-        """Take the column of how late a step was."""
+        """Store the column of the delay of each step."""
         self._late = columns["step_late"]
 
     def close(self) -> None:
-        """Tell the peer to stop, and end the connection; tell what came too late."""
+        """Stop the peer and close the connection; warn of steps that were too late and of limited commands."""
         if self._peer is None:
             return
         self._fill(STOP, 0.0, np.zeros(STATE))
@@ -95,7 +95,7 @@ class RemoteBackend(Backend):
             raise BackendDied(
                 f"{self._peer.called}: its quaternion w, x, y, z is {self.state[3:7].tolist()}, whose length is not 1"
             )
-        self._normalise()  # single precision loses more than we do
+        self._normalise()  # single precision has larger rounding errors
 
     def _fill(self, kind: int, duration: float, state: Array) -> None:
         robot, frame = self.robot, self._frame

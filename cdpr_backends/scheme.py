@@ -1,4 +1,4 @@
-"""Integrators of the reference, bound for any number of steps. Their scheme: `include/cdpr/scheme.hpp`."""
+"""Integrators of the reference, bound for any number of steps. See `include/cdpr/scheme.hpp` for their scheme."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ if TYPE_CHECKING:
 def steps_of(operation: str, **given: Any) -> Callable[[int], Bound]:
     """Return a function of n that returns an integrator's operation, bound to `given`, for n physics steps.
 
-    Each is bound when it is first needed, and kept.
+    Each operation is bound at its first use and kept.
     """
     return cache(lambda n: bind(operation, **given, steps=n))

@@ -1,8 +1,8 @@
-"""Cables as rigid legs, as in chapter 5 of the thesis: universal joint, actuated slide, ball joint.
+"""Cables as rigid legs, as in chapter 5 of the thesis: universal joint, actuated slide, spherical joint.
 
-A universal joint holds the leg at the frame, a slide along the leg pulls with the cable's tension, and a ball joint
-closes the loop at the platform. It is a plant by other means, to compare the massless cables with; besides the legs'
-weight, and the damping of their joints where that is asked for, it adds nothing but cost.
+A universal joint holds the leg at the frame. A slide along the leg pulls with the tension of the cable. A spherical
+joint closes the loop at the platform. The legs serve for comparisons with massless cables. Apart from their weight and
+the optional damping of their joints, they add only computation time.
 """
 
 from __future__ import annotations
@@ -22,17 +22,18 @@ from cdpr_backends.ideal import require_ideal
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """One leg at the start, where all its joints stand at zero and its axes lie along the world's.
+    """Leg at the start of a run, with all joints at zero and its axes along those of the world.
 
     Attributes:
-        anchor: (3,) A_i, m, world.
-        center: (3,) its centre of mass, half way to the platform, from the anchor, m.
-        mass: kg.
-        inertia: moment of inertia about its centre, kg m^2, the same about all axes: a rod has none along itself,
-            which engines refuse, and the leg does not turn that way.
-        tip: (3,) B_i in the body frame, m.
-        axes: (3, 3) rows: the two hinges of the universal joint and the slide, world; forces along the slide push.
-        rates: (3,) of these joints, rad/s, rad/s, m/s.
+        anchor: (3,) anchor A_i in the world frame [m].
+        center: (3,) centre of mass, half way to the platform, relative to the anchor [m].
+        mass: mass [kg].
+        inertia: moment of inertia about the centre of mass [kg m^2], the same about all axes. A rod has none about its
+            own axis, which engines reject, and the leg does not rotate about it.
+        tip: (3,) anchor B_i in the body frame [m].
+        axes: (3, 3) rows: the two hinges of the universal joint and the slide, in world axes; positive slide forces
+            push.
+        rates: (3,) rates of these joints [rad/s, rad/s, m/s].
     """
 
     anchor: Array
@@ -45,7 +46,7 @@ class Leg:
 
 
 def make_legs(anchors: Array, body: Array, mass: float) -> list[Leg]:
-    """Legs of one mass (kg) between the anchors (m, 6) that close the loops in a body state (13,)."""
+    """Return the legs of one mass [kg] between the anchors (m, 6) that close the loops in a body state (13,)."""
     R = rotations.matrix(body[3:7])
     legs = []
     for row in anchors:
@@ -53,7 +54,8 @@ def make_legs(anchors: Array, body: Array, mass: float) -> list[Leg]:
         reach = body[:3] + arm - row[:3]
         length = float(np.linalg.norm(reach))
         along = reach / length
-        # The first hinge lies level: a leg may rise and fall as it likes, and is stuck only 90 degrees to its side.
+        # The first hinge is horizontal. A leg swings freely up and down, and is singular only at 90 degrees to the
+        # side.
         level = np.cross([0.0, 0.0, 1.0], along)
         if np.linalg.norm(level) < 1e-6:
             level = np.array([1.0, 0.0, 0.0]) - along[0] * along
@@ -68,10 +70,10 @@ def make_legs(anchors: Array, body: Array, mass: float) -> list[Leg]:
 
 
 class UpsBackend(RigidBodyBackend):
-    """A free platform on legs. The engine's `write` builds its world anew, with the legs for that pose.
+    """Free platform on legs. `write` of the engine rebuilds its world with the legs for the pose.
 
-    `applied` holds the external wrench alone; the engine pulls its slides with `command`, and damps all joints of the
-    legs by their rates before the step (explicitly: very strong damping of light legs diverges).
+    `applied` contains only the external wrench. The engine pulls its slides with `command`. It damps all joints of the
+    legs by their rates before the step. (This is explicit: very strong damping of light legs diverges.)
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -93,11 +95,11 @@ class UpsBackend(RigidBodyBackend):
         )
 
     def legs(self) -> list[Leg]:
-        """The legs for the pose in `body`."""
+        """Return the legs for the pose in `body`."""
         return make_legs(self.frame.anchors, self.body, self.options.leg_mass)
 
     def forces(self, rates: Array) -> Array:
-        """What acts at the joints (..., 3) of the legs with these rates: damping, and along the slides the pull."""
+        """Return the joint forces (..., 3) of legs with these rates: damping, and the pull of the slides."""
         forces = -self._damping * rates
         forces[..., 2] -= self.command
         return forces

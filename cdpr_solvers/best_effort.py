@@ -17,11 +17,9 @@ from cdpr.tension.status import Status
 class BestEffort(CompiledSolver):
     """min |D (W t - wrench)| with t_min <= t <= t_max, and least 2-norm among several optima.
 
-    D is the weighting of the tension stage.
-
-    Any n, m and rank: for underactuated robots and cables that failed. First asked is what `qp` asks: where the wrench
-    can be balanced the answer is that of `qp`, and so is the status. A lower limit of -inf is then UNSUPPORTED where it
-    cannot.
+    D is the weighting of the tension stage. The solver works for any n, m and rank, thus for underactuated robots and
+    failed cables. It first solves the problem of `qp`. If the wrench is feasible, it returns the tensions and the
+    status of `qp`. If it is not, a lower limit of -inf is UNSUPPORTED.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:

@@ -30,10 +30,10 @@ LONG_STEP = 2**20
 class Exact(TensionSolver):
     """Exact optimum of the problem as stated by its floating-point numbers, each tension rounded once.
 
-    For checking other solvers, as the thesis did with the exact program of CGAL. Any number of cables: eight take about
-    a millisecond, the 1-norm several. Rows of W that are round-off of others (RANK_TOLERANCE) are no equations of their
-    own. Whether the limits leave a solution is decided exactly. `one_norm` minimises the sum of the tensions; where
-    that leaves several, it takes one of them.
+    It verifies other solvers, as the exact program of CGAL did in the thesis. It works for any number of cables. The
+    2-norm takes about a millisecond for eight cables, the 1-norm several. Rows of W that depend on others up to
+    round-off (RANK_TOLERANCE) are not separate equations. Feasibility is decided exactly. `one_norm` minimises the sum
+    of the tensions and returns one optimum if there are several.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:

@@ -16,16 +16,16 @@ from cdpr.tension.status import Status
 class ImprovedClosedForm(CompiledSolver):
     """Closed form that fixes the worst cable at its limit, then the next, until all are within their limits.
 
-    Pott, An Improved Force Distribution Algorithm for Over-Constrained Cable-Driven Parallel Robots (2013); thesis 6.30
-    to 6.32, its "advanced closed form": with t_i = b the others solve W' t' = wrench - b W_i as the closed form does.
-    In the null space that is a step along n, the part of row i of N orthogonal to the rows of the cables fixed before:
-    t += N n (b - t_i) / |n|^2. At most r = m - n cables can be fixed; whether the others are then within their limits
-    is still tested.
+    See Pott, An Improved Force Distribution Algorithm for Over-Constrained Cable-Driven Parallel Robots (2013), and
+    thesis 6.30 to 6.32, "advanced closed form". With t_i = b, the others solve W' t' = wrench - b W_i by the closed
+    form. In the null space, this is a step t += N n (b - t_i) / |n|^2. The vector n is the part of row i of N that is
+    orthogonal to the rows of the fixed cables. At most r = m - n cables can be fixed. The others are still tested
+    against their limits after that.
 
-    `rule: published` takes the cable farthest beyond its limits in newtons, `scaled` the one with the longest way back,
-    those newtons over |n|. No cable is ever released. So a feasible wrench may get no answer (with r = 1 only under
-    `published`), an answer need not be the nearest to the middle, and it jumps where two cables are equally far out and
-    the order of fixing them decides.
+    `rule: published` fixes the cable farthest beyond its limit in newtons. `rule: scaled` fixes the cable with the
+    largest ratio of this distance to |n|. No cable is released. So the method may miss a feasible wrench (with r = 1
+    only under `published`), and its tensions may not be the nearest to the middle. They jump where two cables are
+    equally far outside and the order of fixing changes.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:

@@ -1,4 +1,4 @@
-"""One multibody under our cable wrench, in a client of its own."""
+"""One multibody under the wrench of cdpr's cables, in its own client."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ from cdpr_backends.bullet.world import (
     xyzw,
 )
 
-# Between Python's numbers and the memory of arrays: a third of what numpy takes.
+# Conversion between Python floats and the memory of arrays, in a third of the time of numpy.
 put_base, put_joint = Struct("13d").pack_into, Struct("7d").pack_into
 get_vector = Struct("3d").unpack_from
 
 
 class BulletBackend(RigidBodyBackend):
-    """A body under the wrench of cdpr's cable kernel. A client costs 29 MB and 20 ms: `close` it."""
+    """Body under the wrench of cdpr's cable kernel. A client costs 29 MB and 20 ms, so call `close` after use."""
 
     smallest, title = SMALLEST, TITLE
 
     def build(self) -> None:
-        """Make the world."""
+        """Build the world."""
         self.client = Client(self.gravity, self.physics_step)
         client = self.client.number
         frame = self.frame
@@ -56,16 +56,16 @@ class BulletBackend(RigidBodyBackend):
             )
 
     def write(self) -> None:
-        """Put the body into `body`."""
+        """Set Bullet's body to the state in `body`."""
         self._plant.write()
         self._plant.fetch()
 
     def held(self) -> Inertia:
-        """Return the inertia that Bullet holds."""
+        """Return the inertia of the body in Bullet."""
         return self._plant.held()
 
     def read(self) -> None:
-        """Read the body into `body`."""
+        """Read Bullet's body into `body`."""
         self._plant.publish()
 
     def advance(self) -> None:
@@ -74,15 +74,15 @@ class BulletBackend(RigidBodyBackend):
         self._plant.move()
 
     def engine_acts(self) -> Acts:
-        """Return what Bullet does as one act of Python's, and what is ours before and after it."""
+        """Return the step of Bullet as one Python operation, and the compiled operations before and after it."""
         return [self._plant.load, self._plant.move, self._plant.publish]
 
     def snapshot(self) -> object:
-        """Return Bullet's state and our arrays."""
+        """Return the state of Bullet and copies of the arrays."""
         return SavedState(self.client), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         engine, arrays = snapshot
         engine.restore()
         put_back(arrays, self.arrays)
@@ -91,7 +91,7 @@ class BulletBackend(RigidBodyBackend):
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What a snapshot must hold besides Bullet's own state."""
+        """Arrays of a snapshot besides Bullet's own state."""
         return *super().arrays, self._plant.home
 
     def close(self) -> None:
@@ -100,15 +100,15 @@ class BulletBackend(RigidBodyBackend):
 
 
 class Plant:
-    """The body that Bullet moves. Its inputs and outputs lie in arrays, so that our part is compiled.
+    """Body that Bullet moves. Its inputs and outputs are arrays, so that the surrounding operations are compiled.
 
     Attributes:
-        home: (3,) where a guided platform's joints are, world.
-        client, number, link: Bullet's numbers of the world, the body, and its link that has the platform's mass.
-        load: operation that writes what Bullet is to apply.
-        move: has Bullet apply it and step, and fetches.
-        fetch: gets from Bullet how the body is and moves.
-        publish: operation that writes that into the body state.
+        home: (3,) position of the joints of a guided platform in the world frame.
+        client, number, link: Bullet's numbers of the world, the body, and its link with the platform's mass.
+        load: operation that writes the loads for Bullet.
+        move: function that applies the loads in Bullet, steps and fetches.
+        fetch: function that gets the pose and the velocities from Bullet.
+        publish: operation that writes them into the body state.
     """
 
     home: Array
@@ -121,12 +121,12 @@ class Plant:
     publish: Callable[[], object]
 
     def held(self) -> Inertia:
-        """Return the inertia that Bullet holds."""
+        """Return the inertia of the body in Bullet."""
         return held(self.client, self.number, self.link)
 
 
 class Free(Plant):
-    """A free body in Bullet: its base frame is at the centre of mass, on the principal axes."""
+    """Free body in Bullet, with its base frame at the centre of mass along the principal axes."""
 
     def __init__(self, client: int, mass: float, moments: Array, body: Array, applied: Array) -> None:
         self.body, self.home = body, np.zeros(3)
@@ -157,14 +157,14 @@ class Free(Plant):
         self.fetch, self.publish = fetch, bind("bullet_base_state", base=base, body=body)
 
     def write(self) -> None:
-        """Put the base into the body state."""
+        """Set the base to the body state."""
         p, q, v, w = np.split(self.body, [3, 7, 10])
         pybullet.resetBasePositionAndOrientation(self.number, p.tolist(), xyzw(q), self.client)
         pybullet.resetBaseVelocity(self.number, v.tolist(), w.tolist(), self.client)
 
 
 class Guided(Plant):
-    """A fixed base, and on it a chain of links, one per coordinate; the last one is the platform."""
+    """Fixed base with a chain of links, one per coordinate; the last link is the platform."""
 
     def __init__(
         self,
@@ -212,7 +212,7 @@ class Guided(Plant):
         )
 
     def write(self) -> None:
-        """Put the joints into the body state."""
+        """Set the joints to the body state."""
         self.home[:] = self.body[:3] * (1.0 - self.guide.packed[:3])
         pybullet.resetBasePositionAndOrientation(self.number, self.home.tolist(), UPRIGHT, self.client)
         q, u = self.guide.coordinates(self.body, self.home)
@@ -221,10 +221,10 @@ class Guided(Plant):
 
 
 class Ball(Plant):
-    """A fixed base, and on it the platform on a spherical joint.
+    """Fixed base with the platform on a spherical joint.
 
-    Bullet takes the axes of a link to be the principal ones, those of the platform turned by `axes`: the joint's
-    attitude is axes^-1 q axes for that of the platform, q, and its rate is along the link's axes.
+    Bullet requires the axes of a link to be its principal axes, which are those of the platform rotated by `axes`. For
+    the attitude q of the platform, the attitude of the joint is axes^-1 q axes. Its rate is along the axes of the link.
     """
 
     def __init__(self, client: int, frame: BodyFrame, body: Array, applied: Array) -> None:
@@ -270,7 +270,7 @@ class Ball(Plant):
         self.publish = bind("bullet_ball_state", home=self.home, axes=self.axes, joint=joint, body=body)
 
     def write(self) -> None:
-        """Put the joint into the body state."""
+        """Set the joint to the body state."""
         self.home[:] = self.body[:3]
         pybullet.resetBasePositionAndOrientation(self.number, self.home.tolist(), UPRIGHT, self.client)
         link = rotations.multiply(self.body[3:7], self.axes)

@@ -14,24 +14,24 @@ from cdpr_backends.ups import Leg, UpsBackend
 
 UNIVERSAL_SLIDE = (pybullet.JOINT_REVOLUTE, pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC)
 JOINTS = (0, 1, 2)
-SLIDE = 2  # its number among them
-STRONG = 1e9  # N, what a loop may bear
-ITERATIONS = 50  # of the solver that closes the loops: to 4e-7 m
+SLIDE = 2  # index of the slide
+STRONG = 1e9  # [N], largest force of a loop
+ITERATIONS = 50  # iterations of the solver that closes the loops, for an error of 4e-7 m
 
 
 class BulletUps(UpsBackend):
-    """A free body on legs closed by point-to-point constraints.
+    """Free body on legs closed by point-to-point constraints.
 
-    Each `write` opens a client, which costs 20 ms: one that was emptied is not the same to the bit as a new one.
+    Each `write` opens a new client, which costs 20 ms, because a cleared client does not give bit-identical results.
     """
 
     smallest, title = SMALLEST, TITLE
 
     def build(self) -> None:
-        """Leave the world to `write`."""
+        """Do nothing; `write` builds the world."""
 
     def write(self) -> None:
-        """Make the world with the body in `body`."""
+        """Build the world with the body state in `body`."""
         client = Client(self.gravity, self.physics_step)
         pybullet.setPhysicsEngineParameter(numSolverIterations=ITERATIONS, physicsClientId=client.number)
         platform = Free(client.number, self.frame.mass, self.frame.moments, self.body, self.applied)
@@ -43,11 +43,11 @@ class BulletUps(UpsBackend):
         self._client, self._platform, self._legs = client, platform, legs
 
     def held(self) -> Inertia:
-        """Return the inertia that Bullet holds."""
+        """Return the inertia of the body in Bullet."""
         return self._platform.held()
 
     def read(self) -> None:
-        """Read the body into `body`."""
+        """Read Bullet's body into `body`."""
         self._platform.publish()
 
     def advance(self) -> None:
@@ -61,11 +61,11 @@ class BulletUps(UpsBackend):
         self._platform.move()
 
     def snapshot(self) -> object:
-        """Return the world as it was built, Bullet's state and our arrays."""
+        """Return the world, the state of Bullet and copies of the arrays."""
         return (self._client, self._platform, self._legs), SavedState(self._client), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         world, engine, arrays = snapshot
         self._use(*world)
         engine.restore()
@@ -92,7 +92,7 @@ def add_leg(client: int, platform: int, leg: Leg) -> int:
         pybullet.JOINT_POINT2POINT,
         [0.0, 0.0, 0.0],
         leg.tip.tolist(),
-        center,  # the tip, from the leg's centre
+        center,  # tip relative to the leg's centre
         physicsClientId=client,
     )
     pybullet.changeConstraint(loop, maxForce=STRONG, physicsClientId=client)

@@ -1,4 +1,4 @@
-"""Bullet's worlds: clients of our own, their saved states, and bodies without what Bullet adds to them."""
+"""Bullet worlds: clients, their saved states, and bodies without Bullet's default effects."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from cdpr.model.robot import Array
 from cdpr.plugins.inertia import Inertia, turned
 from cdpr_backends.quiet import quiet
 
-with quiet():  # it prints the time of its build
-    import pybullet as pybullet  # as: for its neighbours, which must not import it louder
+with quiet():  # it prints its build time
+    import pybullet as pybullet  # as: re-exported for modules that must import it without output
 
 BASE = -1
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)  # Bullet's quaternions are x, y, z, w
 
 TITLE = "Bullet"
-# Bullet takes the inverse of a smaller mass (kg), moment (kg m^2) or inertia of a joint to be 0, and moves nothing.
+# Bullet sets the inverse of smaller masses [kg], moments [kg m^2] and joint inertias to 0, so that nothing moves.
 SMALLEST = float(np.finfo(np.float64).eps)
 
-# Bullet clips speeds silently, at 100 m/s and rad/s by default; above this the guards of the loop have long stopped.
+# Bullet clips speeds without a warning, by default at 100 m/s and rad/s. The run stops long before this limit.
 NO_CLIP = 1e12
 
 
 class Client:
-    """An empty world of Bullet, without window; gone with `close`, or when nobody holds it any more."""
+    """Empty Bullet world without a window, closed by `close` or with its last reference."""
 
     def __init__(self, gravity: Array, step: float) -> None:
         self.number = number = int(pybullet.connect(pybullet.DIRECT))
@@ -39,7 +39,7 @@ class Client:
 
 
 class SavedState:
-    """The state of a client, which Bullet keeps in memory for as long as this object lives."""
+    """Saved state of a client, which Bullet keeps for the lifetime of this object."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -47,7 +47,7 @@ class SavedState:
         weakref.finalize(self, _forget, self._number, client.number)
 
     def restore(self) -> None:
-        """Put the client back into this state."""
+        """Restore this state of the client."""
         pybullet.restoreState(stateId=self._number, physicsClientId=self._client.number)
 
 
@@ -66,7 +66,7 @@ def chain(
     center: Sequence[float],
     axes: Sequence[float],
 ) -> int:
-    """Add links without mass or friction on a fixed base, and a last one with mass, moments, centre and axes."""
+    """Add massless and frictionless links on a fixed base, and a last link with mass, moments, centre and axes."""
     n = len(kinds)
     nowhere = [[0.0, 0.0, 0.0]] * n
     number = int(
@@ -94,13 +94,13 @@ def chain(
 
 
 def held(client: int, number: int, link: int) -> Inertia:
-    """Return the inertia that Bullet holds of a body's link, in its frame."""
+    """Return the inertia of a body's link in Bullet, in its frame."""
     mass, _, moments, center, (x, y, z, w), *_ = pybullet.getDynamicsInfo(number, link, client)
     return Inertia(mass, turned(np.array(moments), np.array([w, x, y, z])), np.array(center))
 
 
 def undamped(client: int, number: int) -> None:
-    """Take damping (0.04 by default), the clipping of speeds and sleeping off a body and its links."""
+    """Disable damping (0.04 by default), the clipping of speeds and sleeping for a body and its links."""
     for link in range(BASE, pybullet.getNumJoints(number, client)):
         pybullet.changeDynamics(
             number,
@@ -115,6 +115,6 @@ def undamped(client: int, number: int) -> None:
 
 
 def xyzw(q: Array) -> list[float]:
-    """Bullet's order of a quaternion w, x, y, z."""
+    """Return a quaternion w, x, y, z in Bullet's order."""
     w, x, y, z = q.tolist()
     return [x, y, z, w]

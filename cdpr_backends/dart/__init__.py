@@ -1,4 +1,4 @@
-"""DART: a body under our cable wrench, or on rigid legs."""
+"""DART with a body under the wrench of cdpr's cables, or on rigid legs."""
 
 from __future__ import annotations
 

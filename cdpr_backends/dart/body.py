@@ -1,4 +1,4 @@
-"""One body under our cable wrench, on a free joint, a ball or the slides and the hinge of its guide."""
+"""One body under the wrench of cdpr's cables, on a free joint, a spherical joint or the joints of its guide."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from cdpr_backends.dart.world import SLIMMEST, TITLE, make_world, set_motion
 
 
 class DartBackend(RigidBodyBackend):
-    """A body under the wrench of cdpr's cable kernel."""
+    """Body under the wrench of cdpr's cable kernel."""
 
     slimmest, title = SLIMMEST, TITLE
 
     def build(self) -> None:
-        """Make the world."""
+        """Build the world."""
         self.world = world = make_world(self.gravity, self.physics_step)
         frame, body, applied = self.frame, self.body, self.applied
         self.joints: FreeJoint | BallJoint | GuideJoints
@@ -56,16 +56,16 @@ class DartBackend(RigidBodyBackend):
         self._dart = dart
 
     def write(self) -> None:
-        """Put the body into `body`."""
+        """Set DART's body to the state in `body`."""
         self.world.reset()
         self.joints.write()
 
     def held(self) -> Inertia:
-        """Return the inertia that DART holds."""
+        """Return the inertia of the body in DART."""
         return self.joints.held()
 
     def read(self) -> None:
-        """Do nothing: what moves the body reads it, too."""
+        """Do nothing; `moved` already reads the body after each step."""
 
     def advance(self) -> None:
         """Advance by one physics step."""
@@ -73,24 +73,24 @@ class DartBackend(RigidBodyBackend):
         self._dart()
 
     def engine_acts(self) -> Acts:
-        """Return what is ours before DART steps, and what DART does as one act of Python's."""
+        """Return the compiled operation before the step of DART, and the step as one Python operation."""
         return [self._load, self._dart]
 
     def engine_time(self) -> float:
-        """Return DART's time, s."""
+        """Return the time of DART [s]."""
         return float(self.world.getTime())
 
     def clock_act(self, clock: Array) -> Callable[[], object]:
-        """Return the operation that copies DART's time after its last step into `clock` (1,)."""
+        """Return the operation that copies the time of DART after its last step into `clock` (1,)."""
         return bind("copy", source=self._time, target=clock)
 
     def snapshot(self) -> object:
-        """Return joint coordinates and rates, DART's time and our arrays."""
+        """Return joint coordinates and rates, the time of DART and copies of the arrays."""
         skeleton = self.joints.skeleton
         return (skeleton.getPositions(), skeleton.getVelocities()), self.world.getTime(), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         coordinates, time, arrays = snapshot
         put_back(arrays, self.arrays)
         self.world.setTime(time)
@@ -99,5 +99,5 @@ class DartBackend(RigidBodyBackend):
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What a snapshot must hold besides DART's own state."""
+        """Arrays of a snapshot besides DART's own state."""
         return *super().arrays, self.joints.kept

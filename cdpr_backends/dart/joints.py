@@ -1,4 +1,4 @@
-"""What DART moves a platform on: a free joint, a ball, or the slides and the hinge of its guide."""
+"""Joints of a platform in DART: a free joint, a spherical joint, or the slides and the hinge of its guide."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from cdpr.native.rotations import from_rotation_vector, multiply, rotate, rotati
 from cdpr.plugins.inertia import Inertia
 from cdpr_backends.dart.world import chain, held, put_root, set_motion
 
-# DART cuts the exponential of a rotation vector below 1e-3 rad off after its second power (joints.hpp). So its body
-# axes are turned in ours, by this from the attitude at hand.
+# For rotation vectors below 1e-3 rad, DART truncates the exponential after the second power (joints.hpp). So DART's
+# body # axes are rotated relative to cdpr's, by this rotation from the current attitude.
 FACING = from_rotation_vector((0.6, 0.5, 0.4))
 
 
 class FreeJoint:
-    """A free platform as DART moves it, but for what DART loses of its attitude.
+    """Free platform in DART with a correction of DART's attitude errors.
 
-    DART steps, and its attitude is then put right by the exact turn at DART's angular velocity: see `FACING`.
+    After each step, the attitude is set to the exact rotation for DART's angular velocity: see `FACING`.
 
     Attributes:
-        skeleton: DART's.
-        push: its joints' forces, until the step is over.
-        kept: (4,) how DART's body axes are turned in ours, w, x, y, z.
+        skeleton: DART skeleton.
+        push: function that sets the joint forces until the end of the step.
+        kept: (4,) rotation of DART's body axes in the body frame, w, x, y, z.
     """
 
     def __init__(self, world: Any, frame: BodyFrame, body: Array, step: float) -> None:
@@ -47,18 +47,18 @@ class FreeJoint:
         self._get_q, self._get_u = joint.getPositions, joint.getVelocities
 
     def place(self) -> None:
-        """Turn DART's body axes as `kept` says."""
+        """Rotate DART's body axes by `kept`."""
         turn_axes(self._link, self._frame, self.kept)
 
     def write(self) -> None:
-        """Put the body into `body`."""
+        """Set DART's body to the state in `body`."""
         self._face()
         body = self._body
         q = np.concatenate([rotation(self.kept, body), body[:3]])
         set_motion(self.skeleton, q, np.concatenate([body[10:], body[7:10]]))
 
     def moved(self) -> None:
-        """Read the body into `body` after a step."""
+        """Read DART's body into `body` after a step."""
         self._q[:], self._u[:] = self._get_q(), self._get_u()
         if self._follow():
             self._face()
@@ -66,24 +66,26 @@ class FreeJoint:
         self._set_q(self._q)
 
     def held(self) -> Inertia:
-        """Return the inertia that DART holds."""
+        """Return the inertia of the body in DART."""
         return held(self._link, self.kept[:4])
 
     def _face(self) -> None:
-        """Turn DART's body axes anew."""
+        """Choose the rotation of DART's body axes for the current attitude."""
         self.kept[:4] = facing(self._body)
         self.place()
 
 
 class BallJoint:
-    """A platform on a ball as DART moves it, but for what DART loses of its attitude: as with `FreeJoint`.
+    """Platform on a spherical joint in DART, with the same correction as `FreeJoint`.
 
-    The joint has the rotation vector of DART's body axes as coordinates, and the angular velocity along them.
+    The coordinates of the joint are the rotation vector of DART's body axes. Its rates are the angular velocity along
+    them.
 
     Attributes:
-        skeleton: DART's.
-        push: its joints' forces, until the step is over.
-        kept: (7,) how DART's body axes are turned in ours, w, x, y, z, and where the ball is, world.
+        skeleton: DART skeleton.
+        push: function that sets the joint forces until the end of the step.
+        kept: (7,) rotation of DART's body axes in the body frame, w, x, y, z, and position of the joint in the world
+            frame.
     """
 
     def __init__(self, world: Any, frame: BodyFrame, body: Array, step: float) -> None:
@@ -100,19 +102,19 @@ class BallJoint:
         self._get_q, self._get_u = joint.getPositions, joint.getVelocities
 
     def place(self) -> None:
-        """Turn DART's body axes and put the ball as `kept` says."""
+        """Rotate DART's body axes and place the joint by `kept`."""
         turn_axes(self._link, self._frame, self.kept)
         put_root(self.skeleton, self.kept[4:])
 
     def write(self) -> None:
-        """Put the body into `body`."""
+        """Set DART's body to the state in `body`."""
         self._body[7:10] = 0.0
         self.kept[4:] = self._body[:3]
         self._face()
         set_motion(self.skeleton, rotation(self.kept, self._body), self._rates())
 
     def moved(self) -> None:
-        """Read the body into `body` after a step."""
+        """Read DART's body into `body` after a step."""
         self._q[:], self._u[:] = self._get_q(), self._get_u()
         if self._follow():
             self._face()
@@ -121,7 +123,7 @@ class BallJoint:
         self._set_q(self._q)
 
     def held(self) -> Inertia:
-        """Return the inertia that DART holds."""
+        """Return the inertia of the body in DART."""
         return held(self._link, self.kept[:4])
 
     def _rates(self) -> Array:
@@ -129,18 +131,18 @@ class BallJoint:
         return rotate(rotations.conjugate(attitude(self.kept, self._body)), self._body[10:])
 
     def _face(self) -> None:
-        """Turn DART's body axes anew."""
+        """Choose the rotation of DART's body axes for the current attitude."""
         self.kept[:4] = facing(self._body)
         self.place()
 
 
 class GuideJoints:
-    """A platform on the joints of its guide.
+    """Platform on the joints of its guide.
 
     Attributes:
-        skeleton: DART's.
-        push: its joints' forces, until the step is over.
-        kept: (3,) where the slides measure from, world.
+        skeleton: DART skeleton.
+        push: function that sets the joint forces until the end of the step.
+        kept: (3,) origin of the slides in the world frame.
     """
 
     def __init__(self, world: Any, frame: BodyFrame, guide: Guide, body: Array) -> None:
@@ -163,22 +165,22 @@ class GuideJoints:
         self._get_q, self._get_u = self.skeleton.getPositions, self.skeleton.getVelocities
 
     def place(self) -> None:
-        """Put the first joint where `kept` says."""
+        """Place the first joint by `kept`."""
         put_root(self.skeleton, self.kept)
 
     def write(self) -> None:
-        """Put the body into `body`."""
+        """Set DART's body to the state in `body`."""
         self.kept[:] = self._body[:3] * (1.0 - self._guide.packed[:3])
         self.place()
         set_motion(self.skeleton, *self._guide.coordinates(self._body, self.kept))
         self.moved()
 
     def held(self) -> Inertia:
-        """Return the inertia that DART holds."""
+        """Return the inertia of the body in DART."""
         return held(self._link, np.array([1.0, 0.0, 0.0, 0.0]))
 
     def moved(self) -> None:
-        """Read the body into `body`."""
+        """Read DART's body into `body`."""
         self._q[:], self._u[:] = self._get_q(), self._get_u()
         self._read()
 
@@ -189,17 +191,17 @@ def attitude(kept: Array, body: Array) -> Array:
 
 
 def rotation(kept: Array, body: Array) -> Array:
-    """Return the rotation vector (3,), rad, of DART's body axes."""
+    """Return the rotation vector (3,) of DART's body axes [rad]."""
     return rotation_vector(attitude(kept, body))
 
 
 def facing(body: Array) -> Array:
-    """Return how DART's body axes are to be turned in ours: by FACING from where they would be at DART's zero."""
+    """Return the rotation of DART's body axes in the body frame that gives them the attitude FACING."""
     return multiply(rotations.conjugate(body[3:7]), FACING)
 
 
 def turn_axes(link: Any, frame: BodyFrame, kept: Array) -> None:
-    """Give a link the platform's inertia in axes that are turned by `kept`, w, x, y, z, in ours."""
+    """Set the inertia of a link to that of the platform, in axes rotated by `kept`, w, x, y, z, in the body frame."""
     turned = rotations.conjugate(kept[:4])
     axes = rotations.matrix(multiply(turned, frame.axes))
     inertia = axes * frame.moments @ axes.T

@@ -18,20 +18,20 @@ ERROR_REDUCTION = 0.2  # share of a loop's gap that a step closes
 
 
 class DartUps(UpsBackend):
-    """A free body on legs closed by ball joint constraints.
+    """Free body on legs closed by ball-joint constraints.
 
-    The joints have no damping of DART's: it would take its share of the pull before the loops are solved.
+    The joints have no damping in DART, because DART would apply it before it solves the loops.
     """
 
     slimmest, title = SLIMMEST, TITLE
 
     def build(self) -> None:
-        """Leave the world to `write`."""
+        """Prepare the compiled operation; `write` builds the world."""
         self._forces = np.zeros(6)
         self._load = bind("dart_free_forces", body=self.body, applied=self.applied, forces=self._forces)
 
     def write(self) -> None:
-        """Make the world with the body in `body`."""
+        """Build the world with the body state in `body`."""
         world = make_world(self.gravity, self.physics_step)
         joint = FreeJoint(world, self.frame, self.body, self.physics_step)
         joint.write()
@@ -55,11 +55,11 @@ class DartUps(UpsBackend):
         self._world, self._joint, self._skeletons = world, joint, skeletons
 
     def held(self) -> Inertia:
-        """Return the inertia that DART holds."""
+        """Return the inertia of the body in DART."""
         return self._joint.held()
 
     def read(self) -> None:
-        """Do nothing: what moves the body reads it, too."""
+        """Do nothing; `moved` already reads the body after each step."""
 
     def advance(self) -> None:
         """Advance by one physics step."""
@@ -76,17 +76,17 @@ class DartUps(UpsBackend):
         self._joint.moved()
 
     def engine_time(self) -> float:
-        """Return DART's time, s."""
+        """Return the time of DART [s]."""
         return float(self._world.getTime())
 
     def snapshot(self) -> object:
-        """Return the world as it was built, joint coordinates and rates, DART's time and our arrays."""
+        """Return the world, joint coordinates and rates, the time of DART and copies of the arrays."""
         built = self._world, self._joint, self._skeletons, self._joint.kept.copy()
         motion = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._skeletons]
         return built, motion, self._world.getTime(), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         (world, joint, skeletons, kept), motion, time, arrays = snapshot
         self._use(world, joint, skeletons)
         joint.kept[:] = kept

@@ -1,4 +1,4 @@
-"""DART's worlds and chains of links."""
+"""DART worlds and chains of links."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from cdpr.model.robot import Array
 from cdpr.plugins.inertia import Inertia
 
 TITLE = "DART"
-SLIMMEST = 1e-5  # m; a rate is then off by less than 1e-6, from a mass off the ball
+SLIMMEST = 1e-5  # [m], radius of gyration above which rate errors are below 1e-6, for a mass off the joint
 
-# Links between joints have no mass, but DART warns of less than something. This is lost in the first sum.
+# Links between joints have no mass, but DART warns about values below some limit. The first sum rounds this value away.
 NO_MASS = 1e-100
 
 
 def make_world(gravity: Array, step: float) -> Any:
-    """Return an empty world, in which nothing falls asleep."""
+    """Return an empty world without deactivation of bodies at rest."""
     world = dartpy.simulation.World()
     world.setGravity(gravity)
     world.setTimeStep(step)
@@ -31,7 +31,7 @@ def make_world(gravity: Array, step: float) -> Any:
 
 
 def chain(skeleton: Any, kinds: Sequence[str], directions: Array, mass: float, center: Array, inertia: Array) -> Any:
-    """Add one link per joint, the last one with mass, centre and inertia; return that one."""
+    """Add one link per joint and return the last one, which has mass, centre and inertia."""
     link: Any = None
     for kind, axis in zip(kinds, directions, strict=True):
         add = getattr(skeleton, f"create{kind}JointAndBodyNodePair")
@@ -43,20 +43,20 @@ def chain(skeleton: Any, kinds: Sequence[str], directions: Array, mass: float, c
 
 
 def held(link: Any, axes: Array) -> Inertia:
-    """Return the inertia that DART holds of a link whose axes are turned by `axes`, w, x, y, z, in the body frame."""
+    """Return the inertia in DART of a link whose axes are rotated by `axes`, w, x, y, z, in the body frame."""
     R, inertia = rotations.matrix(axes), link.getInertia()
     return Inertia(inertia.getMass(), R @ inertia.getMoment() @ R.T, R @ inertia.getLocalCOM())
 
 
 def put_root(skeleton: Any, position: Array) -> None:
-    """Put the first joint of a skeleton at a position (3,), world."""
+    """Place the first joint of a skeleton at a position (3,) in the world frame."""
     place = dartpy.math.Isometry3()
     place.set_translation(position)
     skeleton.getRootJoint().setTransformFromParentBodyNode(place)
 
 
 def set_motion(skeleton: Any, q: Array, u: Array) -> None:
-    """Set joint coordinates and rates and forget all forces."""
+    """Set joint coordinates and rates, and clear all forces."""
     skeleton.resetAccelerations()
     skeleton.clearExternalForces()
     skeleton.resetGeneralizedForces()

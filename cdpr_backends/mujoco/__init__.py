@@ -1,4 +1,4 @@
-"""MuJoCo: a body under our cable wrench, on MuJoCo's own spatial tendons, or on rigid legs."""
+"""MuJoCo with a body under the wrench of cdpr's cables, on MuJoCo's spatial tendons, or on rigid legs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One body under our cable wrench."""
+"""One body under the wrench of cdpr's cables."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from cdpr_backends.mujoco.world import PLATFORM, SLIMMEST, SMALLEST, TITLE, InWo
 
 
 class MujocoBackend(InWorld, RigidBodyBackend):
-    """A body under the wrench of cdpr's cable kernel."""
+    """Body under the wrench of cdpr's cable kernel."""
 
     smallest, slimmest, title = SMALLEST, SLIMMEST, TITLE
 
     def build(self) -> None:
-        """Make the world."""
+        """Build the world."""
         self._world = world = World(self.frame, specify(self.frame, self.gravity, self.physics_step, "euler"))
         self._read = world.reader(self.body)
         self._step: Callable[[], None] = partial(mujoco.mj_step, world.model, world.data)
         self._apply: list[Callable[[], object]] = []
         if self.frame.guide is None:
-            self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's own array, kept until rewritten
+            self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's array, valid until it is rewritten
         else:
             self._apply = [world.applier(self.applied)]
 
     def held(self) -> Inertia:
-        """Return the inertia that MuJoCo holds."""
+        """Return the inertia of the body in MuJoCo."""
         return self._world.held()
 
     def write(self) -> None:
-        """Put the body into `body`."""
+        """Set MuJoCo's body to the state in `body`."""
         self._world.write(self.body)
 
     def read(self) -> None:
-        """Read the body into `body`."""
+        """Read MuJoCo's body into `body`."""
         self._read()
 
     def advance(self) -> None:
@@ -50,16 +50,16 @@ class MujocoBackend(InWorld, RigidBodyBackend):
         self._step()
 
     def engine_acts(self) -> Acts:
-        """Return the step and what stands before and after it, all compiled where MuJoCo can be called directly."""
+        """Return the step and the operations before and after it, all compiled if MuJoCo can be called directly."""
         direct = self._world.direct
         return [*self._apply, self._step if direct is None else direct.step, self._read]
 
     def snapshot(self) -> object:
-        """Return MuJoCo's state and our arrays."""
+        """Return the state of MuJoCo and copies of the arrays."""
         return self._world.save(), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         engine, arrays = snapshot
         self._world.put_back(engine)
         put_back(arrays, self.arrays)

@@ -1,9 +1,9 @@
-"""MuJoCo's step and clock by their C addresses, for compiled code that must not pass through Python.
+"""Step and clock of MuJoCo as C addresses, for compiled code that does not call Python.
 
-Where MuJoCo finds an error that it cannot go on from, it calls a handler that must not return; without one it ends the
-process. Its binding has a handler of its own during each call. So has `mjb_apply` of its batches, with which a C
-program has a function called in a model and data and is told whether it failed: the step is called through that, on
-our own model and data; the batch is there for nothing else. It costs a tenth of a step.
+On a fatal error, MuJoCo calls a handler that must not return; without a handler, it terminates the process. The Python
+binding sets a handler during each call, and so does `mjb_apply` of MuJoCo's batches. With `mjb_apply`, a C program
+calls a function on a model and data and learns whether it failed. The step is called in this way on the existing model
+and data, and the batch has no other use. The overhead is a tenth of a step.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 
 NAMES = "mj_step", "mj_getState", "mjb_defaultConfig", "mjb_makeBatch", "mjb_deleteBatch", "mjb_apply", "mjb_error"
-CONFIG_BYTES = 256  # more than mjBatchConfig has, whose first member is the number of threads
+CONFIG_BYTES = 256  # more than the size of mjBatchConfig, whose first member is the number of threads
 
-# Places in the words that the operations take (direct.hpp).
+# Positions in the words that the operations take (direct.hpp).
 APPLY, BATCH, STEP, GET_STATE, MODEL, DATA = range(6)
 TIME = int(mujoco.mjtState.mjSTATE_TIME)
 
 
 class Direct:
-    """The step and the clock of one model and data.
+    """Step and clock of one model and data.
 
     Attributes:
-        step: operation that steps; returns 0, or 1 where MuJoCo gave up.
+        step: operation that performs a step and returns 0, or 1 if MuJoCo failed.
     """
 
     def __init__(self, model: Any, data: Any, library: Any, batch: int) -> None:
         self._library = library
         words = _Words()
         words.held = model, data, library
-        # Not at exit: a thread that does not end may still be stepping then.
+        # Not at exit: a thread that has not ended may still perform a step then.
         weakref.finalize(words, library.mjb_deleteBatch, batch).atexit = False
         self._words: NDArray[np.int64] = np.frombuffer(words, dtype=np.int64)
         self._words[[APPLY, STEP, GET_STATE]] = [
@@ -51,23 +51,23 @@ class Direct:
         self.step: Callable[[], int] = bind("mujoco_step", words=self._words)
 
     def clock(self, clock: Array) -> Callable[[], object]:
-        """Return the operation that reads MuJoCo's time into `clock` (1,), s."""
+        """Return the operation that reads the time of MuJoCo into `clock` (1,) [s]."""
         return bind("mujoco_clock", words=self._words, clock=clock, time=TIME)
 
     def refusal(self) -> str:
-        """Why the last step failed."""
+        """Return the reason of the failure of the last step."""
         return str(self._library.mjb_error(int(self._words[BATCH]), 0).decode(errors="replace"))
 
 
 class _Words(ctypes.Array[ctypes.c_int64]):
-    """Memory of an array of words: whoever holds such an array holds all to which its addresses point."""
+    """Memory of an array of words, which keeps all objects alive to which the addresses point."""
 
     _type_, _length_ = ctypes.c_int64, 6
     held: tuple[Any, ...]
 
 
 def direct(model: Any, data: Any) -> Direct | None:
-    """Return the way past Python; None where there is none: the binding serves then."""
+    """Return the direct access to the step, None if only the binding is available."""
     library = find_library()
     if library is None or not hasattr(model, "_address") or not hasattr(data, "_address"):
         return None
@@ -80,9 +80,9 @@ def direct(model: Any, data: Any) -> Direct | None:
 
 @cache
 def find_library() -> Any:
-    """Return the library that the binding has loaded; None where it has not all that is needed."""
+    """Return the library that the binding has loaded, None if it lacks a required function."""
     try:
-        # Its functions are found through a module that is linked with it, wherever it lies and whatever its name is.
+        # Its functions are found through a module that is linked with it, whatever its location and name.
         library: Any = ctypes.CDLL(sys.modules[mujoco.MjModel.__module__].__file__)
         for name in NAMES:
             getattr(library, name)
@@ -98,5 +98,5 @@ def find_library() -> Any:
 
 
 def _address(function: Any) -> int:
-    """Where a C function stands."""
+    """Return the address of a C function."""
     return int(ctypes.cast(function, ctypes.c_void_p).value or 0)

@@ -12,21 +12,22 @@ from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.mujoco.world import PLATFORM, SLIMMEST, SMALLEST, TITLE, World, specify
 from cdpr_backends.ups import Leg, UpsBackend
 
-# The loops hold as stiffly as MuJoCo allows, 2 steps; with its own 20 ms the platform is gone after 1.4 s.
-TIME_CONSTANT = 2.0  # steps
+# Time constant of the loops, the smallest that MuJoCo allows. With its default of 20 ms, the platform is lost after 1.4
+# s.
+TIME_CONSTANT = 2.0  # [steps]
 IMPEDANCE = (0.9999, 0.99999, 0.001, 0.5, 2.0)
 
 
 class MujocoUps(UpsBackend):
-    """A free body on legs closed by `connect` constraints."""
+    """Free body on legs closed by `connect` constraints."""
 
     smallest, slimmest, title = SMALLEST, SLIMMEST, TITLE
 
     def build(self) -> None:
-        """Leave the world to `write`."""
+        """Do nothing; `write` builds the world."""
 
     def write(self) -> None:
-        """Make the world with the body in `body`."""
+        """Build the world with the body state in `body`."""
         spec = specify(self.frame, self.gravity, self.physics_step, "euler")
         platform = spec.body("platform")
         platform.pos, platform.quat = self.body[:3], self.body[3:7]
@@ -41,18 +42,18 @@ class MujocoUps(UpsBackend):
     def _use(self, world: World) -> None:
         self._world = world
         count = self.robot.m
-        # After the platform's six.
+        # after the six coordinates of the platform
         self._joint_forces = world.data.qfrc_applied[6:].reshape(count, 3)
         self._joint_rates = world.data.qvel[6:].reshape(count, 3)
         self._wrench = world.data.xfrc_applied[PLATFORM]
         self._read = world.reader(self.body)
 
     def held(self) -> Inertia:
-        """Return the inertia that MuJoCo holds."""
+        """Return the inertia of the body in MuJoCo."""
         return self._world.held()
 
     def read(self) -> None:
-        """Read the body into `body`."""
+        """Read MuJoCo's body into `body`."""
         self._read()
 
     def advance(self) -> None:
@@ -62,15 +63,15 @@ class MujocoUps(UpsBackend):
         mujoco.mj_step(self._world.model, self._world.data)
 
     def engine_time(self) -> float:
-        """Return MuJoCo's time, s."""
+        """Return the time of MuJoCo [s]."""
         return float(self._world.data.time)
 
     def snapshot(self) -> object:
-        """Return the world as it was built, its state and our arrays."""
+        """Return the world, its state and copies of the arrays."""
         return self._world, self._world.save(), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         world, engine, arrays = snapshot
         self._use(world)
         world.put_back(engine)

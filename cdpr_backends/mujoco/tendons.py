@@ -1,4 +1,4 @@
-"""One body with MuJoCo's own spatial tendons as cables."""
+"""One body with MuJoCo's spatial tendons as cables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cdpr_backends.mujoco.world import SLIMMEST, SMALLEST, TITLE, InWorld, World
 
 
 class MujocoTendons(InWorld):
-    """The body held by spatial tendons: MuJoCo evaluates the cables, at every stage of its integrator."""
+    """Body on spatial tendons: MuJoCo evaluates the cables at every stage of its integrator."""
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
@@ -47,7 +47,7 @@ class MujocoTendons(InWorld):
         self._bad_command = self._world.data.warning[mujoco.mjtWarning.mjWARN_BADCTRL]
 
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,)."""
+        """Set the platform to `state` (13,)."""
         self._body[:] = body_state(self.frame.offset, state)
         self._world.write(self._body)
         self._publish()
@@ -68,16 +68,16 @@ class MujocoTendons(InWorld):
         else:
             mujoco.mj_step(world.model, world.data, n)
         self._publish()
-        if self._bad_command.number:  # MuJoCo has put zeros in place of the commands
+        if self._bad_command.number:  # MuJoCo has replaced the commands by zeros
             self._bad_command.number = 0
             self.state[:] = np.nan
 
     def snapshot(self) -> object:
-        """Return MuJoCo's state and our arrays."""
+        """Return the state of MuJoCo and copies of the arrays."""
         return self._world.save(), save(self._arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         engine, arrays = snapshot
         self._world.put_back(engine)
         put_back(arrays, self._arrays)
@@ -92,7 +92,7 @@ class MujocoTendons(InWorld):
 
 
 def add_tendons(spec: mujoco.MjSpec, anchors: Array) -> None:
-    """Add one tendon and one force actuator per cable; a positive tendon force pushes, hence the gear of -1."""
+    """Add one tendon and one force actuator per cable, with a gear of -1 because a positive tendon force pushes."""
     for i, row in enumerate(anchors):
         spec.worldbody.add_site(name=f"frame_{i}", pos=row[:3])
         spec.body("platform").add_site(name=f"platform_{i}", pos=row[3:])
@@ -104,9 +104,10 @@ def add_tendons(spec: mujoco.MjSpec, anchors: Array) -> None:
 
 
 def add_wrench(spec: mujoco.MjSpec, origin: Array) -> None:
-    """Add six actuators, forces and moments along world axes at the platform's origin (3,), m, in the body frame.
+    """Add six actuators, forces and moments in world axes at the platform's origin (3,) [m] in the body frame.
 
-    MuJoCo evaluates them at every stage: an applied wrench would keep its moment about the centre of mass over a step.
+    MuJoCo evaluates them at every stage. An applied wrench would keep its moment about the centre of mass for a whole
+    step.
     """
     spec.worldbody.add_site(name="world")
     spec.body("platform").add_site(name="origin", pos=origin)

@@ -1,4 +1,4 @@
-"""MuJoCo's model and data of one platform."""
+"""MuJoCo model and data of one platform."""
 
 from __future__ import annotations
 
@@ -18,44 +18,44 @@ from cdpr.plugins import Backend
 from cdpr.plugins.inertia import Inertia, turned
 from cdpr_backends.mujoco.direct import Direct, direct
 
-# Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
-# of the loop find the same in the same step. (MuJoCo knows only one such setting for the whole process.)
+# By default, MuJoCo prints warnings about bad states and appends them to MUJOCO_LOG.TXT in the user's folder. The
+# checks # of the simulation detect the same errors in the same step. (The setting applies to the whole process.)
 mujoco.set_mju_user_warning(lambda text: None)
 
-ROUNDING = 1e-12  # keeps a sum of moments from missing the triangle inequality by its last bit
+ROUNDING = 1e-12  # prevents a violation of the triangle inequality of moments by round-off
 
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtIntegrator.mjINT_RK4}
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 
-PLATFORM = 1  # its number among the bodies; 0 is the world
+PLATFORM = 1  # index among the bodies; 0 is the world
 
 TITLE = "MuJoCo"
-SMALLEST = float(mujoco.mjMINVAL)  # its compiler refuses lighter bodies, kg and kg m^2
-SLIMMEST = 1e-5  # m; a hinge's rate is then off by less than 1e-6
+SMALLEST = float(mujoco.mjMINVAL)  # its compiler rejects smaller masses [kg] and moments [kg m^2]
+SLIMMEST = 1e-5  # [m], radius of gyration above which the rate errors of a hinge are below 1e-6
 
 
 class World:
-    """Model and data, and how a body state goes in and out."""
+    """Model and data, and the conversion of body states."""
 
     def __init__(self, frame: BodyFrame, spec: mujoco.MjSpec) -> None:
         self.frame = frame
-        # The compiler refuses principal moments that miss the triangle inequality by mere rounding: they are put in
-        # afterwards.
+        # The compiler rejects principal moments that violate the triangle inequality by round-off alone, so the exact
+        # values # are set afterwards.
         moments = frame.moments
         spec.body("platform").inertia = np.minimum(moments, (moments.sum() - moments) * (1.0 - ROUNDING))
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         self.model.body_inertia[PLATFORM] = frame.moments
         mujoco.mj_setConst(self.model, self.data)
-        self._home = np.zeros(3)  # where the slides measure from, or the ball is
+        self._home = np.zeros(3)  # origin of the slides, or position of the spherical joint
 
     def write(self, body: Array) -> None:
-        """Reset all and put the body into a body state (13,)."""
+        """Reset the data and set the body to a body state (13,)."""
         guide, data = self.frame.guide, self.data
         if guide is None:
             mujoco.mj_resetData(self.model, data)
-            # Legs have joints of their own after these.
+            # Joints of legs follow these.
             data.qpos[:7], data.qvel[:6] = body[:7], [*body[7:10], *along_body(body)]
         else:
             self._home[:] = body[:3] * (1.0 - guide.packed[:3])
@@ -77,71 +77,72 @@ class World:
         return bind("guide_state", guide=guide.packed, rows=guide.rows, home=self._home, **joints, body=body)
 
     def held(self) -> Inertia:
-        """Return the inertia that MuJoCo holds."""
+        """Return the inertia of the body in MuJoCo."""
         model = self.model
         inertia = turned(model.body_inertia[PLATFORM], model.body_iquat[PLATFORM])
         return Inertia(float(model.body_mass[PLATFORM]), inertia, model.body_ipos[PLATFORM].copy())
 
     @cached_property
     def direct(self) -> Direct | None:
-        """How compiled code steps them; None where only the binding can."""
+        """Direct access of compiled code to the step, None if only the binding can perform it."""
         return direct(self.model, self.data)
 
     def save(self) -> tuple[Array, Array]:
-        """Return where the slides measure from, and all that MuJoCo's next step depends on."""
+        """Return the origin of the slides, and the complete state on which MuJoCo's next step depends."""
         engine = np.zeros(mujoco.mj_stateSize(self.model, INTEGRATION))
         mujoco.mj_getState(self.model, self.data, engine, INTEGRATION)
         return self._home.copy(), engine
 
     def put_back(self, saved: tuple[Array, Array]) -> None:
-        """Undo what happened since `save`."""
+        """Restore a state of `save`."""
         self._home[:] = saved[0]
         if self.frame.guide is not None:
             self.model.body_pos[PLATFORM] = self._home
         mujoco.mj_setState(self.model, self.data, saved[1], INTEGRATION)
 
     def applier(self, applied: Array) -> Callable[[], object]:
-        """Return the operation that applies `applied` (6,), about the body frame's origin, until it is called again."""
+        """Return the operation that applies `applied` (6,) about the body frame's origin until the next call of it."""
         guide, data = self.frame.guide, self.data
         if guide is None:
             return bind("copy", source=applied, target=data.xfrc_applied[PLATFORM])
-        if guide.spherical:  # a moment alone acts alike wherever it is applied
+        if guide.spherical:  # the effect of a moment does not depend on its point of application
             return bind("copy", source=applied[3:], target=data.xfrc_applied[PLATFORM, 3:])
         return bind("guide_forces", rows=guide.rows, applied=applied, forces=data.qfrc_applied)
 
 
 def along_body(body: Array) -> Array:
-    """Return the angular velocity (3,), rad/s, of a body state (13,) along the body's axes."""
+    """Return the angular velocity (3,) of a body state (13,) along the body's axes [rad/s]."""
     return rotate(rotations.conjugate(body[3:7]), body[10:])
 
 
 class InWorld(Backend):
-    """A plant in a world that stays the same one."""
+    """Plant in a world that is never rebuilt."""
 
     _world: World
 
     def engine_time(self) -> float:
-        """Return MuJoCo's time, s."""
+        """Return the time of MuJoCo [s]."""
         return float(self._world.data.time)
 
     def clock_act(self, clock: Array) -> Callable[[], object]:
-        """Return what reads MuJoCo's time into `clock` (1,)."""
+        """Return the operation that reads the time of MuJoCo into `clock` (1,)."""
         direct = self._world.direct
         return super().clock_act(clock) if direct is None else direct.clock(clock)
 
     def refuse(self, code: int) -> NoReturn:
-        """Raise what the binding would have raised in place of a step that failed."""
+        """Raise the error of a failed step that the binding would have raised."""
         direct = self._world.direct
         raise mujoco.FatalError(f"error {code}" if direct is None else direct.refusal())
 
 
 def specify(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:
-    """Describe a world with one body, free or on the slides and the hinge or the ball of its guide."""
+    """Return the description of a world with one body, free or on the joints of its guide."""
     spec = mujoco.MjSpec()
     spec.option.timestep = step
     spec.option.gravity = gravity
     spec.option.integrator = INTEGRATORS[integrator]
-    # By default MuJoCo answers a bad acceleration by silently resetting itself; without that, NaN stays visible.
+    # By default, MuJoCo resets itself without a message after a bad acceleration; without this reset, NaN remains
+    # visible.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
     body = spec.worldbody.add_body(name="platform", mass=frame.mass, explicitinertial=True)
     body.ipos, body.iquat = frame.center, frame.axes
