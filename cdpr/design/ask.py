@@ -58,7 +58,7 @@ class Evaluations:
         self.rows = [self._one(0, None)]
 
     def close(self) -> None:
-        """Wait for running evaluations and start no more."""
+        """Wait for running evaluations and start no others."""
         self._pool.shutdown(cancel_futures=True)
 
     def __call__(self, shares: Array) -> list[Score]:

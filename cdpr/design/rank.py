@@ -44,7 +44,7 @@ class Score(NamedTuple):
 
 
 def score(section: DesignFile, figures: Mapping[str, Value] | None) -> Score:
-    """Return the score of a candidate with these figures; None stands for an invalid robot.
+    """Return the score of a candidate with these figures; None means an invalid robot.
 
     The violation is the sum over the constraints, each divided by its limit's magnitude (or by 1 if that is 0), plus
     the shares of poses without a value for figures in constraints and goals.

@@ -37,7 +37,7 @@ class Moved(Section):
 
 
 class Variable(Section):
-    """What is varied: one number, which sets one key or several."""
+    """Variable of a design: one number that sets one key or several."""
 
     name: Label | None = Field(None, description="heading in tables and figures; the key unless said")
     key: str | None = Field(None, description="a key of the robot file, as after --set")
@@ -121,7 +121,7 @@ class Term(Section):
 
 
 class Goal(Section):
-    """A figure, or a weighted sum of several, that shall be large or small."""
+    """Figure, or weighted sum of several figures, to maximise or to minimise."""
 
     maximise: str | list[Term] | None = Field(None, description="name of a figure, or terms of a sum")
     minimise: str | list[Term] | None = Field(None, description="likewise")
@@ -197,7 +197,7 @@ class PoseSection(Section):
 
 
 class OptimizerSection(Section):
-    """What looks for candidates."""
+    """Optimiser of the candidates."""
 
     type: Search | None = Field(
         None, description="differential_evolution, or nsga2 where there are several goals; cma; random"

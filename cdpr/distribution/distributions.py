@@ -84,7 +84,7 @@ def distribute(
         robot: geometry, limits and degrees of freedom.
         poses: (7,) or (K, 7), position (m) and quaternion w, x, y, z of the platform.
         wrenches: (6,) or (K, 6), wrenches of the cables on the platform at its origin (N, N m, world axes); by default
-            those that balance `gravity` at rest.
+            the wrenches that balance `gravity` at rest.
         solver: name of an installed solver, or a solver object for this robot.
         options: options of a solver given by name.
         gravity: (3,), m/s^2, world.

@@ -15,7 +15,7 @@ MAX_COUNT = 100_000
 
 
 class Random(Section):
-    """So many random values, the same for the same seed; a larger count begins with those of a smaller one."""
+    """Number of random values, the same for the same seed; a larger count begins with the values of a smaller one."""
 
     uniform: tuple[Number, Number] | None = Field(None, description="lowest and highest")
     normal: tuple[Number, Number] | None = Field(None, description="mean and standard deviation")

@@ -243,7 +243,7 @@ def connected(address: str, called: str, start_timeout: float) -> Transport:
 
     Raises:
         CdprError: if the address is invalid.
-        BackendDied: if nobody answers there.
+        BackendDied: if no peer answers at the address.
     """
     kind, place = parsed(address, called)
     until, told = time.monotonic() + start_timeout, False

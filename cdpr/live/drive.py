@@ -102,7 +102,7 @@ class Driven(Simulation):
         self.step(max(1, steps), tension=self._tension)
 
     def _showing(self, moving: bool) -> bool:
-        """Return True if the newest sample is to be shown now.
+        """Return True if the newest sample must be shown now.
 
         Samples are shown once per period of simulated time at up to real time, once per period of the clock in faster
         runs, and occasionally while paused, for new clients.

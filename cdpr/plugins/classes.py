@@ -2,7 +2,7 @@
 
 A class that derives from an interface becomes a plugin with its own name. It may provide the data of `PluginInfo`: its
 docstring begins with the summary, `properties` is a mapping of declared properties, `columns` are its columns,
-`Options` is the model of its options, and `changeable` lists those that may change during a run.
+`Options` is the model of its options, and `changeable` lists the options that may change during a run.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from cdpr.hush import hushed
 from cdpr.nearest import did_you_mean
 from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermost, read_file, role_of, source_version
 from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
-from cdpr.plugins.info import Role as Role  # whoever chooses a plugin imports it from here
+from cdpr.plugins.info import Role as Role  # modules that choose a plugin import it from here
 
 ROLES: tuple[Role, ...] = ("backend", "controller", "solver")
 

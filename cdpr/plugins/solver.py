@@ -55,7 +55,7 @@ class TensionSolver(ABC):
     def log(self, columns: Mapping[str, Array]) -> None:
         """Store the arrays (width,) of its declared columns, by name, to write into.
 
-        It is called once after construction with unused arrays, and again by a simulation with those that it records:
+        It is called once after construction with unused arrays, and again by a simulation with its recorded arrays:
         their values after `solve`, NaN until something is written.
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")

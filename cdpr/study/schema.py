@@ -24,7 +24,7 @@ class Range(Section):
 
 
 class Spaced(Section):
-    """So many values from start to stop, both included."""
+    """Number of equally spaced values from start to stop, both included."""
 
     start: Number = Field(description="first value")
     stop: Number = Field(description="last value")
@@ -32,7 +32,7 @@ class Spaced(Section):
 
 
 class Axis(Section):
-    """What is varied: one key or several, over values from one source."""
+    """Axis of a study: one key or several, with values from one source."""
 
     name: str | None = Field(None, max_length=64, description="heading in tables and figures; the key unless said")
     key: str | None = Field(None, description="a key of the scenario, as after --set")
@@ -90,7 +90,7 @@ class Block(Section):
 
 
 class StudyFile(Section):
-    """A study: a scenario, and what of it is varied."""
+    """Study: a scenario, and the axes along which it varies."""
 
     name: str | None = Field(None, max_length=64, description="name of the study; the file's name unless said")
     scenario: str | None = Field(None, description="scenario file, relative to this file, or name of an example")

@@ -46,7 +46,7 @@ class Act(NamedTuple):
 
 
 def perform(acts: Sequence[Act], time: float = 0.0) -> None:
-    """Execute operations in order; after Infeasible, also those that report on the sample."""
+    """Execute operations in order; after Infeasible, also the operations that report on the sample."""
     i = 0
     while i < len(acts):
         try:

@@ -204,7 +204,7 @@ def objective_is_reached(subject: SolverSubject) -> str:
     A plugin that minimises something else declares its `cost`, as below.
 
     By the conditions of Karush, Kuhn and Tucker, t is nearest to r if and only if t = r + W^T y, clipped to the limits,
-    for some y; the cables inside their limits tell y.
+    for some y; the cables inside their limits determine y.
     """
     objective = subject.properties.get("objective")
     if subject.cost is not None:

@@ -168,7 +168,7 @@ def memory_never_decides(subject: SolverSubject) -> None:
 def eight_are_answered_as_one(subject: SolverSubject) -> str:
     """Its operation for eight problems at once, if any, gives each the status and the bits that it gets alone.
 
-    Whatever stands beside it, and in its memory.
+    The result must not depend on the other problems or on the contents of the memory.
     """
     made = subject.make(samples.feasible()[0][0].robot)
     needs(isinstance(made, CompiledSolver) and _eight(made) is not None, "it has no operation for eight problems")

@@ -1,9 +1,9 @@
 """Adaptive evaluation of a region's cells; the others are interpolated.
 
 A box of cells is interpolated from its corners if they are all inside or all outside, and farther from the edge than a
-share of their spread. Any other box is divided into eight. Of the new corners, only those that may lie on the other
-side are evaluated. The interpolation error there is estimated from the error of the parent box, at half the distance.
-Features thinner than the initial boxes that no corner touches are missed.
+share of their spread. Any other box is divided into eight. Of the new corners, only the corners that may lie on the
+other side are evaluated. The interpolation error there is estimated from the error of the parent box, at half the
+distance. Features thinner than the initial boxes that no corner touches are missed.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def octree(
     slope: float | None,
     progress: Callable[[int, int], None],
 ) -> tuple[Asked, Flags]:
-    """Return the results of all cells of a table, (cells,), and True for those that were evaluated.
+    """Return the results of all cells of a table, (cells,), and True for the evaluated cells.
 
     Args:
         ask: function that evaluates cells, (n,), by number.

@@ -18,7 +18,7 @@ from cdpr.workspace.required import NOTHING, Required
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Parameters of all kinds of workspaces; each kind uses those that it needs.
+    """Parameters of all kinds of workspaces; each kind uses a part of them.
 
     Attributes:
         required: wrenches or accelerations that the cables must provide in addition to the weight at rest.

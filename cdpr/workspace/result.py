@@ -240,7 +240,7 @@ def workspace(
         question: parameters of the kind; its parts may be given by name instead, such as `required=box([50, 50, 50, 5,
             5, 5])`: see `Question`.
         over: "all" or "any" attitudes of the region must be inside.
-        method: "grid" evaluates all cells, "octree" only those that decide (`cdpr.workspace.octree`). In addition to
+        method: "grid" evaluates all cells, "octree" only the decisive ones (`cdpr.workspace.octree`). In addition to
             the cells, "hull" finds the boundary from a point inside (`.hull`), "rays" the free intervals along lines
             (`.rays`), "turns" the reachable rotations of the platform (`.turns`), and "certify" proves boxes of any
             size to be inside or outside (`.certify`).
