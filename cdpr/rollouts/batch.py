@@ -19,8 +19,8 @@ from cdpr.native.operations import LANES
 from cdpr.nearest import did_you_mean
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.problems import shown
-from cdpr.rollouts.block import Group
 from cdpr.rollouts.case import BLOCK, Case, Plan
+from cdpr.rollouts.group import Group
 from cdpr.rollouts.vary import check_count, values_of
 from cdpr.scenario import Scenario
 from cdpr.scenario.repeatable import check_repeatable

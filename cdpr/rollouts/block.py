@@ -281,69 +281,6 @@ class Block:
         )
 
 
-class Group:
-    """Cases that are taken further together, in a block if their structure allows.
-
-    Args:
-        plan: Shared by all cases.
-    """
-
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._blocks: dict[bool, Block | None] = {}  # by whether wrenches are given; None where cases do not fit
-
-    def go(self, cases: Sequence[Case], stops: Sequence[int], wrenches: Array | None = None) -> None:
-        """Take up to eight cases to a sample of their own each, as far as they do not end before.
-
-        Args:
-            cases: Of which each has begun.
-            stops: Number of the sample.
-            wrenches: (cases, 6) N and N m, in place of the controller's answers.
-        """
-        ready = [(case, stop) for case, stop in zip(cases, stops, strict=True) if case.ready(stop)]
-        for k, case in enumerate(cases):
-            if case.begun:
-                case.give(None if wrenches is None else wrenches[k])
-        block = self._block(wrenches is not None, [case for case, _ in ready])
-        if block is not None:
-            block.go(*zip(*ready, strict=True))
-        for case, stop in ready:
-            if block is None and case.ready(stop):
-                case.go(stop)
-
-    def again(
-        self,
-        cases: list[Case],
-        stops: Sequence[int],
-        wrenches: Array | None,
-        rows: Array,
-        at: slice | list[int],
-    ) -> bool:
-        """Take the cases of the last call all so many steps further, and write their rows into columns `at`.
-
-        Return False where that is for `go` to do or to go on with.
-        """
-        block = self._blocks.get(wrenches is not None)
-        if block is None or (wrenches is not None and not block.give(cases, wrenches)):
-            return False
-        return block.again(cases, stops, rows, at)
-
-    def _block(self, given: bool, cases: Sequence[Case]) -> Block | None:
-        """Return the block; None where these cases are too few, or go alone."""
-        if given not in self._blocks and len(cases) >= WORTHWHILE:
-            try:
-                self._blocks[given] = Block(self._plan, cases[0])
-            except UnfitError:
-                self._blocks[given] = None
-        return self._blocks.get(given) if cases else None
-
-    def show(self, cases: Sequence[Case], rows: Array, columns: Sequence[int]) -> None:
-        """Write the rows of those cases that have lanes into columns of `rows`."""
-        for block in self._blocks.values():
-            if block is not None:
-                block.show(cases, rows, columns)
-
-
 def _memory(case: Case) -> list[Array]:
     """Return the arrays that the steps of a case change."""
     memory = case.loop.memory

@@ -11,8 +11,8 @@ import numpy as np
 from cdpr.jobs.cases import Outcome
 from cdpr.model.robot import Array
 from cdpr.native.operations import LANES
-from cdpr.rollouts.block import Group
 from cdpr.rollouts.case import BLOCK, Case, Plan
+from cdpr.rollouts.group import Group
 
 
 @dataclass(frozen=True)
