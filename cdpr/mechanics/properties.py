@@ -11,8 +11,8 @@ from cdpr.model import rotations
 from cdpr.model.rank import significant
 from cdpr.model.robot import Array, Robot
 
-# Components of a direction below this share of its largest component are round-off, as the rank is one to
-# RANK_TOLERANCE.
+# Components of a direction below this share of its largest component are round-off: the rank is determined with #
+# RANK_TOLERANCE only.
 ROUNDED = 1e-6
 
 # Anchors are at one level if their heights differ by less than this share of their extent.

@@ -12,7 +12,7 @@ import numpy as np
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind
 
-# Relative tolerance of a limit: values are compared in decimals, and a value equal to the limit does not violate it.
+# Relative tolerance of a limit, for values read from decimal numbers: a value equal to its limit does not violate it.
 REACH_TOLERANCE = 1e-9
 
 DIGITS = 9  # largest number of digits that distinguishes a value from its limit, see REACH_TOLERANCE
