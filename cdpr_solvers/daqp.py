@@ -16,8 +16,8 @@ SETTINGS = {
     "eps_prox": 0.0,  # the problem is strictly convex
     "zero_tol": 1e-11**2,  # for squared lengths of rows of N; the default treats rows below 3e-6 as zero
     # For the squared sine of the angle between a row and the active rows. The default treats rows with a sine below
-    # 6e-6 # as parallel, and the problem as infeasible. The squared sine is a difference of numbers near 1 with a
-    # round-off of # 1e-15.
+    # 6e-6 as parallel, and the problem as infeasible. The squared sine is a difference of numbers near 1 with a
+    # round-off of 1e-15.
     "sing_tol": 1e-14,
 }
 

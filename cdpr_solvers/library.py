@@ -35,7 +35,7 @@ class LibrarySolver(TensionSolver):
     """
 
     # Share of the largest limit by which the library may violate the limits. A set that is as thin as the round-off of
-    # N x # could otherwise be empty for the library.
+    # N x could otherwise be empty for the library.
     wider = 1e-11
 
     def __init__(self, robot: Robot, options: Any) -> None:

@@ -20,8 +20,8 @@ from cdpr.native.bind import bind
 # Off-diagonal entries below this share of the trace are round-off of the input: the tensor is treated as diagonal.
 DIAGONAL = 1e-14
 
-# The principal axes have a positive component along this direction, so that their signs do not depend on the solver. #
-# A principal axis of a real platform is unlikely to be perpendicular to it.
+# The principal axes have a positive component along this direction, so that their signs do not depend on the solver. A
+# principal axis of a real platform is unlikely to be perpendicular to it.
 SIDE = np.array([1.0, 0.59, 0.37])
 
 

@@ -22,7 +22,7 @@ from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind
 
-# Largest residual of a fit, as a share of the lengths. Measured lengths deviate by some thousandths (sag, elasticity, #
+# Largest residual of a fit, as a share of the lengths. Measured lengths deviate by some thousandths (sag, elasticity,
 # encoders). A larger residual means another local minimum, or lengths that belong to no pose.
 MISFIT = 0.02
 

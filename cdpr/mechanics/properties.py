@@ -11,7 +11,7 @@ from cdpr.model import rotations
 from cdpr.model.rank import significant
 from cdpr.model.robot import Array, Robot
 
-# Components of a direction below this share of its largest component are round-off: the rank is determined with #
+# Components of a direction below this share of its largest component are round-off: the rank is determined with
 # RANK_TOLERANCE only.
 ROUNDED = 1e-6
 

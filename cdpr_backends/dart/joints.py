@@ -17,7 +17,7 @@ from cdpr.plugins.inertia import Inertia
 from cdpr_backends.dart.world import chain, held, put_root, set_motion
 
 # For rotation vectors below 1e-3 rad, DART truncates the exponential after the second power (joints.hpp). So DART's
-# body # axes are rotated relative to cdpr's, by this rotation from the current attitude.
+# body axes are rotated relative to cdpr's, by this rotation from the current attitude.
 FACING = from_rotation_vector((0.6, 0.5, 0.4))
 
 

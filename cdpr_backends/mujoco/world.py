@@ -19,7 +19,7 @@ from cdpr.plugins.inertia import Inertia, turned
 from cdpr_backends.mujoco.direct import Direct, direct
 
 # By default, MuJoCo prints warnings about bad states and appends them to MUJOCO_LOG.TXT in the user's folder. The
-# checks # of the simulation detect the same errors in the same step. (The setting applies to the whole process.)
+# checks of the simulation detect the same errors in the same step. (The setting applies to the whole process.)
 mujoco.set_mju_user_warning(lambda text: None)
 
 ROUNDING = 1e-12  # prevents a violation of the triangle inequality of moments by round-off
@@ -41,7 +41,7 @@ class World:
     def __init__(self, frame: BodyFrame, spec: mujoco.MjSpec) -> None:
         self.frame = frame
         # The compiler rejects principal moments that violate the triangle inequality by round-off alone, so the exact
-        # values # are set afterwards.
+        # values are set afterwards.
         moments = frame.moments
         spec.body("platform").inertia = np.minimum(moments, (moments.sum() - moments) * (1.0 - ROUNDING))
         self.model = spec.compile()
