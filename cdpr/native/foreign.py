@@ -6,7 +6,7 @@ import ctypes
 import operator
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from cdpr.native.library import address
 
 # Keeps the lock of Python: the arrays of one object serve one call at a time.
 OPERATION = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+CTYPES_FUNCTION: type = ctypes.CFUNCTYPE(None).__mro__[1]  # base of all functions of ctypes
 LOWEST_ADDRESS = 4096  # systems map no code below
 MAPPINGS = Path("/proc/self/maps")  # memory of this process, on Linux
 DTYPES = np.dtype(np.float64), np.dtype(np.int64)
@@ -27,8 +28,8 @@ class Foreign:
     an array, a `double` or an `int64_t` for a number. The function must be valid as long as this object is.
 
     Args:
-        function: Its address, or an object that has it as `address`, such as a `numba.cfunc`, and is kept alive. Of a
-            function of ctypes the address is `ctypes.cast(function, ctypes.c_void_p).value`.
+        function: Its address, a function of a ctypes library, or an object that has the address as `address`, such as a
+            `numba.cfunc`. Objects are kept alive.
         arguments: C-contiguous arrays of float64 or int64, which stay where they are, and numbers.
 
     Raises:
@@ -68,12 +69,15 @@ class Foreign:
 
 
 def _address(function: Any) -> int:
+    if isinstance(function, CTYPES_FUNCTION):
+        function = ctypes.cast(cast("Any", function), ctypes.c_void_p).value or 0
     try:
         found = operator.index(getattr(function, "address", function))
     except TypeError:
         kind = type(function).__name__
         raise TypeError(
-            f"function: expected an address, or an object with an attribute `address`, got {kind}."
+            "function: expected an address, a function of ctypes, or an object with an attribute `address`, "
+            f"got {kind}."
         ) from None
     _check_code(found)
     return found

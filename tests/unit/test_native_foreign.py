@@ -67,6 +67,11 @@ def test_what_cannot_stand_in_the_struct_is_rejected(arguments, error, told):
         Foreign(1 << 20, *arguments)
 
 
+def test_a_function_of_ctypes_is_called_by_its_address():
+    function = ctypes.CDLL(None).abs
+    assert Foreign(function, 1).operation == ctypes.cast(function, ctypes.c_void_p).value
+
+
 def test_what_has_no_address_is_rejected():
     with pytest.raises(TypeError, match="function: expected an address"):
         Foreign(print)

@@ -9,7 +9,6 @@ from cdpr.native.foreign import Foreign
 from cdpr.plugins import Controller, SnapshotOfArrays
 
 LIBRARY = ctypes.CDLL(find_spec("cdpr_spring.kernel").origin)  # ctypes keeps it loaded
-KERNEL = ctypes.cast(LIBRARY.spring, ctypes.c_void_p).value  # not addressof, which is where the address is stored
 
 
 class Spring(SnapshotOfArrays, Controller):
@@ -38,7 +37,7 @@ class Spring(SnapshotOfArrays, Controller):
 
     def compiled(self, state, desired, out):
         """Return the law in C with these arrays, in the order of its struct."""
-        return Foreign(KERNEL, self.force, self.center, self.gains, state, desired, out)
+        return Foreign(LIBRARY.spring, self.force, self.center, self.gains, state, desired, out)
 
 
 def cross(a, b):
