@@ -74,6 +74,7 @@ NOT_RUN = {
     "openssl": "another program",
     "g++": "needs a file of the reader; test_native_headers.py compiles one that includes all headers",
     "cmake -S examples/realtime": "compiles; test_export_native.py builds the same programs",
+    "python -m ziglang": "another program",
     "build/realtime": "compiled by the line above; test_export_native.py runs it",
     "dask": "another program, which listens; tests of studies start schedulers of their own",
     "export DASK": "a setting of the shell",

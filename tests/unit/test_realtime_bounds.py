@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 
 from conftest import ROOT
 
@@ -15,8 +16,22 @@ from cdpr.simulation.exported import control_of
 
 COUNTED = re.compile(r"for \([\w:]+ (\w+) = [^;]+; (?:[\w.]+ && )?\1 (?:<|<=|>|>=) ([^;]+); \1(?:\+\+|--| \+= \w+)\)")
 TEXT = (ROOT / "docs" / "realtime.md").read_text()
+# Loops in each header that the page lists, so that a new one is noticed.
+LOOPS = {
+    "cdpr/active_set.hpp": 2,
+    "cdpr/box_least_squares.hpp": 1,
+    "cdpr/forward_kinematics.hpp": 1,
+    "cdpr/geometry.hpp": 1,
+    "cdpr/polygon.hpp": 1,
+    "cdpr/row_space.hpp": 2,
+    "cdpr/trajectory/segment.hpp": 1,
+    "cdpr_solvers/barrier.hpp": 2,
+    "cdpr_solvers/dykstra.hpp": 1,
+    "cdpr_solvers/p_norm.hpp": 4,
+    "cdpr_solvers/weighted_least_squares.hpp": 2,
+}
 CONTROLLERS = ("computed_torque", "pid", "static", "cable_length")
-COMPILE_TIME = {"cdpr/field.hpp"}  # the text of fields is read by the compiler
+COMPILE_TIME = "cdpr/field.hpp"  # the text of fields is read by the compiler
 STOP = "events=[{type: emergency_stop, time: 0.4, stopping_time: 0.3}]"
 
 
@@ -40,15 +55,17 @@ def exported_headers():
 
 
 def test_each_loop_has_a_bound():
-    found = set()
+    found: Counter[str] = Counter()
     for header, content in exported_headers().items():
         text = re.sub(r"//.*", "", ONCE.sub("", content.decode()))
         for match in re.finditer(r"\b(?:for|while) \(.*", text):
             counted = COUNTED.match(match[0])
             if counted is None or re.search("MOST|iterations", counted[2]):
-                found.add(header)
+                found[header] += 1
+    del found[COMPILE_TIME]
+    assert found == LOOPS
     stated = re.findall(r"^\| `([\w/]+\.hpp)` \|", TEXT, re.MULTILINE)
-    assert found - COMPILE_TIME == set(stated)
+    assert set(found) == set(stated)
 
 
 def test_constants_of_bounds_are_those_of_the_headers():
