@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from typing import Any
 
 import click
 
 from cdpr.cli.names import plugin_files
+
+NAME = 21  # width of the column of names
 
 
 @click.command("plugins")
@@ -39,25 +42,33 @@ def command(as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({**{f"{role}s": rows[role] for role in ROLES}, "problems": found.problems}, indent=2))
     else:
-        from cdpr.report.text.aligned import table
-
         for role in ROLES:
             click.echo(f"{role}s")
-            for line in table([(row["name"], _description(row)) for row in rows[role]], left=2):
-                click.echo(line)
+            for row in rows[role]:
+                for line in _description(row):
+                    click.echo(line)
         for problem in found.problems:
             click.echo(f"problem: {problem}", err=True)
 
 
-def _description(row: dict[str, Any]) -> str:
-    facts = [f"{key}: {value}" for key, value in row["properties"].items()]
-    if row["options"]:
-        facts.append("options: " + ", ".join(row["options"]))
-    if row["changeable"]:
-        facts.append("changeable: " + ", ".join(row["changeable"]))
-    if row["columns"]:
-        facts.append("columns: " + ", ".join(row["columns"]))
+def _description(row: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of a plugin: name and summary, then its declarations."""
+    from cdpr.report.text.aligned import wrapped
+
+    yield from wrapped(f"  {row['name']:<{NAME}} {row['summary']}", NAME + 3)
+    facts = [_fact(key, value) for key, value in row["properties"].items()]
+    facts += [_fact(key, row[key]) for key in ("options", "changeable", "columns")]
     if row["distribution"] != "cdpr":
         facts.append(f"from {row['distribution']} {row['version']}")
-    text = row["summary"] + (f"  [{'; '.join(facts)}]" if facts else "")
-    return f"{text}  NOT INSTALLED: {row['remedy']}" if row["missing"] else text
+    if row["missing"]:
+        facts.insert(0, f"NOT INSTALLED: {row['remedy']}")
+    if text := "; ".join(filter(None, facts)):
+        yield from wrapped(" " * (NAME + 3) + text, NAME + 3)
+
+
+def _fact(key: str, value: object) -> str:
+    """Return a declaration as text; "" if it declares nothing."""
+    if isinstance(value, bool):
+        return key.replace("_", " ") if value else f"no {key.replace('_', ' ')}"
+    parts = [str(part) for part in value] if isinstance(value, (list, tuple)) else [str(value)]
+    return f"{key.replace('_', ' ')}: {', '.join(parts)}" if "".join(parts) else ""

@@ -116,13 +116,13 @@ def command(
             stop, report = Interrupted("interrupted after the last sample"), False
         signals.wait = False
         least = _least(loaded, run) if statics else {}
-        if report:
-            failure = _write_report(run, least)
-            stop = stop or failure
         from cdpr.log.touching import touched
         from cdpr.report.text.reservations import fallback, lost, reservations
 
         touch = touched(loaded.robot, run, loaded.obstacles)
+        if report:
+            failure = _write_report(run, least, touch)
+            stop = stop or failure
         if strict and stop is None and (far := list(lost(run))):
             stop = ScenarioError(far)
         if as_json:
@@ -237,7 +237,7 @@ def _least(scenario: Scenario, run: Run) -> dict[str, dict[str, Any]]:
     return flown(scenario.controlled, run)
 
 
-def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]]) -> OutputError | None:
+def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) -> OutputError | None:
     """Write report.html; return the error if it cannot be written."""
     from pathlib import Path
 
@@ -245,7 +245,7 @@ def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]]) -> OutputErr
 
     assert run.folder is not None
     try:
-        write_report(run, Path(run.folder) / "report.html", least)
+        write_report(run, Path(run.folder) / "report.html", least, touch)
     except OutputError as error:
         return error
     return None

@@ -25,6 +25,7 @@ from cdpr.log.rows import IN_MEMORY
 from cdpr.log.run import Run
 from cdpr.log.run_folder import folder_name
 from cdpr.log.save import save
+from cdpr.log.touching import touched
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.faults import CableFault
@@ -272,7 +273,8 @@ class Stage:
         assert run.folder is not None
         if len(self._sim.events) > len(self.scenario.events):
             self._sim.save(Path(run.folder) / SESSION_NAME)
-        return partial(_report, run, Path(run.folder))
+        touch = touched(self.scenario.robot, run, self.scenario.obstacles)
+        return partial(_report, run, Path(run.folder), touch)
 
 
 def _latest(told: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -281,10 +283,10 @@ def _latest(told: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return told if earlier <= 0 else [{"t": told[0]["t"], "text": f"{earlier} earlier events"}, *told[earlier:]]
 
 
-def _report(run: Run, folder: Path) -> str:
+def _report(run: Run, folder: Path, touch: str | None) -> str:
     from cdpr.report.pages.run import write_report
 
-    write_report(run, folder / "report.html")
+    write_report(run, folder / "report.html", touch=touch)
     return f"the run is saved in {folder}"
 
 

@@ -304,7 +304,7 @@ def test_cdpr_plugins_lists_columns(tmp_path):
         "    columns = (Column('calls', 1, '', 'Calls'),)\n    def control(self, *_): pass\n"
     )
     done = CliRunner().invoke(cli, ["plugins", "--plugin", str(tmp_path / "told.py")])
-    assert re.search(r"Mine .*columns: calls", done.output)
+    assert re.search(r"Mine .*\n +.*columns: calls", done.output)
 
 
 def test_our_own_plugins_declare_none():

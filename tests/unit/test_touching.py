@@ -48,7 +48,8 @@ def test_a_run_reports_cables_that_touch(scenario):
     done = cdpr_here("run", scenario, "--out", scenario.with_name("run"), "--no-report")
     assert "touch: their clearance falls to -10 mm at " in done.stdout
     assert ASSUMED in done.stdout
-    figures = cdpr_here("run", scenario, "--out", scenario.with_name("more"), "--no-report", "--json")
+    figures = cdpr_here("run", scenario, "--out", scenario.with_name("more"), "--json")
+    assert ASSUMED in (scenario.with_name("more") / "report.html").read_text()
     assert ASSUMED in json.loads(figures.stdout)["reservations"][-1]
 
 

@@ -38,7 +38,12 @@ class Drawing(NamedTuple):
     minor: bool = False  # omitted in print
 
 
-def write_report(run: Run, path: str | Path, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({})) -> None:
+def write_report(
+    run: Run,
+    path: str | Path,
+    least: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+    touch: str | None = None,
+) -> None:
     """Write the report of a run to a file.
 
     Equal runs give equal bytes, except for the row of wall-clock times.
@@ -47,14 +52,15 @@ def write_report(run: Run, path: str | Path, least: Mapping[str, Mapping[str, An
         run: finished run.
         path: output file; its folder must exist.
         least: result of `cdpr.workspace.path.flown`, added to the summary.
+        touch: description of cables in contact, from `cdpr.log.touching.touched`; likewise.
 
     Raises:
         OutputError: if the file cannot be written.
     """
-    replace_markup(Path(path), render(run, least))
+    replace_markup(Path(path), render(run, least, touch))
 
 
-def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({})) -> str:
+def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({}), touch: str | None = None) -> str:
     """Return the report as HTML."""
     head = run.header
     with np.errstate(all="ignore"):  # a diverged run ends in inf and NaN
@@ -67,7 +73,7 @@ def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({
             "Scenario": section("scenario", tables.scenario(run)),
         }
         top = (
-            f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run, least)}\n</section>\n'
+            f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run, least, touch)}\n</section>\n'
             f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'
         )
         banner = tables.ending(run, sentence(run, histories(run).outline.position))

@@ -47,7 +47,7 @@ def ending(run: Run, happened: str = "") -> str:
     return banner(mood, text, message)
 
 
-def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
+def summary(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None = None) -> str:
     """Return the figures of `Run.summary` and `least` in readable units; the last row has wall-clock times."""
     figures = run.summary()
     out = "<h2>Summary</h2>\n"
@@ -70,6 +70,7 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
         ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
         ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
         *([("Least clearance (m)", _clearance(figures))] if "clearance_min_m" in figures else []),
+        *([("Contact of cables", escape(touch))] if touch else []),
         *((escape(title.capitalize()), escape(text)) for title, text in least_of(least)),
         *([] if least else [("Least capacity margin and stiffness", "not asked for: cdpr run --statics")]),
         ("Steps without valid tensions", _bad_steps(run)),
