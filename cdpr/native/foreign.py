@@ -114,6 +114,9 @@ def _word(i: int, argument: Any) -> int:
     if isinstance(argument, float | np.floating):
         return int(np.float64(argument).view(np.int64))
     try:
-        return operator.index(argument)
+        found = operator.index(argument)
     except TypeError:
         raise TypeError(f"argument {i}: expected an array or a number, got {type(argument).__name__}.") from None
+    if not -(2**63) <= found < 2**63:
+        raise ValueError(f"argument {i}: expected an integer of 64 bits, got {found}.")
+    return found

@@ -158,7 +158,7 @@ class CompiledSolver(TensionSolver):
     def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Bound | Foreign:
         """Bind the operation to these arrays, its parameters, and its own work arrays."""
         if not isinstance(self.operation, str):
-            work = [np.empty(shape) for shape in self._shapes]
+            work = [np.zeros(shape) for shape in self._shapes]
             sizes = self.robot.n, self.robot.m
             own = self.parameters.values()
             return Foreign(self.operation, W, wrench, t_min, t_max, tension, *sizes, *own, *work)

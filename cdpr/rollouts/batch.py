@@ -85,7 +85,7 @@ class Batch:
         base = chosen_scenario(scenario, backend, solver, controller, overrides)
         check_repeatable(base, "a batch")
         self._plan = plan = Plan(base, tuple(values), 0, ())
-        self._at_work = Lock()
+        self._at_work, self._closed = Lock(), False
         self._rows = np.full((plan.layout.width, n), np.nan)
         self._time, self._samples = np.zeros(n), np.zeros(n, dtype=np.int64)
         self._active = np.zeros(n, dtype=bool)
@@ -150,11 +150,12 @@ class Batch:
                 controllers' answers, as for `Simulation.step`.
 
         Raises:
-            CdprError: An argument is wrong. What ends a lane is in `errors`.
+            CdprError: An argument is wrong, or the batch is closed. What ends a lane is in `errors`.
         """
         if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
             raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
         with self._alone("step"):
+            self._open("step")
             given = None if wrench is None else checked(wrench, (len(self), 6), "wrench", finite=True)
             chosen = self._active if mask is None else self._active & self._mask(mask)
             bits = chosen.tolist()
@@ -165,14 +166,19 @@ class Batch:
                     at = slice(first, stop) if len(lanes) == stop - first else lanes
                     self._go(lanes, at, int(n), None if given is None else given[at])
 
-    def reset(self, *lanes: int) -> None:
-        """Begin these lanes anew, all unless given, also those that have ended.
+    def reset(self, lanes: int | Sequence[int] | NDArray[np.integer] | None = None) -> None:
+        """Begin lanes anew, also those that have ended.
+
+        Args:
+            lanes: Number of a lane, or several; all unless given.
 
         Raises:
-            CdprError: There is no such lane.
+            CdprError: There is no such lane, or the batch is closed.
         """
         with self._alone("reset"):
-            for lane in [self._lane("reset", lane) for lane in lanes] or range(len(self)):
+            self._open("reset")
+            chosen: Sequence[Any] = range(len(self)) if lanes is None else np.atleast_1d(np.asarray(lanes)).tolist()
+            for lane in [self._lane("reset", lane) for lane in chosen]:
                 start = self._starts[lane]
                 if start is None:
                     self._cases[lane].close()
@@ -226,9 +232,11 @@ class Batch:
 
     def close(self) -> None:
         """Free what the lanes hold; may be called again."""
-        for case in self._cases:
-            case.close()
-        self._active[:] = False
+        with self._alone("close"):
+            for case in self._cases:
+                case.close()
+            self._active[:] = False
+            self._closed = True
 
     def __enter__(self) -> Self:
         return self
@@ -241,8 +249,15 @@ class Batch:
     def _alone(self, what: str) -> Alone:
         return Alone(self._at_work, what)
 
+    def _open(self, what: str) -> None:
+        """Raise CdprError if the batch is closed."""
+        if self._closed:
+            raise CdprError(f"{what}: the batch is closed")
+
     def _begin(self, lane: int) -> None:
         case = self._cases[lane]
+        self._rows[:, lane] = np.nan
+        self._time[lane] = self._samples[lane] = self._active[lane] = 0
         case.begin()
         if case.going:
             with suppress(PluginError):

@@ -26,15 +26,16 @@ static int run(table *log, int waits) {
     cycle_begin(&timing, CDPR_CONTROL_STEP, waits);
     const long before = allocations();
     int worst = CDPR_OK;
-    for (size_t k = 0; k < log->count && worst <= CDPR_REPLACED; k++) {
+    size_t k = 0;
+    for (; k < log->count && worst <= CDPR_REPLACED; k++) {
         cycle_wait(&timing);
         const int status = run_cycle(&log->rows[k], &log->tensions[k * CDPR_CABLES]);
         if (status > worst) worst = status;
         cycle_end(&timing);
     }
     const long during = allocations() - before;
-    printf("status %d\ncycles %zu\nallocations_before %ld\nallocations %ld\noverruns %lld\nlongest_us %.1f\n", worst,
-           log->count, before, before < 0 ? -1 : during, (long long)timing.overruns, (double)timing.longest / 1e3);
+    printf("status %d\ncycles %zu\nallocations_before %ld\nallocations %ld\noverruns %lld\nlongest_us %.1f\n", worst, k,
+           before, before < 0 ? -1 : during, (long long)timing.overruns, (double)timing.longest / 1e3);
     return before >= 0 && during != 0 ? -1 : worst;
 }
 

@@ -10,6 +10,7 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.rollouts import block
+from cdpr.rollouts import case as case_module
 
 CAROCA, BREAK, WINCH = (ROOT / "scenarios" / f"{name}.yaml" for name in ("caroca", "cable_break", "winch"))
 BRIEF = {"simulation.backend": "reference", "simulation.duration": 0.4, "simulation.ends_early": True}
@@ -53,7 +54,7 @@ def calls(monkeypatch):
 def test_lanes_at_different_times(calls):
     batch = make()
     batch.step(50)
-    batch.reset(3, 9)
+    batch.reset([3, 9])
     batch.step(20, mask=np.arange(N) != 5)
     batch.step(7)
     assert calls == [8, 3, 7, 3, 8, 3]
@@ -279,9 +280,31 @@ def test_a_closed_batch_has_no_lanes():
         batch.step()
     assert not batch.active.any()
     batch.close()
-    batch.step()
-    with pytest.raises(cdpr.CdprError, match="the batch is closed"):
-        batch.snapshot(0)
+    for call in (batch.step, batch.reset, lambda: batch.snapshot(0)):
+        with pytest.raises(cdpr.CdprError, match="the batch is closed"):
+            call()
+
+
+def test_reset_of_no_lanes_resets_none():
+    batch = make(n=2)
+    batch.step(3)
+    batch.reset(np.flatnonzero(~batch.active))
+    assert batch.samples.tolist() == [3, 3]
+
+
+def test_a_lane_that_cannot_begin_again_ends(monkeypatch):
+    batch = make(n=2)
+    batch.step(3)
+    batch._starts[1] = None  # as for a plugin without snapshots
+
+    def fail(*_):
+        raise cdpr.CdprError("no plant")
+
+    monkeypatch.setattr(case_module, "build", fail)
+    batch.reset(1)
+    batch.step(2)
+    assert (batch.active.tolist(), batch.samples.tolist()) == ([True, False], [5, 0])
+    assert "no plant" in batch.errors[1]
 
 
 @pytest.mark.parametrize("controller", ["computed_torque", "cable_length"])

@@ -59,6 +59,7 @@ def test_the_struct_holds_addresses_and_numbers():
     [
         ((np.zeros(3, np.float32),), TypeError, "argument 0: expected an array of float64 or int64, got float32"),
         ((1, np.zeros((4, 4))[:, 0]), ValueError, "argument 1: expected a C-contiguous"),
+        ((2**63,), ValueError, "argument 0: expected an integer of 64 bits"),
         (("text",), TypeError, "argument 0: expected an array or a number, got str"),
     ],
 )
