@@ -30,5 +30,24 @@ class BestEffort(CompiledSolver):
 def best_effort_tension(
     matrix: ArrayLike, wrench: ArrayLike, tension_min: ArrayLike, tension_max: ArrayLike, weights: ArrayLike
 ) -> tuple[Array, Status]:
-    """Compute the tensions of least 2-norm that balance the wrench, or else those with the smallest wrench error."""
+    """Compute the tensions of least 2-norm that balance the wrench, or else those with the smallest wrench error.
+
+    Args:
+        matrix: (n, m), rows of the wrench matrix, moments about the platform's origin, world axes.
+        wrench: (n,), N and N m: the wrench that the cables shall exert.
+        tension_min: (m,) N, finite.
+        tension_max: (m,) N.
+        weights: (n,), weight of each component of the wrench error.
+
+    Returns:
+        Tensions (m,) N, NaN for UNSUPPORTED and BAD_INPUT. The status: OK, INFEASIBLE where the wrench is not reached,
+        NOT_FOUND, UNSUPPORTED where a lower limit is -inf, or BAD_INPUT.
+
+    Raises:
+        ValueError: The shapes do not match.
+
+    Example:
+        >>> best_effort_tension([[1.0, -1.0]], [12.0], [1.0, 1.0], [9.0, 9.0], [1.0])
+        (array([9., 1.]), <Status.INFEASIBLE: 1>)
+    """
     return nearest_wrench_tension(matrix, wrench, tension_min, tension_max, weights, "best_effort")

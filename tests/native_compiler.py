@@ -62,6 +62,11 @@ def build_library(root):
     given = ["-DCDPR_ONE_TARGET", "-DCDPR_TARGET=portable", '-DCDPR_TARGET_NAME="portable"']
     paths = [f"-I{native / 'include'}", f"-I{root}"]
     options = ["-O1", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", *given, *paths]
+    for header in root.glob("cdpr*/**/*.hpp"):  # as an install does, for FMUs
+        there = native / "include" / header.relative_to(root)
+        if native not in header.parents and not there.exists():
+            there.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(header, there)
     objects = []
     for source in (*native.glob("*.c"), *native.glob("*.cpp"), *(native / "tables").glob("*.cpp")):
         objects.append(out / f"{source.stem}.o")

@@ -228,7 +228,7 @@ def test_a_solver_a_controller_and_a_backend(tree):
     solver = (strangers / "weighted_solver" / "cdpr_weighted" / "solver.py").read_text()
     backend = (strangers / "drag_backend" / "cdpr_drag" / "backend.py").read_text()
     for role, name, made, text, place in (
-        ("solver", "weighted", "Weighted", solver.replace("self.options.power", "1.0"), "null space and active sets"),
+        ("solver", "weighted", "Weighted", solver.replace("self.options.power", "1.0"), "sets of the kernel library"),
         ("controller", "spring", "Spring", SPRING_LAW, "Return the built-in controllers"),
         ("backend", "drag", "DragBackend", backend.replace("self.options.area", "0.5"), "Return the built-in backends"),
     ):

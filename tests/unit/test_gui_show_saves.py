@@ -15,7 +15,7 @@ from cdpr.scenario import load_scenario
 @pytest.fixture
 def no_report(monkeypatch):
     """Drawing a report takes a second."""
-    monkeypatch.setattr("cdpr.report.pages.run.write_report", lambda run, path: path.touch())
+    monkeypatch.setattr("cdpr.report.pages.run.write_report", lambda run, path, **_: path.touch())
 
 
 @pytest.mark.slow
@@ -114,7 +114,7 @@ def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
 def test_what_is_being_written_is_written_to_its_end(tmp_path, monkeypatch):
     begun, written = Event(), []
 
-    def report(run, folder):
+    def report(run, folder, touch):
         begun.set()
         time.sleep(0.2)
         written.append(folder)
