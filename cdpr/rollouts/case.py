@@ -71,7 +71,7 @@ class Plan:
 
     @cached_property
     def renewable(self) -> bool:
-        """Whether cases differ by numbers alone that may change between two steps, so that one loop serves many."""
+        """True if cases differ only in numbers that may change between two steps, so that one loop serves many."""
         scenario = self.scenario
         return bool(self.keys) and not scenario.events and set(self.keys) <= set(scenario.options().changeable())
 
@@ -161,7 +161,7 @@ class Case:
 
     @property
     def begun(self) -> bool:
-        """Whether it has a loop."""
+        """True if it has a loop."""
         return hasattr(self, "loop")
 
     def again(self) -> Case:

@@ -124,7 +124,7 @@ class Recipe:
 
     @property
     def words(self) -> list[int]:
-        """Which word tells where each root is."""
+        """Index of the word with the address of each root."""
         return [root.word for root in self.roots]
 
     @property

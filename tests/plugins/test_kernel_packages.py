@@ -17,7 +17,7 @@ from offline import has_compiler
 HERE = ROOT / "tests" / "plugins"
 TUTORIAL = (ROOT / "docs" / "plugins.md").read_text()
 SETUPTOOLS = "70.1"  # makes wheels by itself since
-# What each package is called, offers, and needs beside the compiler.
+# Name, plugin and requirements beside the compiler of each package.
 PACKAGES = {
     "ctypes_controller": ("controller", "spring", ("setuptools",)),
     "cffi_solver": ("solver", "cffi_mid_range", ("setuptools", "cffi")),

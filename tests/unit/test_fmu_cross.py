@@ -34,7 +34,7 @@ CASES = {"caroca": False, "pulleys_mixed": True}
 ROUND_OFF = 1e-12  # m, rad and their rates, after 200 steps: some thousand times the round-off of one such function
 WINE = shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
 QEMU, ARM = shutil.which("qemu-aarch64"), Path("/usr/aarch64-linux-gnu")
-# What runs a program for a platform here; None where nothing does.
+# Command that runs a program for a platform here; None if there is none.
 EMULATORS = {
     "linux-x86_64": (),
     "linux-aarch64": (QEMU, "-L", ARM) if QEMU and ARM.is_dir() else None,

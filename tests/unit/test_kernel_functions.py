@@ -29,7 +29,7 @@ KERNELS = re.compile(r"\b(bind|distribute_once|compute)\(")
 
 @cache
 def names():
-    """What examples take as given: a robot with elastic cables, and states of its parts."""
+    """Names that examples use: a robot with elastic cables, and states of its parts."""
     scenario = load_scenario(ROOT / "scenarios" / "winch.yaml")
     robot, state = scenario.robot, scenario.initial.state()
     cables, frame = np.linspace(1.0, 2.0, robot.m), BodyFrame(robot)
