@@ -97,7 +97,7 @@ class Remembering(MinimumNorm):
     """Once its work space held a number, it goes on from there."""
 
     def solve(self, W, wrench, t_min, t_max, tension):
-        stale = float(self.work[-1, -1])
+        stale = float(self.work[-1].flat[-1])
         status = super().solve(W, wrench, t_min, t_max, tension)
         if stale == 1e30:
             tension *= 1.001
