@@ -44,7 +44,7 @@ CASES = {
     "rigid": ("cogiro", [*HELD, *RIGID]),
     "planar stop": ("planar", ["solver.infeasible=stop"]),
     "cable_length": ("planar", ["controller.type=cable_length"]),
-    "slower": ("caroca", [*HELD, "simulation.control_step=0.004"]),
+    "slower": ("caroca", [*HELD, *PID, "simulation.control_step=0.004"]),
 }
 DURATION = 1.0  # s
 
@@ -194,7 +194,7 @@ def test_a_controller_alone_drives_cdpr_like_the_one_it_is(fmi, tmp_path):
 
 
 def test_gains_are_tunable(tmp_path):
-    with Driver(write(closed(scenario("planar")), 3, tmp_path)) as driver:
+    with Driver(write(closed(scenario("planar qp")), 3, tmp_path)) as driver:
         start = driver.state()
         driver.set("desired_position", [start[0] + 0.05, *start[1:3]])
         driver.step(0.0, 0.01)
@@ -206,13 +206,17 @@ def test_gains_are_tunable(tmp_path):
             driver.set("cable_tension", np.zeros(4))  # it is decided inside
 
 
-def test_what_it_cannot_answer_ends_it_under_the_policy_stop_alone(tmp_path, capfd):
-    """Under best_effort it goes on with the tensions nearest to the wrench, and warns once."""
+@pytest.mark.slow  # another policy is another library to compile
+def test_what_it_cannot_answer_ends_it_under_the_policy_stop(tmp_path, capfd):
     with Driver(write(closed(scenario("planar stop")), 3, tmp_path)) as driver:
         driver.set("desired_acceleration", [500.0, 0.0, 0.0])
         with pytest.raises(FMICallException):
             driver.step(0.0, 0.001)
     assert "exported with solver.infeasible hold_tension or best_effort" in capfd.readouterr().out
+
+
+def test_what_it_cannot_answer_is_answered_best_under_the_policy_best_effort(tmp_path, capfd):
+    """It goes on with the tensions nearest to the wrench, and warns once."""
     with Driver(write(closed(scenario("planar qp")), 3, tmp_path)) as driver:
         driver.step(0.0, 0.001)
         driver.set("desired_acceleration", [500.0, 0.0, 0.0])
@@ -265,12 +269,12 @@ def test_what_stays_behind_is_told(name, said, tmp_path, monkeypatch, capsys):
 
 
 def test_its_terminals_and_dependencies(tmp_path):
-    about = fmpy.read_model_description(str(write(closed(scenario("planar")), 3, tmp_path)))
+    about = fmpy.read_model_description(str(write(closed(scenario("planar qp")), 3, tmp_path)))
     at_once = {unknown.variable.name: {v.name for v in unknown.dependencies} for unknown in about.outputs}
     assert at_once["cable_tension"] == set()  # held from decision to decision
     assert at_once["acceleration"] == {"external_force", "external_moment"}
     assert not about.coSimulation.providesDirectionalDerivative
-    opened = open_archive(write(Controller(control_of(scenario("planar"))), 3, tmp_path, "alone"))
+    opened = open_archive(write(Controller(control_of(scenario("planar qp"))), 3, tmp_path, "alone"))
     assert set().union(*(set(each) for each in opened.description.terminals)) >= {
         "desired_position",
         "position",

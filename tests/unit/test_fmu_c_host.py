@@ -107,7 +107,7 @@ def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):
         ("mixed", [("\n18 3 0 0 ", "\n18 99999 0 0 "), ("lines memory", "lines memory 9")]),
     ],
 )
-@pytest.mark.usual("mixed-more1")
+@pytest.mark.slow
 def test_a_damaged_configuration_is_refused(case, more, sanitized_in_a_hurry, tmp_path):
     """Cut anywhere, or with numbers that lead out of the arrays: a message and no instance."""
     host, shared = sanitized_in_a_hurry

@@ -87,6 +87,7 @@ class Mine(CompiledSolver):
         super().__init__(robot, options, self.door, parameters={"share": 0.25})
 
 
+@pytest.mark.slow  # compiles the whole control
 def test_an_operation_that_was_compiled_elsewhere(tmp_path, monkeypatch):
     header = tmp_path / "mine.hpp"
     header.write_text(MINE)
