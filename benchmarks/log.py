@@ -25,6 +25,7 @@ import numpy as np
 import cdpr
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.finite import Finite
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
@@ -71,10 +72,12 @@ def measure(header: Header, rows: Array, where: str | None = None) -> dict[str, 
         return (process_time() - started) / ROWS
 
     def uncompressed(path: Path) -> float:
-        """As versions before format 4 wrote it: no thread."""
+        """Check and write rows as versions before format 4 did, without a thread."""
+        finite = Finite(header.layout, header.control_step)
         with path.open("wb", buffering=0) as file:
             started = process_time()
             for n in range(0, ROWS, BLOCK):
+                finite.take(rows, n + BLOCK)
                 file.write(old.block(rows[n : n + BLOCK], n))
                 if (n + BLOCK) % PICTURE_ROWS == 0:
                     first = n + BLOCK - PICTURE_ROWS

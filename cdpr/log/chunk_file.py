@@ -51,7 +51,7 @@ class ChunkFile:
         except OSError as error:
             raise unwritable(path, error) from error
         try:
-            self._put(form.description, 0)
+            self._put([form.description], 0)
         except OutputError:
             self.file.close()
             raise
@@ -95,7 +95,7 @@ class ChunkFile:
         """Write the end of the file; a repeated call after an interrupt is harmless."""
 
         def put() -> None:
-            self._put(ending, self.end)
+            self._put([ending], self.end)
             self._cut(self.end + len(ending))
 
         self._begin(put)
@@ -131,13 +131,14 @@ class ChunkFile:
     def _append(self, kind: Kind, stop: int, make: Callable[[], Sequence[Piece]]) -> None:
         if stop <= self.done[kind]:
             return
-        parts, chunks, end = [], [], self.end
+        parts: list[bytes | memoryview] = []
+        chunks, end = [], self.end
         for piece in make():
-            data, written = self._form.stored(piece, end)
-            parts.append(data)
+            stored, written = self._form.stored(piece, end)
+            parts += stored
             chunks.append(written)
-            end += len(data)
-        self._put(parts[0] if len(parts) == 1 else b"".join(parts), self.end)
+            end += sum(map(len, stored))
+        self._put(parts, self.end)
         if self._size > self.end:
             self._cut(end)
         self._size = end
@@ -148,8 +149,8 @@ class ChunkFile:
         start, stop = self.end + self._form.gap, 9 + int.from_bytes(raw[1:9], "little")
         if os.fstat(self.file.fileno()).st_size != self._size:  # repaired meanwhile, without file locks
             self._cut(self.end)
-        self._put(raw[CHUNK_HEAD.size : stop], start + CHUNK_HEAD.size)
-        self._put(raw[: CHUNK_HEAD.size], start)
+        self._put([raw[CHUNK_HEAD.size : stop]], start + CHUNK_HEAD.size)
+        self._put([raw[: CHUNK_HEAD.size]], start)
         self._size = start + stop
 
     def _cut(self, end: int) -> None:
@@ -159,14 +160,15 @@ class ChunkFile:
         except OSError as error:
             raise self._fail(error) from error
 
-    def _put(self, data: bytes | memoryview, start: int) -> None:
+    def _put(self, parts: Sequence[bytes | memoryview], start: int) -> None:
         if self._failure is not None:
             raise self._failure
-        rest = memoryview(data)
         try:
             self.file.seek(start)
-            while rest:
-                rest = rest[self.file.write(rest) :]
+            for part in parts:
+                rest = memoryview(part)
+                while rest:
+                    rest = rest[self.file.write(rest) :]
         except OSError as error:
             raise self._fail(error) from error
 

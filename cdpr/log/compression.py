@@ -34,15 +34,15 @@ class Compressor:
     def __init__(self) -> None:
         self._zstd = zstandard.ZstdCompressor(compression_params=_PARAMETERS)
 
-    def compress(self, raw: memoryview) -> tuple[bytes, int]:
-        """Return a compressed chunk with the message indexes after it, and the size of its compressed records.
+    def compress(self, raw: memoryview) -> tuple[list[bytes | memoryview], int]:
+        """Return a compressed chunk and the message indexes after it, in parts, and the size of its compressed records.
 
         Args:
             raw: the uncompressed chunk, followed by its message indexes.
         """
         stop = 9 + int.from_bytes(raw[1:9], "little")
         records = self._zstd.compress(raw[CHUNK_HEAD.size : stop])
-        return b"".join([compressed_head(raw, len(records)), records, raw[stop:]]), len(records)
+        return [compressed_head(raw, len(records)), records, raw[stop:]], len(records)
 
 
 def compressed_head(raw: bytes | memoryview, size: int) -> bytes:

@@ -175,14 +175,14 @@ class LogFormat:
                 pieces.append(Piece(i, begin, len(chosen), raw))
         return pieces
 
-    def stored(self, piece: Piece, start: int) -> tuple[bytes | memoryview, Written]:
-        """Return a chunk and its indexes as stored in the file, at byte `start`."""
-        data: bytes | memoryview = piece.raw
+    def stored(self, piece: Piece, start: int) -> tuple[list[bytes | memoryview], Written]:
+        """Return a chunk and its indexes as stored in the file, at byte `start`, in parts."""
+        parts: list[bytes | memoryview] = [piece.raw]
         if self.compressor is None:
             size = piece.n * self.templates[piece.group].row.size
         else:
-            data, size = self.compressor.compress(piece.raw)
-        return data, Written(piece.group, piece.first, piece.n, start, size)
+            parts, size = self.compressor.compress(piece.raw)
+        return parts, Written(piece.group, piece.first, piece.n, start, size)
 
     def length(self, written: Written) -> int:
         """Return the size of a chunk and its indexes, bytes."""

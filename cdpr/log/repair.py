@@ -154,7 +154,7 @@ def _completed(found: Scan) -> tuple[int, bytes]:
     data = b""
     for piece in pieces:
         stored, written = form.stored(piece, end + len(data))
-        data += stored
+        data += b"".join(stored)
         chunks.append(written)
     return end, data + form.ending(chunks, sample, end + len(data))
 
