@@ -1,9 +1,9 @@
-"""Rollouts: one scenario run as a closed loop thousands of times, in threads that need no interpreter.
+"""Rollouts: one scenario run as a closed loop thousands of times, in threads without the interpreter.
 
-Keys of the scenario take a value for each case (`vary`). A case is the loop of `simulate`, to the same bits, with the
-rows that are kept taken from a small ring of samples and its figures counted meanwhile (`case`, `figures`). Chunks of
-cases go to threads or to a cluster, into memory or a folder that goes on where it stopped (`rollout`), and what comes
-out are arrays over cases and samples (`result`).
+Keys of the scenario have a value for each case (`vary`). A case is the loop of `simulate`, with the same bits; its
+samples go through a small ring buffer, from which rows and figures are taken (`case`, `figures`). Chunks of cases run
+in threads or on a cluster; results stay in memory or go to a folder that can be continued (`rollout`). They are arrays
+over cases and samples (`result`).
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Closed loops of one scenario side by side, stepped from outside."""
+"""Batch of closed loops of one scenario, stepped by the caller."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ from cdpr.simulation.start import chosen_scenario
 
 
 class Batch:
-    """Closed loops of one scenario, a lane each, which are stepped together.
+    """Closed loops of one scenario, one per lane, stepped together.
 
-    On `reference`, each lane has the bits of a `Simulation` of its own. Lanes have their own time, events and end: a
-    lane that fails stops alone, with its message. Between two calls a row holds the state and the desired motion of
-    the present time, and what the last complete sample decided, as a `Simulation` does.
+    On `reference`, each lane has the bits of its own `Simulation`. Lanes have their own time, events and end: a lane
+    that fails stops alone, with its message. Between two calls a row holds the state and the desired motion of the
+    present time, and the decisions of the last complete sample, as in a `Simulation`.
 
     Args:
-        scenario: Scenario file, or what `load_scenario` returned.
-        lanes: Number of lanes.
-        vary: Values by dotted key, one for each lane, as for `rollout`; without it all lanes are equal.
-        seed: Seed of the distributions in `vary`.
-        overrides: Values by dotted key, in all lanes.
-        backend: Backend by name or class, as for `simulate`.
-        solver: Tension solver, likewise.
-        controller: Controller, likewise.
+        scenario: scenario file, or result of `load_scenario`.
+        lanes: number of lanes.
+        vary: values by dotted key, one for each lane, as for `rollout`; by default all lanes are equal.
+        seed: seed of the distributions in `vary`.
+        overrides: values by dotted key, in all lanes.
+        backend: backend by name or class, as for `simulate`.
+        solver: tension solver, likewise.
+        controller: controller, likewise.
 
     Attributes:
         rows: (columns, lanes) rows of all lanes, columns as in `Run.rows`; live and read-only.
@@ -54,8 +54,8 @@ class Batch:
         active: (lanes,) lanes that can be stepped; live and read-only.
 
     Raises:
-        ScenarioError: The scenario is wrong, or no lane accepts its values.
-        PluginError: A plugin is missing or broken.
+        ScenarioError: if the scenario is wrong, or no lane accepts its values.
+        PluginError: if a plugin is missing or broken.
 
     Example:
         >>> batch = cdpr.Batch("scenarios/caroca.yaml", 16, vary={"controller.kp": {"uniform": [80.0, 200.0]}})
@@ -117,12 +117,12 @@ class Batch:
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario without the values that vary."""
+        """Return the scenario without the varied values."""
         return self._plan.scenario
 
     @property
     def errors(self) -> tuple[str, ...]:
-        """Message of each lane that ended early; "" for the others."""
+        """Return the message of each lane that ended early; "" for the others."""
         return tuple(case.outcome.message for case in self._cases)
 
     def column(self, name: str) -> Array:
@@ -139,18 +139,18 @@ class Batch:
         return self.rows[at if isinstance(at, slice) else slice(at, at + 1)]
 
     def step(self, n: int = 1, *, mask: ArrayLike | None = None, wrench: ArrayLike | None = None) -> None:
-        """Take active lanes n control steps further, or as many as are left to them.
+        """Take active lanes n control steps further, or as many as they have left.
 
-        With its last step a lane completes the last sample, and is no longer active.
+        With its last step a lane completes the last sample, and becomes inactive.
 
         Args:
-            n: Number of steps, at least 1.
-            mask: (lanes,) True for the lanes that are stepped; all unless given.
-            wrench: (lanes, 6) wrenches that the cables are to exert during these steps, N and N m, in place of the
+            n: number of steps, at least 1.
+            mask: (lanes,) True for the lanes to step; by default all.
+            wrench: (lanes, 6) required wrenches of the cables during these steps, N and N m, in place of the
                 controllers' answers, as for `Simulation.step`.
 
         Raises:
-            CdprError: An argument is wrong, or the batch is closed. What ends a lane is in `errors`.
+            CdprError: if an argument is wrong, or the batch is closed. Errors that end a lane are in `errors`.
         """
         if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
             raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
@@ -167,13 +167,13 @@ class Batch:
                     self._go(lanes, at, int(n), None if given is None else given[at])
 
     def reset(self, lanes: int | Sequence[int] | NDArray[np.integer] | None = None) -> None:
-        """Begin lanes anew, also those that have ended.
+        """Restart lanes, also those that have ended.
 
         Args:
-            lanes: Number of a lane, or several; all unless given.
+            lanes: number of a lane, or several; by default all.
 
         Raises:
-            CdprError: There is no such lane, or the batch is closed.
+            CdprError: if there is no such lane, or the batch is closed.
         """
         with self._alone("reset"):
             self._open("reset")
@@ -189,15 +189,15 @@ class Batch:
                     self._show([lane])
 
     def load(self, lane: int, snapshot: Snapshot | Moment) -> None:
-        """Put a state into a lane, which goes on from there with its own events and values, also if it has ended.
+        """Load a state into a lane, also one that has ended; it continues from there with its own events and values.
 
         Args:
-            lane: Number of the lane.
-            snapshot: What `Simulation.snapshot` of a simulation of this structure returned, or `snapshot` of a batch.
+            lane: number of the lane.
+            snapshot: result of `Simulation.snapshot` for a simulation of this structure, or of `snapshot` of a batch.
 
         Raises:
-            CdprError: There is no such lane, it never began, or the snapshot does not fit.
-            PluginError: A plugin cannot take snapshots.
+            CdprError: if there is no such lane, it never began, or the snapshot does not fit.
+            PluginError: if a plugin does not support snapshots.
         """
         with self._alone("load"):
             case = self._begun("load", lane)
@@ -222,8 +222,8 @@ class Batch:
         """Return the state of a lane for `load`.
 
         Raises:
-            CdprError: There is no such lane, or it never began.
-            PluginError: A plugin cannot take snapshots.
+            CdprError: if there is no such lane, or it never began.
+            PluginError: if a plugin does not support snapshots.
         """
         with self._alone("snapshot"):
             case = self._begun("snapshot", lane)
@@ -231,7 +231,7 @@ class Batch:
             return case.loop.snapshot()
 
     def close(self) -> None:
-        """Free what the lanes hold; may be called again."""
+        """Free the memory of the lanes; may be called again."""
         with self._alone("close"):
             for case in self._cases:
                 case.close()
@@ -266,7 +266,7 @@ class Batch:
             self._show([lane])
 
     def _go(self, lanes: list[int], at: slice | list[int], n: int, wrenches: Array | None) -> None:
-        """Take lanes of one group further; `at` are the same lanes as an index."""
+        """Step lanes of one group; `at` are the same lanes as an index."""
         cases, last = [self._cases[lane] for lane in lanes], self._plan.steps
         group, samples = self._groups[lanes[0] // LANES], self._samples[at] + n
         stops = [min(case.count + n, last) for case in cases]

@@ -1,8 +1,8 @@
-"""Blocks of up to eight cases whose operations run in lanes, with bits equal to those of each case alone.
+"""Blocks of up to eight cases that run in lanes, with the bits of each case alone.
 
 The arrays of the cases are the lanes of one block. An operation without a vector form, or one that does not serve a
-case, such as a solver at tension limits, runs on that case's own arrays. A case that needs Python, such as for an
-event, leaves its lane and takes it again later.
+case, such as a solver at tension limits, runs on that case's own arrays. A case that needs Python, for example for an
+event, leaves its lane and returns to it later.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from cdpr.tension.acts import Act
 
 SPAN = 16384  # samples of one call: an interrupt waits for some hundredths of a second
 WORTHWHILE = 3  # cases: fewer are as fast alone
-# A case that leaves its lane within SOON samples goes on alone for as many, then for twice as many, up to LONGEST.
+# A case that leaves its lane within SOON samples continues alone for as many, then for twice as many, up to LONGEST.
 SOON, LONGEST = 16, 1024
 
 EXIT_KIND = slice(6, 7)  # column of the tables of cables, `cdpr/native/include/cdpr/line.hpp`
@@ -38,11 +38,11 @@ class Block:
     """Lanes of up to eight cases of one structure.
 
     Args:
-        plan: Shared by all cases.
-        case: One of them, begun.
+        plan: data shared by all cases.
+        case: one of them, begun.
 
     Raises:
-        UnfitError: Such cases cannot share a block.
+        UnfitError: if such cases cannot share a block.
     """
 
     def __init__(self, plan: Plan, case: Case) -> None:
@@ -75,11 +75,11 @@ class Block:
         self._roots = np.zeros((count, 3), dtype=np.int64)  # address, size and first row of each array
         self._roots[:, 1], self._roots[:, 2] = [root.size for root in recipe.roots], self._starts[:-1]
         self._cases: list[Case | None] = [None] * LANES
-        self._present: list[Case] = []  # those that the last call took further
+        self._present: list[Case] = []  # cases of the last call
         self._alive = 0  # bits of their lanes
         self._order: slice | list[int] = []  # their lanes
         self._alike, self._place = np.zeros(1, dtype=np.int64), np.zeros(3, dtype=np.int64)
-        self._progress = self._place.data  # quicker
+        self._progress = self._place.data  # faster
         self._programs, self._motions = np.zeros((LANES, 4), dtype=np.int64), np.zeros((LANES, 2), dtype=np.int64)
         self._desired, self._kept = np.zeros((LANES, 3), dtype=np.int64), np.zeros(LANES, dtype=np.int64)
         self._arrays = np.zeros((LANES, len(recipe.moved), 3), dtype=np.int64)
@@ -103,11 +103,11 @@ class Block:
         self._moving, self._moved = np.zeros_like(self._roots), np.zeros(3, dtype=np.int64)
         self._mover = bind("move_lane", arrays=self._moving, moved=self._moved, block=self.lanes)
         self._words = self._words_of(case)
-        for lane in range(LANES):  # those of no case hold sound numbers, and the kinds that all cases share
+        for lane in range(LANES):  # lanes without a case contain valid numbers, and the kinds that all cases share
             self._move(self._placed(self._words), lane, into=True)
 
     def go(self, cases: Sequence[Case], stops: Sequence[int]) -> None:
-        """Take each case to a sample of its own, as far as it does not end before.
+        """Take each case to its own sample, unless it ends before.
 
         Cases may stay in their lanes: see `release`.
         """
@@ -125,9 +125,9 @@ class Block:
                 case.go(stop)
 
     def again(self, cases: list[Case], stops: Sequence[int], rows: Array, at: slice | list[int]) -> bool:
-        """Take the cases of the last call all so many steps further, and write their rows into columns `at`.
+        """Take the cases of the last call all this number of steps further, and write their rows into columns `at`.
 
-        Return False where that is for `go` to do or to go on with.
+        Return False if `go` has to do or to finish this.
         """
         if cases != self._present or stops[0] > cases[0].count + SPAN:
             return False
@@ -138,7 +138,7 @@ class Block:
         return True
 
     def give(self, cases: list[Case], wrenches: Array) -> bool:
-        """Write the wrenches (cases, 6) of the cases of the last call; return whether these are they."""
+        """Write the wrenches (cases, 6) for the cases of the last call; return whether these are the same cases."""
         if cases != self._present or self._wrench is None:
             return False
         self.lanes[self._wrench, self._order] = wrenches.T
@@ -150,7 +150,7 @@ class Block:
                 self._leave(case, stop)
 
     def _forward(self, cases: list[Case], steps: int) -> int:
-        """Take cases so many steps further, or fewer; return the bits of the lanes that have to leave."""
+        """Take cases this number of steps further, or fewer; return the bits of the lanes that have to leave."""
         self._enter(cases)
         self._progress[ways.STEPS], self._progress[ways.ALIVE] = min(steps, SPAN), self._alive
         self._advance.unlocked()
@@ -163,7 +163,7 @@ class Block:
         self._out(case)
 
     def show(self, cases: Sequence[Case], rows: Array, columns: Sequence[int]) -> None:
-        """Write the rows of those cases that have lanes here into columns of `rows`."""
+        """Write the rows of the cases in lanes here into columns of `rows`."""
         pairs = [(case, at) for case, at in zip(cases, columns, strict=True) if case.home is self]
         if pairs:
             lanes = [self._cases.index(case) for case, _ in pairs]
@@ -210,7 +210,7 @@ class Block:
         case.home, case.figures.samples = None, case.count
 
     def _leave(self, case: Case, stop: int) -> None:
-        """Let Python serve a case whose arrays are its own again; often needed, it goes on alone for a while."""
+        """Move a case to its own arrays for Python; a case that leaves often continues alone for a while."""
         self._out(case)
         case.rest = 0 if case.count >= case.joined + SOON else min(2 * case.rest + SOON, LONGEST)
         case.come(self._complete)
@@ -218,7 +218,7 @@ class Block:
             case.go(min(case.count + case.rest, stop))
 
     def _lifted(self, given: object) -> object:
-        """Return an argument as it is in the block."""
+        """Return an argument in the layout of the block."""
         if not isinstance(given, View):
             return given
         first = int(self._starts[given.root]) + given.first
@@ -231,19 +231,19 @@ class Block:
         return placed
 
     def _move(self, placed: Words, lane: int, *, into: bool) -> None:
-        """Copy arrays of a case into a lane, or from there."""
+        """Copy arrays of a case into a lane, or back."""
         self._moving[: len(placed)] = placed
         self._moved[:] = lane, into, len(placed)
         self._mover()
 
     def _asked(self, case: Case) -> Words:
-        """Return the struct of the motion of a case, but for where it writes."""
+        """Return the struct of the motion of a case, without the addresses of outputs."""
         words = _words(case.program.bound[self._motion])
         asked: Words = words[words != address(case.loop.desired)]
         return asked
 
     def _words_of(self, case: Case) -> Words:
-        """Return addresses of the arrays of a case, then the structs of its operations, as the recipe says."""
+        """Return addresses of the arrays of a case, then the structs of its operations, in the order of the recipe."""
         bound = _bounds(case)
         moved = np.array([address(array) for array in _memory(case)])
         wide = (bound[at] for at in self._wide if at < len(bound))
@@ -271,7 +271,7 @@ class Block:
         if any(one.shape != other.shape or whole(one).size != whole(other).size for one, other in given):
             return False
         shared = [[_native(each).given[name] for each in pairs[at]] for at, name in recipe.shared]
-        # Kernels take the kind of an exit from the first lane.
+        # Kernels read the kind of an exit from the first lane.
         lined = [at for at in self._wide if "lines" in _native(self._bound[at]).given]
         shared += [[_native(each).given["lines"][:, EXIT_KIND] for each in pairs[at]] for at in lined]
         return (
@@ -311,16 +311,18 @@ def _way(act: Act, found: Compiled | None, case: Case) -> int:
     if act.name == "time":
         return ways.TIME
     if act.name == "solver" and getattr(case.loop.parts.solver, "follows", False):
-        return ways.ALONE  # in lanes it would write over the answer before
+        return ways.ALONE  # in lanes it would overwrite the previous answer
     vector = isinstance(found, Bound) and f"{found.name}_lanes" in operations()
     return ways.IN_LANES if vector and not act.timed else ways.ALONE
 
 
 def _together(found: Sequence[int], skips: Sequence[int], complete: int) -> list[int]:
-    """Return after how many operations a case that is not served joins again.
+    """Return the number of operations after which a case without a result rejoins the others.
 
-    No operation in between may leave out more than that; those that run alone follow one another. Raises UnfitError
-    where that is not in one part of a step.
+    No operation in between may skip more than that; operations that run alone are consecutive.
+
+    Raises:
+        UnfitError: if these are not in one part of a step.
     """
     joins = [at + 1 + skip for at, skip in enumerate(skips)]
     for at in reversed(range(len(found))):

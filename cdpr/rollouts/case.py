@@ -1,4 +1,4 @@
-"""One closed loop of a rollout: the scenario with the case's values, run, and thinned into the rows that are kept."""
+"""One closed loop of a rollout: the scenario with the case's values, run, and reduced to the kept rows."""
 
 from __future__ import annotations
 
@@ -31,52 +31,56 @@ from cdpr.simulation.parts import Parts
 from cdpr.simulation.proceed import SAMPLE
 from cdpr.simulation.program import Program
 
-BLOCK = 1024  # samples of a case that are looked at together: few turns to Python, and they stay in the cache
+BLOCK = 1024  # samples that are processed together: few turns to Python, and they stay in the cache
 
 
 def layout_of(scenario: Scenario) -> Layout:
-    """Columns of a row of a run of this scenario."""
+    """Return the columns of a row of a run of this scenario."""
     return Layout(scenario.robot.m, scenario.ideal_cables, columns_of(scenario))
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What all cases of a rollout share."""
+    """Data shared by all cases of a rollout."""
 
     scenario: Scenario
-    keys: tuple[str, ...]  # that are varied
-    every: int  # samples from one that is kept to the next
-    columns: tuple[str, ...]  # that are kept
+    keys: tuple[str, ...]  # varied keys
+    every: int  # samples from one kept sample to the next
+    columns: tuple[str, ...]  # kept columns
 
     @property
     def steps(self) -> int:
-        """Control steps of a case."""
+        """Return the number of control steps of a case."""
         return self.scenario.simulation.steps
 
     @property
     def kept(self) -> Array:
-        """Numbers of the samples that are kept: every so manyth from the first on, and the last; (K,)."""
+        """Return the numbers of the kept samples: one in `every` from the first on, and the last; (K,)."""
         return np.unique([*range(0, self.steps + 1, self.every), self.steps])
 
     @cached_property
     def layout(self) -> Layout:
-        """Columns of a row of which some are kept."""
+        """Return the columns of a complete row."""
         return layout_of(self.scenario)
 
     @cached_property
     def places(self) -> NDArray[np.int64]:
-        """Columns of a row that are kept, (W,)."""
+        """Return the indices of the kept columns, (W,)."""
         none = np.zeros(0, dtype=np.int64)
         return np.concatenate([none, *(np.r_[self.layout.columns[name]] for name in self.columns)])
 
     @cached_property
     def renewable(self) -> bool:
-        """True if cases differ only in numbers that may change between two steps, so that one loop serves many."""
+        """Return True if cases differ only in options that may change between two steps: one loop serves many cases."""
         scenario = self.scenario
         return bool(self.keys) and not scenario.events and set(self.keys) <= set(scenario.options().changeable())
 
     def changed(self, number: int, values: Sequence[Any]) -> Scenario:
-        """Return the scenario of a case; ScenarioError where it does not take the values."""
+        """Return the scenario of a case.
+
+        Raises:
+            ScenarioError: if the scenario rejects the values.
+        """
         self.scenario.planned  # noqa: B018 - once: cases with the same motion take it from there
         mark = Mark(f"case {number}")
         changes = [
@@ -104,27 +108,27 @@ class Home(Protocol):
 
 
 class Case:
-    """A case under way.
+    """Case of a rollout.
 
     Args:
-        plan: what it shares with others.
-        number: which one it is.
-        values: of the keys that are varied.
-        ring: (n, width) where its samples go, again and again; nobody else writes there while it goes on.
-        out: (K, W) for the rows that are kept.
-        stopped: whether it is to end.
+        plan: data shared by all cases.
+        number: number of the case.
+        values: values of the varied keys.
+        ring: (n, width) ring buffer of its samples; nobody else may write there while the case runs.
+        out: (K, W) kept rows.
+        stopped: callback that returns True if the case is to end.
 
     Attributes:
-        loop: once it has begun.
-        figures: likewise.
-        program: its steps: those of the loop, or those in which a wrench from outside replaces the controller's.
-        wrench: (6,) N and N m, which that program reads; None before the first one.
-        going: whether it has begun, and has not ended early.
-        error: that ended it, if it is one of ours.
-        home: holds the lane in which its state is; None while that is in its own arrays.
-        known: how each block knows it: its program, and the addresses of its arrays, None where it does not fit.
+        loop: closed loop, once begun.
+        figures: counted figures, once begun.
+        program: pipeline of its steps: the loop's, or one in which an external wrench replaces the controller's.
+        wrench: (6,) N and N m, external wrench of that pipeline; None before the first one.
+        going: True if it has begun, and has not ended early.
+        error: error of cdpr that ended it.
+        home: holder of the lane with its state; None while its state is in its own arrays.
+        known: data of each block on it: its pipeline and the addresses of its arrays, None if it does not fit.
         joined: sample at which it took its lane.
-        rest: samples that it goes on alone after it left.
+        rest: number of samples to run alone after it left.
     """
 
     loop: Loop
@@ -161,7 +165,7 @@ class Case:
 
     @property
     def begun(self) -> bool:
-        """True if it has a loop."""
+        """Return True if it has a loop."""
         return hasattr(self, "loop")
 
     def again(self) -> Case:
@@ -170,7 +174,7 @@ class Case:
 
     @property
     def outcome(self) -> Outcome:
-        """How it ended."""
+        """Return status and message of its end."""
         if self._outcome is not None:
             return self._outcome
         status, message, code = self._ended
@@ -178,7 +182,7 @@ class Case:
         return Outcome(str(self._number), status, message, "", summary=figures, code=code)
 
     def begin(self) -> None:
-        """Look at the first sample."""
+        """Observe the first sample."""
         with self._attempt():
             scenario = self._plan.changed(self._number, self._values)
             self._parts = parts = build(scenario)
@@ -195,9 +199,9 @@ class Case:
             self.going = True
 
     def adopt(self, other: Case) -> bool:
-        """Begin with the loop of a case that has finished, if only options differ; return whether it has begun.
+        """Begin with the loop of a finished case, if only options differ; return whether it has begun.
 
-        Values that the plugins do not accept are for `begin` to reject.
+        Values that plugins reject are left to `begin`.
         """
         start = other._start
         if start is None or not all(map(_numbers, self._values)):
@@ -222,16 +226,16 @@ class Case:
         return True
 
     def ready(self, sample: int) -> bool:
-        """Return whether it can go on to this sample."""
+        """Return whether it can continue to this sample."""
         return self.going and self._place[SAMPLE] < sample
 
     def stand(self) -> None:
-        """Take its state into its own arrays."""
+        """Move its state into its own arrays."""
         if self.home is not None:
             self.home.release(self)
 
     def give(self, wrench: Array | None) -> None:
-        """Let a wrench (6,) replace the controller's answer from now on; None for the controller."""
+        """Replace the controller's answer by a wrench (6,) from now on; None restores the controller."""
         if wrench is None:
             self.program = self.loop.program
         else:
@@ -241,9 +245,9 @@ class Case:
             self.wrench[:] = wrench
 
     def come(self, complete: int) -> None:
-        """Go on from within a step to its end; `complete` is the place of the act that completes a sample."""
+        """Continue from within a step to its end; `complete` is the index of the operation that completes a sample."""
         sample, act, _, _ = self.program.place
-        if act > complete:  # the next sample is looked at, and compared with this one
+        if act > complete:  # the next sample is observed, and compared with this one
             self._ring[(sample - 1) % len(self._ring)] = self.loop.row
         with self._attempt():
             with self.loop.timed():
@@ -251,14 +255,14 @@ class Case:
             self._take(self.loop.count)
 
     def go(self, sample: int) -> None:
-        """Complete the samples before this one, and look at it."""
+        """Complete the samples before this one, and observe it."""
         self.stand()
         with self._attempt():
             self.loop.go(sample, Pace(self._take, block=BLOCK), self._given)
             self._take(self.loop.count)
 
     def finish(self) -> None:
-        """Complete the samples that are left."""
+        """Complete the remaining samples."""
         self.stand()
         if self.ready(self._plan.steps):
             self.go(self._plan.steps)
@@ -276,7 +280,7 @@ class Case:
                     raise Diverged(finite.fault)
 
     def close(self) -> None:
-        """Free what it holds."""
+        """Free its memory."""
         self.stand()
         if self._parts is not None:
             self._parts.controller.close()
@@ -287,7 +291,7 @@ class Case:
         self.going = False
 
     def restore(self, moment: Moment) -> None:
-        """Go on from a snapshot of a loop of this structure, with its own events."""
+        """Continue from a snapshot of a loop of this structure, with its own events."""
         self.stand()
         self.loop.restore(moment)
         self.loop.push()
@@ -301,7 +305,7 @@ class Case:
 
     @contextmanager
     def _attempt(self) -> Iterator[None]:
-        """Keep what ends it."""
+        """Store an error that ends it."""
         try:
             yield
             return
@@ -325,7 +329,7 @@ class Case:
             raise Interrupted("the rollout was stopped")
 
     def _take(self, stop: int) -> None:
-        """Take the samples up to `stop`, excluded: all of them follow one another in the ring."""
+        """Take the samples up to `stop`, excluded, which are consecutive in the ring buffer."""
         done = self.figures.samples
         if stop > done:
             first = done % len(self._ring)

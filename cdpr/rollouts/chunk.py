@@ -1,4 +1,4 @@
-"""Some cases of a rollout, one after the other or eight at a time: what a thread or a worker is given at once."""
+"""Chunk of cases, run one after the other or eight at a time: the unit of work of a thread or a worker."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cdpr.rollouts.group import Group
 
 @dataclass(frozen=True)
 class Chunk:
-    """Some cases."""
+    """Consecutive cases of a rollout."""
 
     plan: Plan
     numbers: tuple[int, ...]
@@ -25,9 +25,10 @@ class Chunk:
 
 
 def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> tuple[list[Outcome], Array]:
-    """Run cases; return how each ended and its rows, (n, K, W), NaN after its end.
+    """Run cases; return the end of each one and its rows, (n, K, W), NaN after its end.
 
-    Raises Interrupted once `stopped`.
+    Raises:
+        Interrupted: once `stopped`.
     """
     plan = chunk.plan
     rows = np.full((len(chunk.numbers), len(plan.kept), len(plan.places)), np.nan)
@@ -37,7 +38,7 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> tupl
         for number, values, out in zip(chunk.numbers, chunk.values, rows, strict=True)
     ]
     group = Group(plan)
-    ended: list[Case] = []  # whose loops serve the next ones
+    ended: list[Case] = []  # finished cases, with loops for the next ones
     try:
         for first in range(0, len(cases), LANES):
             under_way = cases[first : first + LANES]

@@ -1,4 +1,4 @@
-"""The figures of a case, counted from all its samples while it runs, in compiled code."""
+"""Figures of a case, computed from all its samples while it runs, in compiled code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 
-# As the columns of a study's table are called, and Run.summary() has them; the squares become a mean at the end.
+# Column names of a study's table and of Run.summary(); the sums of squares become a mean at the end.
 FIGURES = (
     "position_error_max_m",
     "position_error_rms_m",
@@ -25,25 +25,25 @@ FIGURES = (
     "infeasible_steps",
     "unanswered_steps",
 )
-# Places in the figures that are no errors.
+# Indices of the figures that are no errors.
 LOW, HIGH, INFEASIBLE = range(6, 9)
 
-# Columns of a row that are counted.
+# Columns of a row that are evaluated.
 AT = ("position", "desired_position", "orientation", "desired_orientation", "tension", "status")
 
 
 class Figures:
-    """Counts the samples of one case.
+    """Accumulator of the samples of one case.
 
     Args:
         layout: columns of a sample.
-        row: the present one, live.
-        broken: cables that count no more, and from when on, s.
+        row: present sample, live.
+        broken: broken cables, which are ignored from a time on, s.
 
     Attributes:
-        values: what was counted, in the order of FIGURES, live.
-        samples: how many were.
-        counting: counts the present sample.
+        values: accumulated values in the order of FIGURES, live.
+        samples: number of samples.
+        counting: operation that evaluates the present sample.
     """
 
     def __init__(self, layout: Layout, row: Array, broken: Sequence[tuple[int, float]]) -> None:
@@ -57,13 +57,13 @@ class Figures:
         self.counting = bind("count_sample", row=row, **self._given)
 
     def restart(self) -> None:
-        """Forget all samples."""
+        """Discard all samples."""
         self.values[:] = 0.0
         self.values[LOW], self.values[HIGH] = np.inf, -np.inf
         self.samples = 0
 
     def take(self, rows: Array, places: NDArray[np.int64], every: int, kept: Array) -> None:
-        """Count the samples that follow, (n, width), C-contiguous, and keep columns of each so manyth, (K, W)."""
+        """Evaluate the next samples, (n, width), C-contiguous, and store columns of one in `every`, (K, W)."""
         counting = bind(
             "count_samples", rows=rows, first=self.samples, columns=places, every=every, kept=kept, **self._given
         )

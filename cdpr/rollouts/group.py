@@ -1,4 +1,4 @@
-"""Groups of up to eight cases that are stepped together, in blocks where their structure allows."""
+"""Groups of up to eight cases that are stepped together, in blocks if their structure allows."""
 
 from __future__ import annotations
 
@@ -11,22 +11,24 @@ from cdpr.rollouts.recipe import UnfitError
 
 
 class Group:
-    """Cases that are taken further together, in a block if their structure allows.
+    """Cases that are stepped together, in a block if their structure allows.
 
     Args:
-        plan: Shared by all cases.
+        plan: data shared by all cases.
     """
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
-        self._blocks: dict[bool, block.Block | None] = {}  # by whether wrenches are given; None where cases do not fit
+        self._blocks: dict[
+            bool, block.Block | None
+        ] = {}  # with and without external wrenches; None if the cases do not fit
 
     def go(self, cases: Sequence[Case], stops: Sequence[int], wrenches: Array | None = None) -> None:
-        """Take up to eight cases to a sample of their own each, as far as they do not end before.
+        """Take up to eight cases to their own samples, unless they end before.
 
         Args:
-            cases: Of which each has begun.
-            stops: Number of the sample.
+            cases: cases, all begun.
+            stops: number of the sample of each.
             wrenches: (cases, 6) N and N m, in place of the controller's answers.
         """
         ready = [(case, stop) for case, stop in zip(cases, stops, strict=True) if case.ready(stop)]
@@ -48,9 +50,9 @@ class Group:
         rows: Array,
         at: slice | list[int],
     ) -> bool:
-        """Take the cases of the last call all so many steps further, and write their rows into columns `at`.
+        """Take the cases of the last call all this number of steps further, and write their rows into columns `at`.
 
-        Return False where that is for `go` to do or to go on with.
+        Return False if `go` has to do or to finish this.
         """
         shared = self._blocks.get(wrenches is not None)
         if shared is None or (wrenches is not None and not shared.give(cases, wrenches)):
@@ -58,7 +60,7 @@ class Group:
         return shared.again(cases, stops, rows, at)
 
     def _block(self, given: bool, cases: Sequence[Case]) -> block.Block | None:
-        """Return the block; None where these cases are too few, or go alone."""
+        """Return the block; None if these cases are too few, or run alone."""
         if given not in self._blocks and len(cases) >= block.WORTHWHILE:
             try:
                 self._blocks[given] = block.Block(self._plan, cases[0])
@@ -67,7 +69,7 @@ class Group:
         return self._blocks.get(given) if cases else None
 
     def show(self, cases: Sequence[Case], rows: Array, columns: Sequence[int]) -> None:
-        """Write the rows of those cases that have lanes into columns of `rows`."""
+        """Write the rows of the cases in lanes into columns of `rows`."""
         for shared in self._blocks.values():
             if shared is not None:
                 shared.show(cases, rows, columns)

@@ -1,4 +1,4 @@
-"""Storage of the rows of a rollout: in memory, or as `rows.npy` in its folder, each case bound by a checksum."""
+"""Storage of the rows of a rollout: in memory, or as `rows.npy` in its folder, with a checksum for each case."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ ROWS_NAME = "rows.npy"
 SUM = "rows_sha256"  # in the summary of a case in the ledger
 THINNER = "thin them by every=, or keep fewer columns="
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-NAMED = 8  # damaged cases that a warning lists
+NAMED = 8  # damaged cases listed in a warning
 
 Shape = tuple[int, int, int]
 
 
 class KeptInMemory:
-    """Rows (n, K, W) in memory, NaN where there are none.
+    """Rows (n, K, W) in memory, initially NaN.
 
     Attributes:
-        ended: outcomes of the cases that have ended, by key.
+        ended: outcomes of the ended cases, by key.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -40,7 +40,7 @@ class KeptInMemory:
         self._rows = np.full(shape, np.nan)
 
     def keep(self, outcome: Outcome, row: Array) -> None:
-        """Keep a case with its rows (K, W)."""
+        """Store a case with its rows (K, W)."""
         self._rows[int(outcome.key)] = row
         self.ended[outcome.key] = outcome
 
@@ -55,15 +55,19 @@ class KeptInMemory:
 class KeptInFolder:
     """Rows (n, K, W) in the folder of a rollout.
 
-    The whole file is allocated first and written by calls that report a full disk; a write to mapped memory ends the
-    process instead.
+    The whole file is allocated first and written by calls that report a full disk; a write to mapped memory would end
+    the process instead.
 
     Attributes:
-        ended: outcomes of the cases that have ended and whose rows are intact, by key.
+        ended: outcomes of the ended cases with intact rows, by key.
     """
 
     def __init__(self, folder: JobFolder, shape: Shape) -> None:
-        """Open the file, or create it. Raises OutputError where it cannot be written or the disk is too small."""
+        """Open the file, or create it.
+
+        Raises:
+            OutputError: if it cannot be written or the disk is too small.
+        """
         self._folder, self._shape = folder, shape
         self._path = folder.path / ROWS_NAME
         header = io.BytesIO()
@@ -87,7 +91,11 @@ class KeptInFolder:
             raise
 
     def keep(self, outcome: Outcome, row: Array) -> None:
-        """Write a case with its rows (K, W), and then its line of the ledger. Raises OutputError."""
+        """Write a case with its rows (K, W), and then its line of the ledger.
+
+        Raises:
+            OutputError: if the files cannot be written.
+        """
         content = np.ascontiguousarray(row, dtype="<f8").tobytes()
         self._write(content, self._place(outcome.key))
         summary = {**outcome.summary, SUM: checksum(content)}
@@ -111,7 +119,7 @@ class KeptInFolder:
             if error.errno in NO_ROOM:
                 need = f"the rows need {whole / 2**30:.3g} GiB, more than its disk has"
                 raise OutputError(f"{self._path}: {need}: {THINNER}") from error
-            if error.errno not in (errno.EINVAL, errno.EOPNOTSUPP):  # some file systems cannot
+            if error.errno not in (errno.EINVAL, errno.EOPNOTSUPP):  # not supported by some file systems
                 raise unwritable(self._path, error) from error
         self._write(self._header, 0)
 
@@ -127,7 +135,7 @@ class KeptInFolder:
         return len(self._header) + int(key) * self._size
 
     def _intact(self, ledger: Mapping[str, Outcome]) -> dict[str, Outcome]:
-        """Return the cases that need not be computed again; warn of those that are damaged."""
+        """Return the intact cases; warn of damaged ones."""
         intact, damaged = {}, []
         for key, row in ledger.items():
             if row.status not in RESULTS:

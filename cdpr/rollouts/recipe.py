@@ -1,4 +1,4 @@
-"""What the arguments of a case's acts are made of: arrays that stand side by side with those of other cases."""
+"""Memory layout of a case's operations: arrays that are stored side by side with those of other cases."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from cdpr.native.operations import operations
 
 
 class UnfitError(Exception):
-    """Cases that cannot go side by side."""
+    """Cases that cannot share a block."""
 
 
 class View(NamedTuple):
-    """An array: which of the roots it is a part of, from which number on, and its shape."""
+    """View of an array: its root, the first number in it, and the shape."""
 
     root: int
     first: int
@@ -26,32 +26,32 @@ class View(NamedTuple):
 
 
 class Root(NamedTuple):
-    """A whole array, of which others are views."""
+    """Whole array, with views on it."""
 
     size: int
-    word: int  # which of a case's words tells where it is
-    offset: int  # by how many bytes that is further
+    word: int  # word of a case with its address
+    offset: int  # offset of the root from that address, in bytes
 
 
 def whole(array: Array) -> Array:
-    """Return the array of which this one is a part."""
+    """Return the array that owns the memory of this one."""
     while isinstance(array.base, np.ndarray):
         array = array.base
     return array
 
 
 class Recipe:
-    """Which words of a case say what: those of arrays that steps change, then those of its acts, one after the other.
+    """Meaning of a case's words: addresses of the arrays that steps change, then the structs of its operations.
 
     A word is 8 bytes: an address, a size, or a number, as in the struct of an operation.
 
     Attributes:
-        roots: the arrays, each once.
-        again: words that tell of a root once more: word, root, bytes by which it is further.
-        fixed: words that are the same in all cases that go side by side.
-        shared: arrays whose content is the same in all cases: the act, and the name of the argument.
-        given: the other arrays, likewise.
-        moved: roots that steps change, in lanes or of a case alone, which therefore go from the one to the other.
+        roots: arrays, each once.
+        again: further words with the address of a root: word, root, offset in bytes.
+        fixed: words that are equal in all cases of a block.
+        shared: arrays with equal content in all cases: the operation, and the name of the argument.
+        given: other arrays, likewise.
+        moved: roots that steps change, which therefore move between the lanes and the case's own arrays.
     """
 
     def __init__(self, memory: Sequence[Array]) -> None:
@@ -62,7 +62,7 @@ class Recipe:
         self.given: list[tuple[int, str]] = []
         self._word = 0
         self._known: dict[int, int] = {}
-        self._held: list[Array] = []  # as long as they are here no other array has their id
+        self._held: list[Array] = []  # while these exist no other array has their id
         for array in memory:
             self.view(array)
             self._word += 1
@@ -71,7 +71,7 @@ class Recipe:
         self.moved = list(range(len(memory)))
 
     def read(self, at: int, call: Bound) -> dict[str, Any]:
-        """Return the arguments of the act at this place for the operation in lanes, with views in place of arrays."""
+        """Return the arguments of the operation at this index for its vector form, with views in place of arrays."""
         own, lanes = operations()[call.name], operations()[f"{call.name}_lanes"]
         types = {field.name: field.type for field in lanes.fields}
         found: dict[str, Any] = {}
@@ -92,7 +92,7 @@ class Recipe:
         return found
 
     def note(self, call: Compiled | None) -> None:
-        """Note which roots an operation writes, whichever way it is run; all that one compiled elsewhere has."""
+        """Record the roots that an operation writes, in either form; for one compiled elsewhere, all its roots."""
         if isinstance(call, Bound):
             fields = operations()[call.name].fields
             arrays = [call.given.get(field.name) for field in fields if field.is_array and field.role != "in"]
@@ -104,7 +104,11 @@ class Recipe:
                 self.moved.append(root)
 
     def view(self, array: Array) -> View:
-        """Return what an array is, of which the next word tells; raises UnfitError if not laid out in C's order."""
+        """Return the view for an array, with the address in the next word.
+
+        Raises:
+            UnfitError: if the array is not C-contiguous.
+        """
         root = whole(array)
         if not (root.flags.c_contiguous and root.flags.aligned and root.dtype == np.float64):
             raise UnfitError
@@ -119,15 +123,15 @@ class Recipe:
         return View(known, offset // array.itemsize, array.shape)
 
     def known(self, array: Array) -> int | None:
-        """Return the number of a root, None of another array."""
+        """Return the number of a root, None for another array."""
         return self._known.get(id(array))
 
     @property
     def words(self) -> list[int]:
-        """Index of the word with the address of each root."""
+        """Return the index of the word with the address of each root."""
         return [root.word for root in self.roots]
 
     @property
     def offsets(self) -> list[int]:
-        """By how many bytes that is further."""
+        """Return the offset of each root from that address, in bytes."""
         return [root.offset for root in self.roots]

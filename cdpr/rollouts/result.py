@@ -1,4 +1,4 @@
-"""What a rollout found: arrays over cases and samples, how each case ended, and figures of all its samples."""
+"""Result of a rollout: arrays over cases and samples, the end of each case, and figures of all its samples."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 QUANTILES = {"q05": 0.05, "median": 0.5, "q95": 0.95}
-PIECE = 1 << 20  # numbers that a table has in memory at a time
+PIECE = 1 << 20  # numbers of a table in memory at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Rollouts:
     """N cases of one scenario, with K samples of each.
 
-    Columns that were kept are attributes by the names that they have in a run: `position` is (N, K, 3) m, `tension`
-    (N, K, m) N; the solver's status is `solver_status`. After the end of a case its rows are NaN. Arrays are read-only.
+    Kept columns are attributes with their names in a run: `position` is (N, K, 3) m, `tension` (N, K, m) N; the
+    solver's status is `solver_status`. After the end of a case its rows are NaN. Arrays are read-only.
 
     Attributes:
-        name: of the scenario.
-        time: (K,) s, of the samples that were kept.
-        values: what each key had, by key, (N, ...) where they are numbers.
-        rows: (N, K, W) all columns beside one another; of a rollout with a folder they stay on disk.
-        columns: which they are.
-        cables: their names.
-        outcomes: how each case ended, with its message.
+        name: name of the scenario.
+        time: (K,) s, of the kept samples.
+        values: values of each varied key, by key, (N, ...) for numbers.
+        rows: (N, K, W) all columns side by side; those of a rollout with a folder stay on disk.
+        columns: names of the columns.
+        cables: names of the cables.
+        outcomes: end of each case, with its message.
     """
 
     name: str
@@ -63,14 +63,14 @@ class Rollouts:
         return f"<Rollouts of {self.name}: {len(self)} cases ({ended}), {len(self.time)} samples each of {kept}>"
 
     def __getitem__(self, name: str) -> Array:
-        """Return a column by its name: (N, K) where it is one number, else (N, K, width)."""
+        """Return a column by name: (N, K) for one number, else (N, K, width)."""
         if name not in self._places:
             raise KeyError(f"{name}: was not kept; there are {', '.join(self._places)}")
         block = self.rows[:, :, self._places[name]]
         return block[:, :, 0] if block.shape[2] == 1 else block
 
     def __getattr__(self, name: str) -> Array:
-        if name.startswith("_") or "columns" not in self.__dict__:  # a copy that is being made
+        if name.startswith("_") or "columns" not in self.__dict__:  # during a copy
             raise AttributeError(name)
         try:
             return self["status" if name == "solver_status" else name]
@@ -79,12 +79,12 @@ class Rollouts:
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
-        """How each case ended, (N,): a run's status, "failed" too where the scenario does not take its values."""
+        """Return the status of each case, (N,): that of a run, or "failed", also if the scenario rejects its values."""
         return np.array([outcome.status for outcome in self.outcomes])
 
     @property
     def messages(self) -> list[str]:
-        """Why each case ended early; "" where it did not."""
+        """Return the reason of each early end; "" for the other cases."""
         return [outcome.message for outcome in self.outcomes]
 
     @property
@@ -94,15 +94,15 @@ class Rollouts:
 
     @cached_property
     def figures(self) -> dict[str, Array]:
-        """Figures of all samples of each case, (N,), named with their units as in a study; NaN where there are none."""
+        """Return figures of all samples of each case, (N,), named with units as in a study; NaN for missing ones."""
         rows = [outcome.summary for outcome in self.outcomes]
         numbers = {name: [row.get(name) for row in rows] for name in ("samples", *FIGURES)}
         return {name: np.array([np.nan if x is None else x for x in found]) for name, found in numbers.items()}
 
     def summary(self) -> dict[str, Any]:
-        """Return the share of finished cases, those with samples without valid tensions, and quantiles of figures.
+        """Return the share of finished cases, the cases with samples without valid tensions, and quantiles of figures.
 
-        Quantiles are those of the finished cases.
+        The quantiles are those of the finished cases.
         """
         done = self.status == "finished"
         figures = {name: found[done] for name, found in self.figures.items()}
@@ -119,17 +119,25 @@ class Rollouts:
         return told
 
     def to_pandas(self) -> DataFrame:
-        """Return a row for each case: its values, status, message and figures. Raises PluginError without pandas."""
+        """Return a row for each case: its values, status, message and figures.
+
+        Raises:
+            PluginError: if pandas is missing.
+        """
         keys = {key: list(values) for key, values in self.values.items()}
         ended = {"status": self.status, "message": self.messages}
         frame: DataFrame = _module("pandas").DataFrame({**keys, **ended, **self.figures})
         return frame.rename_axis("case")
 
     def save(self, path: str | os.PathLike[str], force: bool = False) -> None:
-        """Write all of it as .npz, or the rows as a .parquet table with a row for each case and sample.
+        """Write all results as .npz, or the rows as a .parquet table with a row for each case and sample.
 
-        The .npz has an array for each column, named as here, `time`, the values as `vary:KEY`, `status`, `messages` and
-        the figures. Raises OutputError where that cannot be, PluginError without pyarrow.
+        The .npz has an array for each column, with the names of this class, `time`, the values as `vary:KEY`, `status`,
+        `messages` and the figures.
+
+        Raises:
+            OutputError: if the file cannot be written.
+            PluginError: if pyarrow is missing.
         """
         out = Path(path)
         if out.suffix not in WRITERS:
@@ -142,7 +150,7 @@ class Rollouts:
 
     @cached_property
     def _places(self) -> dict[str, slice]:
-        """Where each column stands in the rows."""
+        """Return the position of each column in the rows."""
         places, start = {}, 0
         for column in self.columns:
             places[column.name] = slice(start, start := start + (column.width or len(self.cables)))

@@ -1,4 +1,4 @@
-"""Runs the cases of a rollout in threads or on a cluster, and puts together what they give."""
+"""Function that runs the cases of a rollout in threads or on a cluster, and collects their results."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ from cdpr.simulation.start import chosen_scenario
 
 KIND = "rollout"
 
-COLUMNS = ("position", "orientation", "tension")  # that are kept unless others are asked for
-SAMPLES = 100  # of a case that are kept, about, unless it is said
+COLUMNS = ("position", "orientation", "tension")  # columns kept by default
+SAMPLES = 100  # approximate number of kept samples by default
 
-# A chunk is so many cases at most, or so many samples, and fewer where their rows take more than so many bytes: what an
-# interrupt costs.
+# A chunk has at most this number of cases or samples, and fewer if their rows exceed this number of bytes: the work
+# lost by an interrupt.
 CASES, CHUNK, BYTES = 16, 1 << 17, 1 << 25
-MEMORY = 0.5  # of the machine's that rows may take: beyond that they need a folder
+MEMORY = 0.5  # largest share of the memory for rows: more require a folder
 
 Progress = Callable[[int, int], None]
 
@@ -68,29 +68,36 @@ def rollout(
     out: str | os.PathLike[str] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Rollouts:
-    """Run a scenario n times with some keys varied; on `reference` each case is `simulate` of it, to the bit.
+    """Run a scenario n times with some keys varied; on `reference` each case has the bits of `simulate`.
 
     Args:
-        scenario: a scenario file, or what `load_scenario` returned.
+        scenario: scenario file, or result of `load_scenario`.
         n: number of cases.
         vary: by dotted key, an array (n, ...) or a list of n values, or a distribution: {"uniform": [lowest, highest]},
             {"normal": [mean, standard deviation]}, {"log_uniform": [lowest, highest]}, as a study's `random`.
-        seed: of the distributions; the same seed gives the same values, and more cases begin with those of fewer.
-        overrides: values by dotted key, in all cases; `backend`, `solver` and `controller` as for `simulate`.
-        every: samples that are kept: a whole number, each so manyth; a float, one in so many seconds. The last one is
-            kept, too. About a hundred unless it is said.
-        columns: which columns of a run are kept.
-        threads: how many; one a core where backend, controller and solver run as compiled code, else one.
+        seed: seed of the distributions. The same seed gives the same values, and a larger n only adds cases.
+        overrides: values by dotted key, in all cases.
+        backend: backend by name or class, as for `simulate`.
+        solver: tension solver, likewise.
+        controller: controller, likewise.
+        every: distance of the kept samples: an int in samples, a float in s. The last sample is kept, too. The default
+            keeps about a hundred.
+        columns: names of the kept columns of a run.
+        threads: number of threads; by default one per core if backend, controller and solver are compiled, else one.
         scheduler: address of a Dask cluster that runs the cases instead, such as tcp://host:8786.
-        out: a folder for what was computed; the same call goes on with what it holds. Damaged cases are computed
-            again, with a warning.
-        progress: called with the number of cases that have ended, and their total.
+        out: folder of the results; the same call continues an unfinished rollout. Damaged cases are computed again,
+            with a warning.
+        progress: callback with the number of ended cases, and their total.
 
-    A case that ends early (diverged, infeasible, ...) is a result, and one whose values the scenario does not take is
-    "failed", with its message. Where that is so for the first one, it is raised.
+    A case that ends early (diverged, infeasible, ...) is a result. A case with values that the scenario rejects has the
+    status "failed", with its message; if that is the first case, its error is raised.
 
-    Raises ScenarioError and CdprError for what is wrong, PluginError where one is missing, OutputError where `out`
-    holds something else or cannot be written. After a KeyboardInterrupt `out` holds the cases that had ended.
+    Raises:
+        ScenarioError: if the scenario is wrong.
+        CdprError: if an argument is wrong.
+        PluginError: if a plugin is missing or broken.
+        OutputError: if `out` contains something else or cannot be written. After a KeyboardInterrupt, `out` contains
+            the ended cases.
     """
     n = check_count(n)
     values = values_of(vary, n, seed, overrides or {})
@@ -147,7 +154,7 @@ def rollout(
 
 
 def _every(every: object, scenario: Scenario) -> int:
-    """Samples from one that is kept to the next."""
+    """Return the distance of the kept samples."""
     steps, step = scenario.simulation.steps, scenario.simulation.control_step
     if every is None:
         return max(1, steps // SAMPLES)
@@ -176,7 +183,7 @@ def _columns(columns: object, scenario: Scenario) -> tuple[str, ...]:
 
 
 def _compiled(plan: Plan, first: Sequence[Any]) -> bool:
-    """Whether cases may run beside one another; raises what is wrong with the first one."""
+    """Return whether cases may run in parallel; raise the error of the first case."""
     scenario = plan.changed(0, first)
     parts = build(scenario)
     try:
@@ -190,7 +197,7 @@ def _compiled(plan: Plan, first: Sequence[Any]) -> bool:
 
 
 def _about(plan: Plan, values: Mapping[str, Sequence[Any]], n: int) -> dict[str, Any]:
-    """What the folder says of the rollout, and its identity."""
+    """Return the metadata of the rollout for its folder, and its identity."""
     scenario = plan.scenario
     given = {key: plain_value(found) for key, found in values.items()}
     what = [scenario.resolved_yaml(), given, n, plan.every, plan.columns]

@@ -1,4 +1,4 @@
-"""What a rollout varies: keys of the scenario, and a value of each for each case."""
+"""Varied keys of a rollout, with a value for each case."""
 
 from __future__ import annotations
 
@@ -18,23 +18,30 @@ from cdpr.scenario.overrides import Overrides, marked_changes, plain_value, read
 from cdpr.scenario.problems import Problems
 from cdpr.scenario.schema import MAX_SEED
 
-# All cases have the same samples; a study varies these.
+# All cases have the same samples; a study can vary these keys.
 FIXED: tuple[Path, ...] = (("simulation", "duration"), ("simulation", "control_step"), ("simulation",), ("log",))
 
 
 def check_count(n: object, title: str = "rollout") -> int:
-    """Return the number of cases; CdprError, which begins with the `title`, where it is none."""
+    """Return the number of cases.
+
+    Raises:
+        CdprError: if it is no positive integer; the message begins with the `title`.
+    """
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= MAX_COUNT:
         raise CdprError(f"{title}: a whole number of cases from 1 to {MAX_COUNT} is expected, got {shown(n)}")
     return int(n)
 
 
 def values_of(vary: object, n: int, seed: object, overrides: Overrides) -> dict[str, Sequence[Any]]:
-    """Return the values of each key, one for each of n cases: arrays (n, ...) of numbers, or lists of what else.
+    """Return the values of each key for n cases: arrays (n, ...) of numbers, or lists of other values.
 
     Each key has an array (n, ...) or a list of n values, or a distribution as in a study's `random`: {"uniform":
-    [lowest, highest]}, {"normal": [mean, standard deviation]} or {"log_uniform": [lowest, highest]}, perhaps with a
-    "seed" of its own. Raises ScenarioError with all that is wrong, each in a line.
+    [lowest, highest]}, {"normal": [mean, standard deviation]} or {"log_uniform": [lowest, highest]}, optionally with
+    its own "seed".
+
+    Raises:
+        ScenarioError: with all errors, one per line.
     """
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
         raise CdprError(f"rollout: seed: a whole number from 0 to {MAX_SEED} is expected, got {shown(seed)}")
@@ -63,7 +70,7 @@ def values_of(vary: object, n: int, seed: object, overrides: Overrides) -> dict[
 
 
 def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
-    """Return n values; ValueError where there are not so many, or some are masked or no numbers."""
+    """Return n values; raise ValueError for another number of values, masked values or NaN."""
     if masked(given):
         raise ValueError(MASKED)
     if isinstance(given, Mapping):
@@ -92,7 +99,7 @@ def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
 
 
 def _array(given: Any) -> np.ndarray[Any, np.dtype[Any]] | None:
-    """Return numbers as an array of their own; None for what is none, such as texts, or lists of several lengths."""
+    """Return numbers as a new array; None for other values, such as texts, or lists of different lengths."""
     try:
         array = np.array(given)
     except (ValueError, TypeError):

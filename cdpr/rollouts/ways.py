@@ -1,4 +1,4 @@
-"""Numbers in the tables of a block; `block.hpp` gives them a meaning."""
+"""Constants of the tables of a block, shared with `block.hpp`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The closed loop and what runs it."""
+"""Closed-loop simulation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cdpr.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     from cdpr.simulation.simulation import Simulation
-else:  # what is steered needs more than what runs to its end
+else:  # stepping needs more imports than running to the end
     from cdpr.lazy import lazily
 
     __getattr__ = lazily(__name__, {"Simulation": "cdpr.simulation.simulation"})

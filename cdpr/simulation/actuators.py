@@ -1,4 +1,4 @@
-"""Winches that come as an FMU, between the commands and the cables of any plant."""
+"""Winches simulated by an FMU, between the commands and the cables of any backend."""
 
 from __future__ import annotations
 
@@ -26,7 +26,11 @@ from cdpr.scenario.actuator_schema import Actuators
 
 
 def actuated(scenario: Scenario, plant: Backend, entry: Registered) -> Backend:
-    """Put the scenario's actuators before a plant. Raises CdprError where that cannot be or would not be stable."""
+    """Put the scenario's actuators before a plant.
+
+    Raises:
+        CdprError: if the scenario does not allow it or the coupling would be unstable.
+    """
     options, robot, step = scenario.actuators, scenario.robot, scenario.simulation.physics_step
     assert options is not None
     about = check_actuators(scenario, entry)
@@ -46,7 +50,11 @@ def actuated(scenario: Scenario, plant: Backend, entry: Registered) -> Backend:
 
 
 def check_actuators(scenario: Scenario, entry: Registered) -> dict[str, Any]:
-    """Return what is known of the coupling's stability; CdprError where the step is too long."""
+    """Return a note on the stability of the coupling.
+
+    Raises:
+        CdprError: if the step is too long.
+    """
     options = scenario.actuators
     assert options is not None
     about: dict[str, Any] = {"coupling": options.coupling, "stability": "no feedback, nothing to swing"}
@@ -54,19 +62,19 @@ def check_actuators(scenario: Scenario, entry: Registered) -> dict[str, Any]:
 
 
 class ActuatedPlant(Backend):
-    """A plant whose tensions come from an FMU; communication step of both is the physics step.
+    """Plant with tensions from an FMU; the communication step of both is the physics step.
 
-    In series the FMU steps first, and its tensions act on the plant in the same step. By Gauss and Seidel the plant
-    steps first, under the tensions at the start of the step, and the FMU follows with the lengths and rates half way:
-    those at either end would make it feel cables that are longer or shorter than the plant's by half a step's motion.
-    Its tensions at the end, and those that answer a new command, are read without a step.
+    Series coupling: the FMU steps first, and its tensions act on the plant in the same step. Gauss-Seidel coupling: the
+    plant steps first, under the tensions at the start of the step; the FMU follows with the lengths and rates of the
+    middle of the step. With those of either end, its cables would be longer or shorter than the plant's by half a
+    step's motion. The tensions at the end, and those after a new command, are read without a step.
     """
 
     def __init__(self, plant: Backend, fmu: RunningFmu, options: Actuators, about: dict[str, Any]) -> None:
         super().__init__(plant.robot, plant.gravity, plant.physics_step, None)
         m = plant.robot.m
         self.plant, self.fmu, self.about = plant, fmu, about
-        self.state = plant.state  # the plant's own, which is live
+        self.state = plant.state  # live state of the plant
         self.highest = np.zeros(m)
         self._series, self._instance, self._from_robot = options.coupling == "series", fmu.instance, options.from_robot
         self._tension, self._work = np.zeros(m), 0.0
@@ -75,7 +83,7 @@ class ActuatedPlant(Backend):
         self._geometry = bind(
             "geometry", lines=line_table(plant.robot), state=self.state, matrix=matrix, length=length, rate=rate
         )
-        self._past = np.zeros(m), np.zeros(m)  # lengths and rates a step before
+        self._past = np.zeros(m), np.zeros(m)  # lengths and rates of the previous step
         inputs, values = fmu.mapping.inputs, fmu.instance.inputs
         self._put_command = writer(inputs, {"command": 0}, values)
         self._put_length = writer(inputs, {"cable_length": 0}, values)
@@ -83,7 +91,7 @@ class ActuatedPlant(Backend):
         self._get_tension = reader(fmu.mapping.outputs, {"cable_tension": 0}, fmu.instance.outputs, self._tension)
 
     def reset(self, state: Array) -> None:
-        """Put the platform into `state` (13,), and start the FMU anew with the lengths that go with it."""
+        """Move the platform to `state` (13,), and restart the FMU with the corresponding lengths."""
         self.plant.reset(state)
         self.highest[:], self._tension[:], self._work = 0.0, 0.0, 0.0
         self._put_command(self.command)
@@ -120,7 +128,7 @@ class ActuatedPlant(Backend):
                 self._refresh()
 
     def read_tension(self, tension: Array) -> None:
-        """Write the tensions (m,): in series those of the last step, otherwise as the FMU answers the command."""
+        """Write the tensions (m,): of the last step in series coupling, otherwise the FMU's answer to the command."""
         if not self._series:
             self._put_command(self.command)
             self._refresh()
@@ -135,26 +143,26 @@ class ActuatedPlant(Backend):
         return self.plant.engine_time()
 
     def log(self, columns: Mapping[str, Array]) -> None:
-        """Hand the plant its columns."""
+        """Pass its columns to the plant."""
         self.plant.log(columns)
 
     def describe(self) -> dict[str, Any]:
-        """Return what there is to say of both."""
+        """Return metadata of plant and FMU."""
         return {**self.plant.describe(), "actuators": {**self.about, **self.fmu.describe()}}
 
     def close(self) -> None:
-        """End both; may be called again."""
+        """Close plant and FMU; may be called again."""
         try:
             self.fmu.close()
         finally:
             self.plant.close()
 
     def _look(self) -> None:
-        """Find lengths and rates of the cables."""
+        """Update lengths and rates of the cables."""
         self._geometry()
 
     def _refresh(self) -> None:
-        """Read the tensions that follow from the present inputs."""
+        """Read the tensions for the present inputs."""
         self._instance.refresh()
         self._get_tension()
 
@@ -173,17 +181,17 @@ def _exported(robot: Robot, step: float) -> Archive:
 
 
 def _winches(robot: Robot, step: float) -> Actuator:
-    """Return those that take the place of the robot's own cables."""
+    """Return the winches that replace the robot's cables."""
     return Actuator(with_model(robot, ACTUATED), float(step))
 
 
 def _complete(robot: Robot) -> bool:
-    """Whether the robot says of all its cables how stiff they are and what winds them."""
+    """Return whether the robot defines stiffness and winch of all cables."""
     return all(cable.winch is not None and cable.axial_stiffness is not None for cable in robot.cables)
 
 
 def _known(robot: Robot, step: float) -> dict[str, Known]:
-    """Parameters of winches by the names that cdpr exports."""
+    """Return the parameters of the winches, by the names that cdpr exports."""
     if not _complete(robot):
         return {}
     return {
@@ -194,7 +202,7 @@ def _known(robot: Robot, step: float) -> dict[str, Known]:
 
 
 def _stability(scenario: Scenario, entry: Registered) -> dict[str, Any]:
-    """Say how far the step is from where plant and winches swing each other up; refuse one beyond, if told to."""
+    """Return a note on the stability limit of the step; raise CdprError beyond it, if configured."""
     from cdpr.mechanics.stability import longest, oscillator, stable
 
     robot, step = scenario.robot, scenario.simulation.physics_step

@@ -1,4 +1,4 @@
-"""One run from its parts to its end; whatever happens, what was computed is kept."""
+"""Execution of one run from its parts to its end; computed samples are always kept."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from cdpr.simulation.session import Session
 if TYPE_CHECKING:
     from cdpr.mechanics.closest import Closest
 
-SESSION_NAME = "session.yaml"  # in the folder of a run to which something was done
+SESSION_NAME = "session.yaml"  # file in the output folder of a run with external commands
 
 STATUS: dict[type[BaseException], str] = {
     Diverged: "diverged",
@@ -59,13 +59,13 @@ STATUS: dict[type[BaseException], str] = {
 
 
 class Attempt:
-    """One run: `begin` it, let the loop go, and `end` it, whatever has happened.
+    """Execution of one run: `begin` it, step the loop, and `end` it, also after an error.
 
     Attributes:
-        loop: made by `begin`.
-        recorder: keeps the rows; made by `begin`.
-        session: what is done to it from outside.
-        run: once all that it says is known.
+        loop: closed loop; made by `begin`.
+        recorder: storage of the rows; made by `begin`.
+        session: external commands and live events.
+        run: result, once complete.
     """
 
     def __init__(self, scenario: Scenario, header: Header, folder: RunFolder | None) -> None:
@@ -77,12 +77,12 @@ class Attempt:
         self.recorder: Recorder | None = None
         self.run: Run | None = None
         self.session = Session(scenario)
-        self._closed: list[str] = []  # which parts need not be closed any more
-        self._plugins: dict[str, Any] = {}  # what parts said of themselves
+        self._closed: list[str] = []  # parts that are closed already
+        self._plugins: dict[str, Any] = {}  # metadata of the parts
         self._begun = self._started = perf_counter()
 
     def begin(self) -> tuple[Loop, Recorder]:
-        """Build and warm up; return what makes the samples, and what keeps them."""
+        """Build and warm up; return the loop and the recorder."""
         self.parts = build(self.scenario)
         self.loop = Loop(self.parts, self.session.record)
         self.loop.warm_up(self.scenario.initial.state())
@@ -93,9 +93,10 @@ class Attempt:
         return self.loop, self.recorder
 
     def revise(self) -> None:
-        """Go on with the events as the session has them; what has happened is not done again.
+        """Replace the events by those of the session; past events are not repeated.
 
-        Raises CdprError, having changed nothing, where the motion cannot be what they say.
+        Raises:
+            CdprError: if the resulting motion is invalid; nothing has changed.
         """
         assert self.loop is not None
         assert self.recorder is not None
@@ -116,7 +117,7 @@ class Attempt:
                 self.folder.revise(self.header)
 
     def branch(self, folder: RunFolder) -> Attempt:
-        """Complete log and record of this run where it stands; return the one that goes on in another folder."""
+        """Complete log and run.json at the present sample; return the execution that continues in another folder."""
         assert self.parts is not None
         assert self.loop is not None
         done = self.samples > self.scenario.simulation.steps
@@ -131,18 +132,18 @@ class Attempt:
         return new
 
     def so_far(self) -> Run:
-        """Return the run as if it were taken no further; it goes on."""
+        """Return the run up to now; the simulation continues."""
         done = self.samples > self.scenario.simulation.steps
         stop = None if done else PlantEnded(f"t = {self._time:.6g} s: looked at here, and taken further")
         return self.run or self._finished(stop, closing=False, going_on=True)[0]
 
     @property
     def samples(self) -> int:
-        """How many samples are complete."""
+        """Return the number of complete samples."""
         return 0 if self.loop is None else self.loop.count
 
     def told(self, error: BaseException) -> BaseException:
-        """Return what is to be said of an exception: foreign ones are a plugin's."""
+        """Return an exception as an error of cdpr; a foreign exception becomes a plugin's."""
         if isinstance(error, CdprError | KeyboardInterrupt):
             return error
         if isinstance(error, MemoryError):
@@ -157,9 +158,10 @@ class Attempt:
         return said
 
     def end(self, error: BaseException | None) -> Run:
-        """Close log, folder and backend, and return the run or raise the error with the run in it.
+        """Close log, folder and backend; return the run or raise the error with the run attached.
 
-        Of a second signal meanwhile, what it cut short is done; a third ends it at once.
+        A second interrupt during this is handled after the step that it cut short; a third one ends the process at
+        once.
         """
         try:
             return self._end(error)
@@ -170,17 +172,17 @@ class Attempt:
 
     @property
     def _time(self) -> float:
-        """How far the run came, s."""
+        """Return the time of the last sample, s."""
         return self.samples * self.header.control_step
 
     def _end(self, error: BaseException | None) -> Run:
-        """Called again, it goes on where an interrupt cut it short."""
+        """Do the work of `end`; a second call continues after an interrupt."""
         if self.run is None:
             self.run, error = self._finished(error)
         if self.folder is not None and not len(self.run.rows) and isinstance(error, CdprError):
             self.folder.withdraw(
                 LOG_NAME, SESSION_NAME
-            )  # nothing is computed: the same command may be given again, mended
+            )  # nothing was computed: the corrected command may use the same folder
             self.folder, self.run = None, replace(self.run, folder=None)
         if self.folder is not None:
             try:
@@ -195,9 +197,9 @@ class Attempt:
     def _finished(
         self, error: BaseException | None, *, closing: bool = True, going_on: bool = False
     ) -> tuple[Run, BaseException | None]:
-        """Close log and, if `closing`, backend; return the run and what it ended with: maybe what the log met.
+        """Close log and, if `closing`, the backend; return the run and its final error, which may come from the log.
 
-        What is `going_on` goes on in its log, too: nothing is closed.
+        With `going_on`, the run continues with its log, and nothing is closed.
         """
         looped = perf_counter()
         samples = self.samples
@@ -246,7 +248,7 @@ class Attempt:
             for role, part in parts.items():
                 if role in self._closed or not closing:
                     continue
-                self._closed.append(role)  # one that hangs is not asked twice
+                self._closed.append(role)  # do not wait twice for a part that hangs
                 try:
                     if about := part.describe():
                         plugins[role] = about
@@ -263,7 +265,7 @@ class Attempt:
             outcome = "interrupted" if isinstance(error, KeyboardInterrupt) else STATUS.get(type(error), "failed")
             message = str(error) or "interrupted"
             cause = error.__cause__
-            if not isinstance(error, Infeasible):  # of that the last sample tells
+            if not isinstance(error, Infeasible):  # the last sample contains the reason
                 events.append(Event(self._time, outcome, str(cause) if isinstance(cause, CdprError) else message))
         return Run(
             header=self.header,
@@ -281,7 +283,7 @@ class Attempt:
         ), error
 
     def _closest(self, rows: Array | LogRows) -> Closest | None:
-        """How near cables came to what they may touch, in all samples; None where their diameters are not known."""
+        """Return the smallest distances of cables to obstacles in all samples; None if cable diameters are unknown."""
         assert self.recorder is not None
         if self.recorder.tally is not None:
             return self.recorder.tally.closest
@@ -292,11 +294,11 @@ class Attempt:
         return closest
 
     def _watching(self) -> Closest | None:
-        """Return what looks at how near cables come to what they may touch."""
+        """Return the observer of the distances of cables to obstacles."""
         robot = self.scenario.robot
         if any(cable.diameter is None for cable in robot.cables):
             return None
-        from cdpr.mechanics.clearance import clearance  # few runs need what this loads
+        from cdpr.mechanics.clearance import clearance  # few runs need this import
         from cdpr.mechanics.closest import Closest, Level
 
         assert self.parts is not None
@@ -305,7 +307,7 @@ class Attempt:
 
 
 def _moving(events: Sequence[ScenarioEvent]) -> list[ScenarioEvent]:
-    """Which of the events change the desired motion."""
+    """Return the events that change the desired motion."""
     return [event for event in events if type(event).redirect is not ScenarioEvent.redirect]
 
 
@@ -314,7 +316,7 @@ def _latest(events: Sequence[ScenarioEvent]) -> float:
 
 
 def _origin(error: BaseException, scenario: Scenario) -> str:
-    """Function, file and line where foreign code raised: in the file of a chosen plugin, where it came through that."""
+    """Return function, file and line where foreign code raised, preferably in the file of a chosen plugin."""
     found = scenario.plugins
     chosen = [
         found.get("backend", scenario.simulation.backend),

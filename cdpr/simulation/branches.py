@@ -1,4 +1,4 @@
-"""Going back to a moment of a simulation, and on from there, more than once."""
+"""Snapshots of a simulation, and branches that continue from them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cdpr.simulation.session import Done
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A moment of a simulation, from which it can go on more than once."""
+    """Snapshot of a simulation, from which it can continue several times."""
 
     moment: Moment
     samples: Taken
@@ -29,16 +29,17 @@ class Snapshot:
 
 
 class Branches(Interventions):
-    """Takes snapshots of a simulation and goes back to them; its log then goes on in another folder."""
+    """Snapshot and restore of a simulation; after a restore its log continues in another folder."""
 
     _recorder: Recorder
     _pace: Pace
     _origin: object  # since the last reset
 
     def snapshot(self) -> Snapshot:
-        """Return all that the future depends on: plant, controller, solver, events, and how far it came.
+        """Return a snapshot of plant, controller, solver, events and time.
 
-        Raises PluginError where the backend, the controller or the solver cannot take one.
+        Raises:
+            PluginError: if the backend, the controller or the solver does not support snapshots.
         """
         with self._alone("snapshot"):
             self._ready(also_done=True)
@@ -52,17 +53,19 @@ class Branches(Interventions):
             return Snapshot(moment, samples, self._attempt.session.snapshot(), self._origin)
 
     def restore(self, snapshot: Snapshot, *, out: str | os.PathLike[str] | None = None) -> None:
-        """Go back to a snapshot of this simulation: what follows is the same to the bit.
+        """Restore a snapshot of this simulation; the following samples have the same bits.
 
-        With a log, it goes on in another folder, which holds the samples from the start, too, and whose run.json names
-        folder and time that it branches from; the log in the folder before ends where it was.
+        A simulation with a log continues in another folder. That folder also contains the samples from the start, and
+        its run.json names the folder and the time of the branch. The log in the previous folder ends at its last
+        sample.
 
         Args:
-            snapshot: taken since the last reset. What was done after it is forgotten.
-            out: the other folder, new or empty; the name of the first with -2, -3, ... unless given.
+            snapshot: snapshot taken since the last reset. Later samples are discarded.
+            out: other folder, new or empty; by default the name of the first folder with -2, -3, ...
 
-        Raises CdprError, and goes on as if it had not been asked, where samples are too many for the memory,
-        OutputError where the folder cannot be written.
+        Raises:
+            CdprError: if the samples do not fit into memory; the simulation is unchanged.
+            OutputError: if the folder cannot be written; the simulation is unchanged.
         """
         with self._alone("restore"):
             if not isinstance(snapshot, Snapshot) or snapshot.of is not self._origin:
@@ -84,7 +87,7 @@ class Branches(Interventions):
                     self._recorder.flush(snapshot.moment.count)
 
     def _branch(self, before: RunFolder, snapshot: Snapshot, out: str | os.PathLike[str] | None) -> None:
-        """End the log where it is, and begin one in another folder."""
+        """End the present log, and begin one in another folder."""
         path = next_folder(before.first) if out is None else folder_name(out)
         here = {"folder": str(before.path), "time": snapshot.moment.time}
         scenario = self._attempt.scenario.yaml_in

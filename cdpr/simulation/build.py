@@ -1,4 +1,4 @@
-"""From a scenario to the parts of a closed loop."""
+"""Construction of the parts of a closed loop from a scenario."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from cdpr.simulation.settings import Settings
 from cdpr.trajectory import Trajectory
 from cdpr.view.path import thinned
 
-# What always takes part in the arithmetic of a run.
+# Libraries used by the arithmetic of every run.
 LIBRARIES = ("numpy",)
 
-# The desired path, for viewers: looked at each 20 ms, in which a platform goes some millimetres round a corner, at no
-# fewer points than a short one needs, at no more than a run of minutes; drawn with as few as keep this share of the
-# robot's characteristic length.
+# Desired path for viewers: sampled every 20 ms, in which a platform moves some millimetres round a corner, with a lower
+# limit for short runs and an upper limit for runs of minutes; simplified to this share of the robot's characteristic
+# length.
 PATH_STEP, PATH_POINTS = 0.02, (201, 20_001)  # s, points
 PATH_TOLERANCE = 1e-3
 
@@ -40,12 +40,13 @@ PATH_TOLERANCE = 1e-3
 def build(scenario: Scenario) -> Parts:
     """Make robot, trajectory, controller, solver and backend, the backend in the scenario's initial state.
 
-    Raises PluginError where a plugin is missing, broken or fails to be made.
+    Raises:
+        PluginError: if a plugin is missing, broken or cannot be created.
     """
     robot, believed = scenario.robot, scenario.believed
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
-    with ExitStack() as made:  # what was made is closed where the next fails
+    with ExitStack() as made:  # close these if a later one fails
         parts = prepare(scenario, made)
         chosen, controller, solver = parts.chosen, parts.controller, parts.solver
         plant = robot if scenario.actuators is None else with_model(robot, COMMANDED)
@@ -54,7 +55,7 @@ def build(scenario: Scenario) -> Parts:
         )
         made.callback(backend.close)
         if scenario.actuators is not None:
-            from cdpr.simulation.actuators import actuated  # and with it all that runs FMUs
+            from cdpr.simulation.actuators import actuated  # also enables the check for all modules that run FMUs
 
             backend = actuated(scenario, backend, chosen["backend"])
             made.callback(backend.close)
@@ -86,9 +87,10 @@ def build(scenario: Scenario) -> Parts:
 
 
 def make_header(scenario: Scenario) -> Header:
-    """Describe the run to come; the same for equal scenario, seed and versions.
+    """Return the metadata of the run; equal for equal scenario, seed and versions.
 
-    Raises PluginError where a plugin is unknown, what it needs is not installed, or columns have one name.
+    Raises:
+        PluginError: if a plugin is unknown, its requirements are not installed, or two columns have one name.
     """
     robot, simulation = scenario.robot, scenario.simulation
     return Header(
@@ -128,9 +130,9 @@ def make_header(scenario: Scenario) -> Header:
 
 
 def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
-    """Return points of the path that the scenario asks for, (k, 3), m, for drawing; one where it stays in its place.
+    """Return points (k, 3), m, of the scenario's desired path for drawing; one point without motion.
 
-    It is that of the tool which the motion leads, else of the platform's origin.
+    The path is that of the tool that the motion guides, otherwise that of the platform's origin.
     """
     end = scenario.simulation.steps * scenario.simulation.control_step
     tool = scenario.trajectory.tool
@@ -140,7 +142,7 @@ def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
 
 @lru_cache(maxsize=4)  # cases of a study share their motion
 def _path(wanted: Trajectory, end: float, tolerance: float, arm: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
-    """Return points of a motion up to its `end`, s, of which as many are left out as the tolerance, m, allows."""
+    """Return points of a motion up to `end`, s, simplified to the tolerance, m."""
     fewest, most = PATH_POINTS
     times = np.linspace(0.0, end, min(max(fewest, math.ceil(end / PATH_STEP) + 1), most))
     poses, desired = np.empty((len(times), 7)), np.empty(19)
@@ -156,20 +158,21 @@ def _path(wanted: Trajectory, end: float, tolerance: float, arm: tuple[float, ..
 
 
 def plugins_of(scenario: Scenario) -> tuple[str, str, str]:
-    """Names of backend, controller and solver."""
+    """Return the names of backend, controller and solver."""
     return scenario.simulation.backend, scenario.controller.type, scenario.solver.type
 
 
 @lru_cache
 def _version(name: str) -> str:
-    """Return the version of a distribution, read once: what is installed later is not what this process has loaded."""
+    """Return the version of a distribution, read once: this process does not use what is installed later."""
     return version(name)
 
 
 def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str]:
-    """Versions of everything that computes: cdpr, Python, our libraries, and what these plugins bring.
+    """Return the versions of cdpr, Python, our libraries and the requirements of these plugins.
 
-    Raises PluginError where a plugin is unknown or what it needs is not installed.
+    Raises:
+        PluginError: if a plugin is unknown or its requirements are not installed.
     """
     backend, controller, solver = plugins
     versions = {"cdpr": __version__, "kernels": kernels_version(), "python": platform.python_version()}
@@ -180,7 +183,7 @@ def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str
         found.get("solver", solver),
     ):
         if entry.missing:
-            entry.load()  # says what is missing and how to get it, before anything is written
+            entry.load()  # raises the remedy for a missing requirement before anything is written
         names |= set(entry.info.requires)
         if entry.distribution != "cdpr":
             versions[entry.distribution] = entry.version

@@ -1,4 +1,4 @@
-"""Whether a backend can move a robot on winches, and with this step."""
+"""Check of a backend and a step against the winches of a robot."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from cdpr.scenario import Scenario
 
 
 def check_cables(scenario: Scenario, backend: Registered) -> None:
-    """Refuse a backend that would take winches for ideal cables or pulleys for points, and a step that is too long.
+    """Reject a backend without support for the robot's winches or pulleys, and a step at which winches are unstable.
 
-    Too long is one with which the winches swing themselves up.
-
-    Raises PluginError and CdprError.
+    Raises:
+        PluginError: if the backend does not support the cables.
+        CdprError: if the step is too long.
     """
     robot, step = scenario.robot, scenario.simulation.physics_step
     declared = backend.properties(scenario.backend_options(backend.info.name))  # type: ignore[arg-type]

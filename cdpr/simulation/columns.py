@@ -1,4 +1,4 @@
-"""The columns of a run beyond those of every run: which there are, and who writes them."""
+"""Additional columns of a run: those of plugins and of optional features."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ from cdpr.scenario import Scenario
 
 
 def chosen_plugins(scenario: Scenario) -> dict[Role, Registered]:
-    """Return the plugins of a scenario, by role; PluginError where one is unknown."""
+    """Return the plugins of a scenario, by role.
+
+    Raises:
+        PluginError: if one is unknown.
+    """
     found = scenario.plugins
     return {
         "solver": found.get("solver", scenario.solver.type),
@@ -27,9 +31,10 @@ def chosen_plugins(scenario: Scenario) -> dict[Role, Registered]:
 
 
 def columns_of(scenario: Scenario) -> tuple[Column, ...]:
-    """Return what the rows of a run will hold beyond `cdpr.columns.FIRST`.
+    """Return the columns of a run's rows after `cdpr.columns.FIRST`.
 
-    Raises PluginError where columns of two plugins, or of one and ours, have one name, in the log or in an export.
+    Raises:
+        PluginError: if two columns have one name, in the log or in an export.
     """
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
@@ -50,8 +55,8 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
 
 
 def hand_out(layout: Layout, row: Array, plugins: Mapping[str, Backend | Controller | TensionSolver]) -> None:
-    """Give each plugin, by role, live views of the columns that are its own; made once, for the whole run."""
-    row[layout.added] = np.nan  # until somebody writes
+    """Give each plugin, by role, live views of its columns; made once for the whole run."""
+    row[layout.added] = np.nan  # default until a plugin writes
     for role, plugin in plugins.items():
         own = {column.name: row[layout.columns[column.name]] for column in layout.more if column.owner == role}
         if own:

@@ -1,4 +1,4 @@
-"""Ends a run at the first sample at which cables are nearer to something than its scenario allows."""
+"""End of a run at the first sample with a clearance below the limit of its scenario."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from cdpr.tension.acts import Act
 
 
 def keeping_distance(parts: Parts, events: Sequence[ScenarioEvent], guards: Sequence[Guard], state: Array) -> list[Act]:
-    """Return what looks at each sample; raises Touched.
+    """Return an observer of each sample, which raises Touched.
 
     Args:
-        parts: of the loop.
-        events: what happens in it; cables that break touch nothing any more.
-        guards: that stop it.
-        state: (13,) of the present sample, live.
+        parts: parts of the loop.
+        events: events of the loop; broken cables are ignored.
+        guards: guards that stop the run.
+        state: (13,) state of the present sample, live.
     """
     among = clearance(parts.robot, parts.obstacles)
     gone = np.full(parts.robot.m, math.inf)

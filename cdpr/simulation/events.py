@@ -1,4 +1,4 @@
-"""What is told of a run: what its scenario let happen, and what its rows show."""
+"""Events reported for a run: those of its scenario, and those found in its rows."""
 
 from __future__ import annotations
 
@@ -24,15 +24,18 @@ from cdpr.tension.status import Status
 if TYPE_CHECKING:
     from cdpr.mechanics.closest import Closest
 
-# More events than anyone reads: the rest is counted in the last one.
+# Nobody reads more events: the last one counts the rest.
 MOST = 200
 
 
 def tension_events(status: NDArray[np.generic], step: float, parts: Parts, refusal: str = "") -> list[Event]:
-    """One event for each uninterrupted span of samples with the same status that is not OK.
+    """Return one event for each uninterrupted span of samples with the same status other than OK.
 
-    `status` is (K,), `step` is the control period, s, for which a sample's tensions are held. The first of them tells
-    of the first `refusal` of an answer, as `cdpr.tension.stage.refusal` does.
+    Args:
+        status: (K,) status of each sample.
+        step: control period, s, for which the tensions of a sample are held.
+        parts: parts of the loop.
+        refusal: first rejection of a solver's answer, as `cdpr.tension.stage.refusal` returns it.
     """
     meaning = {kind: f"{text}; {FALLBACK.get(parts.policy, 'stopped')}" for kind, text in MEANING.items()}
     if parts.output == "command":
@@ -59,12 +62,12 @@ def tension_events(status: NDArray[np.generic], step: float, parts: Parts, refus
 
 
 def limit_events(exceeded: Sequence[Exceeded], header: Header) -> list[Event]:
-    """One event for each kind of limit that cables left."""
+    """Return one event for each kind of limit that cables exceeded."""
     return [Event(one.first * header.control_step, "limit", one.text(header.cables)) for one in exceeded]
 
 
 def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, Guard]]) -> list[Event]:
-    """One event for each uninterrupted span of samples in which cables were too near; of each guard, a level."""
+    """Return one event for each uninterrupted span of samples with too small clearance, by guard and level."""
     told = []
     for i, (event, guard) in enumerate(guarding):
         spans = closest.spans(i)
@@ -87,16 +90,16 @@ def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, Gua
 
 
 def marks(scheduled: Sequence[ScenarioEvent], step: float) -> list[int]:
-    """Return the samples whose rows `scheduled_events` needs."""
+    """Return the samples with rows that `scheduled_events` needs."""
     return [first_sample(event.time, step) for event in scheduled if event.wants_tensions]
 
 
 def scheduled_events(
     scheduled: Sequence[ScenarioEvent], samples: int, marked: Mapping[int, Array], header: Header
 ) -> list[Event]:
-    """Return the scenario's events that came to pass within so many samples, in the order in which they did.
+    """Return the scenario's events that happened within these samples, in order.
 
-    `marked` holds the rows of those that `marks` names, as far as they were made.
+    `marked` holds the computed rows of the samples that `marks` returns.
     """
     step, columns = header.control_step, header.layout.columns["tension"]
 

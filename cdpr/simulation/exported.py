@@ -1,4 +1,4 @@
-"""A scenario's controller and tension distribution as they go into an FMU or a real-time program."""
+"""Controller and tension distribution of a scenario for an FMU or a real-time program."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from cdpr.tension.stage import Asked, TensionStage
 
 
 def control_of(scenario: Scenario, motion: bool = False) -> Control:
-    """Return the controller and the tension distribution of a scenario, with the desired motion's start.
+    """Return the controller and the tension distribution of a scenario, with the initial desired motion.
 
     Args:
-        scenario: The scenario.
-        motion: Whether the program's last operation writes the desired motion, for the code around it to call.
+        scenario: scenario.
+        motion: True if the program's last operation writes the desired motion, for the calling code.
 
     Raises:
-        CdprError: Controller or solver has no compiled operation, or the scenario has something that exported FMUs do
-            not support: a nominal model, or winches of another FMU.
-        PluginError: A plugin is missing or broken.
+        CdprError: if controller or solver has no compiled operation, or the scenario has a feature that exported FMUs
+            do not support: a nominal model, or winches of another FMU.
+        PluginError: if a plugin is missing or broken.
     """
     if scenario.believed is not None:
         raise CdprError(
@@ -74,7 +74,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
 def _program(
     scenario: Scenario, controller: Controller, solver: TensionSolver | None, motion: bool
 ) -> tuple[Program, Mapping[str, Own]]:
-    """Return what a control step does, and the operations that are not of the kernel library."""
+    """Return the program of a control step, and the operations that are not in the kernel library."""
     robot = scenario.controlled
     state, desired, measured = np.zeros(13), np.zeros(19), np.zeros((2, robot.m))
     live = Present.of(robot.m)
@@ -115,7 +115,7 @@ def _stage(scenario: Scenario, solver: TensionSolver, live: Present) -> TensionS
     stage = TensionStage(
         scenario.controlled, Asked(solver.solve, name, respects, scenario.solver.infeasible, compiled), live
     )
-    stage.refusal = "not reported by FMUs"  # so that replacing a refused answer is the operation's own work
+    stage.refusal = "not reported by FMUs"  # the operation itself then replaces a rejected answer
     return stage
 
 
@@ -131,7 +131,7 @@ def _compiled(role: str, name: str, says: Callable[..., Any], does: Callable[...
 
 
 def _own_entry(role: str, plugin: Controller | TensionSolver, bound: Any, own: dict[str, Own]) -> str:
-    """Return the name of an operation that is not of the kernel library, and note its source; else ""."""
+    """Return the name of an operation that is not in the kernel library, and note its source; else ""."""
     if hasattr(bound, "given"):
         return ""
     if plugin.source is None:
@@ -144,7 +144,7 @@ def _own_entry(role: str, plugin: Controller | TensionSolver, bound: Any, own: d
 
 
 def _calls(acts: Sequence[Act], solver: TensionSolver | None, own: dict[str, Own]) -> list[Call]:
-    """Return the acts of a stage as calls."""
+    """Return the operations of a stage as calls."""
     calls = []
     for act in acts:
         vital = IGNORED if act.refused is None else ANSWER

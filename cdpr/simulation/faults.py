@@ -1,4 +1,4 @@
-"""States that cannot be true: their numbers, and what is told of them."""
+"""Messages for impossible states."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ FAULTS = {
     NO_LENGTH_BELIEVED: "a cable has no length where the controller believes its ends to be",
 }
 
-LENGTH_MIN = 1e-9  # m; the direction of a shorter cable is rounding
+LENGTH_MIN = 1e-9  # m; round-off dominates the direction of a shorter cable
 
-# A state that is not finite says nothing of where it came from. What a stage of the integrator saw is looked for on the
-# way on which the sample before moved, for two control periods: its acceleration may have led there sooner.
+# A state that is not finite gives no cause. The states of an integrator's stages are searched for on the motion of the
+# previous sample, for two control periods: the acceleration may have reached them sooner.
 AHEAD = np.linspace(0.0, 2.0, 201)
 
 
 def told(fault: int, robot: Robot, believed: Robot | None, state: Array, before: Array | None, period: float) -> str:
-    """Return what is wrong with a state (13,), and which cable is the cause, where one is.
+    """Return a message for a faulty state (13,), with the cable that causes it, if known.
 
-    `before` (13,) is the state at the sample before, a control `period` (s) ago, if there was one.
+    `before` (13,) is the state of the previous sample, a control `period` (s) earlier, if there was one.
     """
     if fault == NOT_FINITE and before is not None and np.isfinite(before).all():
         way = next(filter(None, (without_length(robot, _after(before, share * period)) for share in AHEAD)), "")
@@ -43,7 +43,7 @@ def told(fault: int, robot: Robot, believed: Robot | None, state: Array, before:
 
 
 def without_length(robot: Robot, state: Array) -> str:
-    """Tell which cables have no length at a state (13,), and why; "" where all have one."""
+    """Return a message for cables without length at a state (13,); "" if all have one."""
     tips = state[:3] + robot.anchors[:, 3:] @ matrix(state[3:7]).T
     found = ""
     for cable, tip in zip(robot.cables, tips, strict=True):
@@ -55,7 +55,7 @@ def without_length(robot: Robot, state: Array) -> str:
 
 
 def _after(state: Array, time: float) -> Array:
-    """A state (13,) as its velocities, kept for some time (s), move it."""
+    """Return the state (13,) after some time (s) with constant velocities."""
     moved = state.copy()
     moved[:3] += time * state[7:10]
     spin = float(np.linalg.norm(state[10:]))

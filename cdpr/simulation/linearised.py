@@ -1,4 +1,4 @@
-"""Slowest mode of a sampled closed loop, linearised numerically at a pose where the platform rests."""
+"""Slowest mode of a sampled closed loop, linearised numerically at a pose of rest."""
 
 from __future__ import annotations
 
@@ -26,16 +26,17 @@ TENSION = 1e-4  # of the highest tension limit
 
 
 def decay_rate(scenario: Scenario, pose: Array) -> float:
-    """Return the decay rate (1/s) of the slowest mode at a pose; negative for a mode that grows.
+    """Return the decay rate (1/s) of the slowest mode at a pose; negative for a growing mode.
 
-    The map of one control step is differentiated by central differences of the simulation itself: platform, drums and
-    commands after a step, as functions of the same before it. Its eigenvalues z belong to modes that grow with |z|.
+    Central differences of the simulation give the derivative of one control step: a map of platform, drums and
+    commands. A mode with the eigenvalue z grows if |z| > 1.
 
     Args:
-        scenario: with cables on winches, on a backend that keeps them in `winches`.
-        pose: (7,) position and attitude, which must be held: m; w, x, y, z.
+        scenario: scenario with cables on winches, on a backend with the attribute `winches`.
+        pose: (7,) position and attitude at rest, m; w, x, y, z.
 
-    Raises SimulationStopped where the loop stops at this pose.
+    Raises:
+        SimulationStopped: if the loop stops at this pose.
     """
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
     held = scenario.with_changes({"trajectory": {"type": Hold().type}, "initial": rest})
@@ -83,7 +84,7 @@ class _Step:
         return np.asarray(np.array(columns).T[self._moving] / (2.0 * sizes[:, None]))
 
     def _after(self, i: int, size: float) -> Array:
-        """Return platform, drums and commands a step after coordinate i was changed."""
+        """Return platform, drums and commands one step after a change of coordinate i."""
         self._loop.restore(self._start)
         self._loop.decide()
         self._change(i, size)

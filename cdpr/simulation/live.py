@@ -1,4 +1,4 @@
-"""What may be done to a simulation between two steps: each is an event of its scenario from then on."""
+"""Live events: changes of a simulation between two steps, recorded as events of its scenario."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Cable = str | int
 
 
 class Alone:
-    """Keeps `lock` for a `with` statement; CdprError, saying `what` was asked for, where somebody has it."""
+    """Context manager that holds `lock`; it raises CdprError, naming the request `what`, if the lock is taken."""
 
     __slots__ = ("_lock", "_what")
 
@@ -50,11 +50,11 @@ class Alone:
 
 
 class Interventions(ABC):
-    """Does to a simulation what events of a scenario do, at its present time, and keeps it as such events.
+    """Live events of a simulation, at its present time.
 
-    All raise CdprError, and nothing has happened, where a scenario could not hold such an event: what is unknown, out
-    of range, no more possible (a cable that broke), would make a later event of the scenario impossible, or cannot
-    happen to this plant. What begins with the present sample acts from the next step on.
+    Each method raises CdprError, without any effect, if a scenario could not contain the event: an unknown or invalid
+    value, an impossible event (a cable that is already broken), an event that makes a later one impossible, or an event
+    that the plant does not support. An event at the present sample takes effect in the next step.
     """
 
     _attempt: Attempt
@@ -62,15 +62,15 @@ class Interventions(ABC):
 
     @abstractmethod
     def _alone(self, what: str) -> AbstractContextManager[None]:
-        """Refuse what comes in the midst of something else."""
+        """Reject a call during another one."""
 
     @abstractmethod
     def _ready(self, *, also_done: bool = False) -> None:
-        """Refuse what comes after the end."""
+        """Reject a call after the end."""
 
     @abstractmethod
     def _kept(self) -> AbstractContextManager[None]:
-        """Whatever ends it, end the run with it."""
+        """End the run with any exception of the block."""
 
     def push(
         self,
@@ -79,20 +79,21 @@ class Interventions(ABC):
         *,
         duration: float | None = None,
     ) -> Wrench:
-        """Let a wrench act on the platform from now on, beside those that do.
+        """Add a wrench on the platform from now on.
 
         Args:
             force: (3,) N, at the platform's origin, world axes.
             moment: (3,) N m, likewise.
-            duration: how long, s, at least a control step; until it is released unless given.
+            duration: duration, s, at least a control step; by default until `release`.
 
-        Returns what `release` takes.
+        Returns:
+            Handle for `release`.
         """
         keys = {"force": _vector(force, "push: force"), "moment": _vector(moment, "push: moment")}
         return self._do("push", Wrench, {**keys, "duration": duration})
 
     def release(self, push: Wrench) -> None:
-        """End what `push` returned, now."""
+        """End a wrench that `push` returned, now."""
         with self._alone("release"):
             self._ready()
             session, loop = self._attempt.session, self._loop
@@ -112,17 +113,17 @@ class Interventions(ABC):
         limits: Mapping[str, float] | None = None,
         angular_limits: Mapping[str, float] | None = None,
     ) -> Target:
-        """Let the desired motion leave what it was going to do, and go to another pose and stay there.
+        """Replace the desired motion from now on by a move to another pose, and stay there.
 
-        One quintic from the present desired state, whose velocity and acceleration go on without a jump.
+        The move is one quintic from the present desired state, without a jump of velocity or acceleration.
 
         Args:
-            position: (3,) m, world; where the motion is now unless given.
-            orientation: (4,) quaternion w, x, y, z, or a mapping as in a scenario, such as {"rpy": [0, 0, 0.1]}; that
-                of the motion now unless given.
-            duration: of the move, s; or else
-            limits: {"velocity": m/s, "acceleration": m/s^2, "jerk": m/s^3}; the move is as short as they allow.
-            angular_limits: likewise, in rad, needed with limits where the attitude changes.
+            position: (3,) m, world; by default the present one of the motion.
+            orientation: (4,) quaternion w, x, y, z, or a mapping as in a scenario, such as {"rpy": [0, 0, 0.1]}; by
+                default the present one of the motion.
+            duration: duration of the move, s; alternative to `limits`.
+            limits: {"velocity": m/s, "acceleration": m/s^2, "jerk": m/s^3}; the move is as short as these allow.
+            angular_limits: likewise, in rad, required with `limits` if the attitude changes.
         """
         attitude = orientation
         if orientation is not None and not isinstance(orientation, Mapping):
@@ -135,34 +136,37 @@ class Interventions(ABC):
         return self._do("target", Target, {**keys, **fast})
 
     def cut(self, cable: Cable, *, detected_after: float | None = None) -> CableBreak:
-        """Break a cable, given by its name or its number from 1; the distribution knows `detected_after` s later."""
+        """Break a cable, given by name or number from 1; the distribution detects it `detected_after` s later."""
         return self._do("cut", CableBreak, {"cable": cable, "detected_after": detected_after})
 
     def jam(self, cable: Cable, *, detected_after: float | None = None) -> CableJam:
-        """Freeze a cable's tension at that of the last sample; arguments as for `cut`."""
+        """Freeze a cable's tension at its value in the last sample; arguments as for `cut`."""
         return self._do("jam", CableJam, {"cable": cable, "detected_after": detected_after})
 
     def limits(
         self, min: float | None = None, max: float | None = None, *, cable: Cable | None = None
     ) -> TensionLimits:
-        """Change the tension limits, N, of one cable or of all; one that is not given stays."""
+        """Change the tension limits, N, of one cable or of all; an omitted limit stays."""
         return self._do("limits", TensionLimits, {"min": min, "max": max, "cable": cable})
 
     def stop(self, category: int | None = None, *, stopping_time: float | None = None) -> EmergencyStop:
-        """Stop the robot, as the event `emergency_stop` does: by category 2 within 0.5 s unless said."""
+        """Stop the robot like the event `emergency_stop`: by default category 2 within 0.5 s."""
         return self._do("stop", EmergencyStop, {"category": category, "stopping_time": stopping_time})
 
     def set(self, key: str, value: Any) -> SetOption:
-        """Give an option of controller or solver, such as `controller.kp`, another value, if its plugin lets it."""
+        """Change an option of controller or solver, such as `controller.kp`, if its plugin allows it."""
         return self._do("set", SetOption, {"key": key, "value": value})
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a scenario that repeats what has happened so far, to the bit; at any time, also after the end.
+        """Write a scenario that repeats the simulation up to now, with the same bits.
 
-        It holds the robot and all that was done as events, and lasts until the last complete sample. What was given by
-        `wrench=` and `tension=` goes to NAME_outside.csv beside it. A file of the name `path` is written over, but not
-        the scenario that is simulated; a NAME_outside.csv only where that file names it, as one that was saved does.
-        Raises OutputError where it cannot be written.
+        This is possible at any time, also after the end. The scenario contains the robot and all live events, and ends
+        at the last complete sample. Commands by `wrench=` and `tension=` go to NAME_outside.csv beside it. An existing
+        file `path` is overwritten, except the simulated scenario. An existing NAME_outside.csv is overwritten only if
+        that file refers to it, as saved scenarios do.
+
+        Raises:
+            OutputError: if it cannot be written.
         """
         if not isinstance(path, str | os.PathLike) or not is_name(path):
             raise CdprError(f"save: the name of a file is expected, got {path!r}")
@@ -170,7 +174,7 @@ class Interventions(ABC):
             self._attempt.session.save(Path(path), self._attempt.samples)
 
     def _do(self, title: str, kind: type[E], keys: Mapping[str, Any]) -> E:
-        """Let an event happen now."""
+        """Apply an event now."""
         with self._alone(title):
             self._ready()
             attempt = self._attempt
@@ -183,7 +187,7 @@ class Interventions(ABC):
                 try:
                     attempt.revise()
                     self._loop.join(event)
-                except CdprError as error:  # as where a plugin refuses an option: it has changed nothing
+                except CdprError as error:  # without any effect, as if a plugin rejected an option
                     failed, session.live = error, before
                     attempt.revise()
             if failed is not None:

@@ -1,4 +1,4 @@
-"""The loop: state, desired, wrench, tension, one row, one step of the plant; again."""
+"""Control loop: state, desired motion, wrench, tension, one row, one step of the plant; repeat."""
 
 from __future__ import annotations
 
@@ -35,27 +35,27 @@ from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
 
-# A call of the compiled loop takes at most about so long: an interrupt waits for its end.
+# Longest duration of a call of the compiled loop: interrupts wait for its end.
 BRIEF = 0.02  # s
 
-# After these a solver need not have written any tensions.
+# With these statuses a solver need not have written tensions.
 ANSWERS = (Status.OK, Status.INFEASIBLE, Status.UNSUPPORTED)
 
 
 class Loop:
-    """A closed loop, ready to run.
+    """Closed loop, ready to run.
 
     Args:
-        parts: what it is made of.
-        record: keeps the commands from outside.
+        parts: parts of the loop.
+        record: record of external commands.
 
     Attributes:
-        parts: what it is made of.
-        program: its steps.
-        stage: what distributes the controller's wrench, or checks its commands.
-        advancing: the acts that take the plant to the next sample.
-        row: the present sample, columns as `cdpr.log.layout` says; the parts work on views of it.
-        out: where the controller writes: the wrench (6,) or the commands (m,).
+        parts: parts of the loop.
+        program: pipeline of a step.
+        stage: distribution of the controller's wrench, or check of its commands.
+        advancing: operations that take the plant to the next sample.
+        row: present sample, columns as `cdpr.log.layout` defines; the parts work on views of it.
+        out: output of the controller: the wrench (6,) or the commands (m,).
         outside: commands that replace the answers of controller or solver.
     """
 
@@ -66,7 +66,7 @@ class Loop:
         self.layout, self.row = present.layout, present.row
         self.state, self.desired = present.state, present.desired
         self.wrench, self.tension, self.W = present.live.wrench, present.live.tension, present.live.W
-        # What the controller sees of them it cannot change.
+        # The controller cannot change its inputs.
         self.given_state, self.given_desired = read_only(self.state), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
         self.stage = self.stage_of(parts.output)
@@ -74,25 +74,28 @@ class Loop:
         loads = Loads(present.view("external"), parts.backend.external)
         self.schedule = Schedule(parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings)
         self._memory = Memory(parts, present, self.stage, self.schedule)
-        # What looks at the plant, and what does so at first: made once, for the geometry of pulleys takes its time.
+        # Operations that observe the plant, and the first such: made once, because the geometry of pulleys is
+        # expensive.
         self._looking, self._looking_first = (present.looking(h, self._check) for h in (parts.control_step, 0.0))
         self._plan()
 
     @property
     def count(self) -> int:
-        """How many samples are complete."""
+        """Return the number of complete samples."""
         return self.program.count
 
     @property
     def time(self) -> float:
-        """Of the sample that is looked at, s."""
+        """Return the time of the present sample, s."""
         return self.program.time
 
     def warm_up(self, start: Array) -> None:
-        """Call every part once and put all back to `start` (13,).
+        """Call every part once and reset all of them to `start` (13,).
 
-        What a first call costs, such as loading from disk, is then over before a clock runs. Raises PluginError where
-        controller or solver write nothing.
+        Costs of first calls, such as loading files, then do not count as run time.
+
+        Raises:
+            PluginError: if controller or solver writes nothing.
         """
         parts = self.parts
         try:
@@ -109,9 +112,9 @@ class Loop:
         except BackendDied:
             raise  # it would only die again, or hang as long again
         except SimulationStopped:
-            pass  # the run itself will say so, at its proper time
+            pass  # the run itself reports this at its time
         self.row[:] = 0.0
-        self.row[self.layout.added] = np.nan  # until somebody writes
+        self.row[self.layout.added] = np.nan  # until a part writes
         self.stage.forget()
         self.stage.refusal = ""
         parts.controller.reset()
@@ -134,12 +137,14 @@ class Loop:
             )
 
     def begin(self, rows: Array, last: int) -> None:
-        """Look at sample 0, at the backend's present state; from then on `decide` and `advance` make a step.
+        """Observe sample 0, at the backend's present state; then `decide` and `advance` make a step.
 
-        `decide` completes sample `count`, which goes into `rows[count % len(rows)]`; `advance` takes the plant to the
-        next and looks: at its state, at what happens, at what is desired. `last` is the number of the last sample;
-        where there are fewer rows, their number is a multiple of 256. Both raise SimulationStopped; a sample that tells
-        why there are no tensions is complete all the same.
+        `decide` completes sample `count`, which goes into `rows[count % len(rows)]`. `advance` takes the plant to the
+        next sample and updates state, events and desired motion. `last` is the number of the last sample; with fewer
+        rows, their number is a multiple of 256.
+
+        Raises:
+            SimulationStopped: by both; a sample without valid tensions is complete all the same.
         """
         self.write_to(rows)
         self.last = last
@@ -153,30 +158,30 @@ class Loop:
         self.sample(0.0)
 
     def revise(self, events: Sequence[ScenarioEvent], motion: Trajectory) -> None:
-        """Go on with these events and the motion as they make it; what has happened is not done again."""
+        """Replace events and motion; past events are not repeated."""
         self.parts = replace(self.parts, events=tuple(events), trajectory=motion)
         self.sample = motion.sampler(self.desired)
         self.schedule.plan(events)
         self._plan(self.program)
 
     def join(self, event: ScenarioEvent) -> None:
-        """Let happen what an event, of which `revise` knows, does at the present sample, which is not yet decided."""
+        """Apply an event, already added by `revise`, at the present sample before its decision."""
         self.schedule.join(event, self.count)
         self.push()
         self._refresh()
         self.sample(self.time)
 
     def push(self) -> None:
-        """Let the external wrench of the present sample be what the events say."""
+        """Update the external wrench of the present sample from the events."""
         self.program.due = self.schedule.push(self.count)
 
     def write_to(self, rows: Array) -> None:
-        """Put the samples into `rows` from now on."""
+        """Write the samples into `rows` from now on."""
         for program in self._programs():
             program.rows = rows
 
     def decide(self, given: Program | None = None) -> None:
-        """Complete the sample that is looked at; by the program of a command from outside, if given."""
+        """Complete the present sample; with the pipeline of an external command, if given."""
         if given is None and self._playback is not None:
             given = self._playback.at(self.count)
         if given is None:
@@ -188,7 +193,7 @@ class Loop:
                 self.program.stand()
 
     def advance(self) -> None:
-        """Take the plant to the next sample, and look at that."""
+        """Take the plant to the next sample, and observe it."""
         self.program.look(self.count)
 
     def run(
@@ -200,12 +205,14 @@ class Loop:
         real_time: bool = False,
         block: int = BLOCK,
     ) -> int:
-        """Fill `rows` (steps + 1, width) from the backend's present state; return the number of samples made.
+        """Fill `rows` (steps + 1, width) from the backend's present state; return the number of complete samples.
 
-        Fewer rows, a multiple of 256, are filled again and again, where `steps` says how many there are to make.
-        `flush`, `real_time` and `block` are those of a `Pace`; `flush` may end the run by raising SimulationStopped.
-        Raises that, with the time in its text, where the run stops early; `count` then tells how many samples are
-        complete.
+        Fewer rows, a multiple of 256, are filled repeatedly; `steps` is then the number of control steps. `flush`,
+        `real_time` and `block` are those of a `Pace`; `flush` may end the run by raising SimulationStopped.
+
+        Raises:
+            SimulationStopped: if the run stops early; its text contains the time, and `count` is the number of complete
+                samples.
         """
         pace = Pace(flush, real_time, block)
         with self.timed():
@@ -216,7 +223,7 @@ class Loop:
         return self.count
 
     def go(self, k: int, pace: Pace, given: Program | None = None) -> None:
-        """Complete the samples before sample k, and look at that; raises as `run`. `given` as for `decide`."""
+        """Complete the samples before sample k, and observe that one; errors as for `run`, `given` as for `decide`."""
         program, most = given or self.program, 1
         try:
             while (count := program.count) < k:
@@ -231,12 +238,12 @@ class Loop:
                     most = min(2 * most, pace.block) if monotonic() - start < BRIEF else max(most // 2, 1)
                 if program.count >= pace.count or monotonic() > pace.due:
                     pace.after(program.count, program.time)
-        except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs as much as a step that is alone
+        except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs as much as a single step
             raise self._dated(stop) from stop
 
     @contextmanager
     def timed(self) -> Iterator[None]:
-        """Put the time before what ends a run."""
+        """Add the time to an error that ends a run."""
         try:
             yield
         except (SimulationStopped, PluginError) as stop:
@@ -250,33 +257,38 @@ class Loop:
         yield from self.outside.programs
 
     def snapshot(self) -> Moment:
-        """Return all that the samples after the present one depend on, to be taken between them.
+        """Return a snapshot of the loop, taken between two samples.
 
-        Raises PluginError where a part of the loop cannot take one.
+        Raises:
+            PluginError: if a part does not support it.
         """
         return self._memory.take(self.program.place)
 
     @property
     def memory(self) -> tuple[Array, ...] | None:
-        """The arrays that its steps change and need, the row first; None where there is more, such as in a part.
+        """Return the arrays that steps change and need, the row first; None if a part has other state.
 
-        What events change is not among them.
+        Changes by events are not included.
         """
         return None if self._playback is not None else self._memory.arrays
 
     def restore(self, snapshot: Moment) -> None:
-        """Go back to a snapshot of this loop: what follows is the same to the bit. Raises PluginError likewise."""
+        """Restore a snapshot of this loop; the following samples have the same bits.
+
+        Raises:
+            PluginError: if a part does not support it.
+        """
         self._memory.put_back(snapshot)
         self.program.place = snapshot.place
         self._refresh()
 
     def close(self) -> None:
-        """Let go of all that it is made of: its acts hold it as it holds them, and many are made one after another."""
+        """Release all parts: operations and loop refer to each other, and many loops are made one after another."""
         vars(self.program).clear()
         vars(self).clear()
 
     def stage_of(self, output: Output) -> TensionStage | CommandStage:
-        """Make what takes the output of a controller; all share the cables."""
+        """Return the stage for the output of a controller; all stages share the cables."""
         parts = self.parts
         if output == "command":
             return CommandStage(parts.controlled, parts.policy, self.present.live, self.present.cables)
@@ -287,15 +299,15 @@ class Loop:
         return TensionStage(parts.controlled, asked, self.present.live, self.present.cables)
 
     def written(self, stage: TensionStage | CommandStage) -> Array:
-        """What is written for a stage: commands (m,) or the wrench (6,)."""
+        """Return the input of a stage: commands (m,) or the wrench (6,)."""
         return stage.command if isinstance(stage, CommandStage) else self.wrench
 
     def through(self, stage: TensionStage | CommandStage) -> list[Act]:
-        """What completes a sample, given what is written for the stage."""
+        """Return the operations that complete a sample from the input of the stage."""
         return self.present.completing(self.schedule.through(stage), self.parts.events)
 
     def _plan(self, before: Program | None = None) -> None:
-        """Make the program of a step; it goes on where the one `before` is."""
+        """Make the pipeline of a step; it continues at the position of `before`."""
         parts, backend, controller = self.parts, self.parts.backend, self.parts.controller
         given = self.given_state, self.given_desired, self.out
         known = isinstance(controller, Controller) and speaks_for(controller.compiled, controller.control)
@@ -332,12 +344,12 @@ class Loop:
         raise Diverged(f"the controller's {self.parts.output} is not finite: [{values}]; smaller gains may help")
 
     def _happen(self) -> None:
-        """Let happen what is due at the sample that is looked at."""
+        """Apply the events that are due at the present sample."""
         self.program.due = self.schedule.act(self.count)
         self._refresh()
 
     def _refresh(self) -> None:
-        """Ask all acts whether they are done from now on."""
+        """Update for all operations whether they run from now on."""
         for program in self._programs():
             program.refresh()
 

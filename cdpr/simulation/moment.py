@@ -1,4 +1,4 @@
-"""All that the future of a loop depends on, between two samples."""
+"""Complete state of a loop between two samples."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cdpr.tension.stage import TensionStage
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """Copy of all that the future of a loop depends on."""
+    """Copy of the complete state of a loop."""
 
     place: tuple[int, int, float, int]  # as `Program.place`
     live: Saved
@@ -35,7 +35,7 @@ class Moment:
 
 
 class Memory:
-    """Parts and arrays of a loop that its future depends on."""
+    """Parts and arrays of a loop that determine its future."""
 
     def __init__(self, parts: Parts, present: Sample, stage: TensionStage | CommandStage, schedule: Schedule) -> None:
         backend = parts.backend
@@ -44,20 +44,28 @@ class Memory:
         self._live = (present.row, present.live.W, present.true_W, backend.command, backend.external)
 
     def take(self, place: tuple[int, int, float, int]) -> Moment:
-        """Return a copy; PluginError where a part cannot make one."""
+        """Return a copy.
+
+        Raises:
+            PluginError: if a part does not support it.
+        """
         return Moment(place, save(self._live), [owner.snapshot() for owner in self._owners])
 
     def put_back(self, moment: Moment) -> None:
-        """Go back to a copy; PluginError likewise."""
+        """Restore a copy.
+
+        Raises:
+            PluginError: if a part does not support it.
+        """
         for owner, taken in zip(self._owners, moment.own, strict=True):
             owner.restore(taken)
         put_back(moment.live, self._live)
 
     @property
     def arrays(self) -> tuple[Array, ...] | None:
-        """The arrays that steps change and need, the row first; None where a part keeps more than arrays.
+        """Return the arrays that steps change and need, the row first; None if a part has other state.
 
-        What events change is not among them.
+        Changes by events are not included.
         """
         backend, controller, solver = self._parts.backend, self._parts.controller, self._parts.solver
         plain = isinstance(solver, TensionSolver) and type(solver).snapshot is TensionSolver.snapshot

@@ -18,12 +18,12 @@ ANGULAR_SPEED_MAX = 1e4  # rad/s
 
 
 def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
-    """What bounds the platform's accelerations, (7,), for `observe`.
+    """Return the bounds of the platform's accelerations, (7,), for `observe`.
 
-    1 / mass; |gravity|; distance of the centre of mass from the origin; largest distance at which a cable or a wrench
-    at the origin acts from the centre of mass; 1 / smallest principal moment; largest ratio of the gyroscopic
-    angular acceleration to the squared angular speed; 1 where the force that holds the origin turns the platform, as
-    that of a pendulum, else 0.
+    They are: 1 / mass; |gravity|; distance of the centre of mass from the origin; largest lever arm of a cable, or of a
+    wrench at the origin, about the centre of mass; 1 / smallest principal moment; largest ratio of the gyroscopic
+    angular acceleration to the squared angular speed; 1 if the force that holds the origin turns the platform, as in a
+    pendulum, else 0.
     """
     platform = robot.platform
     moments = np.linalg.eigvalsh(platform.inertia)
@@ -37,24 +37,24 @@ def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
 
 
 class Body(NamedTuple):
-    """What moves, of a robot with m cables."""
+    """Constants of the moving body of a robot with m cables."""
 
     lines: Array  # as of `cdpr.cables.tables.line_table`
     inertial: Array  # (13,), as `Robot.inertial`
     gravity: Array  # (3,), m/s^2
-    bounds: Array  # (7,), as `acceleration_bounds` says
+    bounds: Array  # (7,), as `acceleration_bounds` returns
 
 
 class Shown(NamedTuple):
-    """What a backend shows, live."""
+    """Live outputs of a backend."""
 
     state: Array  # (13,)
-    external: Array  # (6,), what acted in the control period before, N and N m
-    highest: Array  # (m,), N, no tension was above it; with ideal cables it is what they had
+    external: Array  # (6,), wrench in the last control period, N and N m
+    highest: Array  # (m,), N, upper bound of each tension; with ideal cables the tension itself
 
 
 class Seen(NamedTuple):
-    """What is computed from it, in the present sample."""
+    """Quantities computed from these, in the present sample."""
 
     state: Array  # (13,)
     matrix: Array  # (6, m), wrench matrix
@@ -64,11 +64,11 @@ class Seen(NamedTuple):
 
 
 def observing(body: Body, shown: Shown, seen: Seen, period: float) -> Callable[[], int]:
-    """Return a bound operation that writes what is `seen` of the plant, and returns 0 or a key of FAULTS.
+    """Return a bound operation that writes `seen`, and returns 0 or a key of FAULTS.
 
-    State and lengths in it are before those of one control `period` (s) ago; where there is a fault, they and the
-    energies stay as they were. A tension that is held does exactly tension times shortening; a period of 0 sets the
-    works to 0.
+    Before the call, state and lengths in `seen` are those of one control `period` (s) earlier. After a fault they and
+    the energies are unchanged. The work of a held tension is exactly tension times shortening; a period of 0 resets the
+    works.
     """
     return bind(
         "observe",

@@ -1,4 +1,4 @@
-"""Wrenches and tensions from outside, which replace the answers of controller or solver."""
+"""External wrenches and tensions, which replace the answers of controller or solver."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from cdpr.tension.stage import TensionStage
 
 Stage = TensionStage | CommandStage
 
-GIVEN = b"\0"  # position of what a caller gives among the arrays of `record_command`
+GIVEN = b"\0"  # position of the caller's values among the arrays of `record_command`
 
 
 class ClosedLoop(Protocol):
-    """Loop whose controller or solver is replaced."""
+    """Loop with an external command in place of its controller or solver."""
 
     parts: Parts
     program: Program
@@ -39,21 +39,21 @@ class ClosedLoop(Protocol):
         """Make a stage for such an output."""
 
     def written(self, stage: Stage) -> Array:
-        """Return where the stage reads its input."""
+        """Return the input of the stage."""
 
     def through(self, stage: Stage) -> list[Act]:
-        """Return the acts that complete a sample by the stage."""
+        """Return the operations that complete a sample by the stage."""
 
 
 class Command:
-    """Command from outside.
+    """External command.
 
     Attributes:
-        kind: its name.
-        values: (6,) wrench in N and N m, or (m,) tensions in N; the program reads them here.
-        stage: distributes the wrench, or checks the tensions.
+        kind: name of the command.
+        values: (6,) wrench in N and N m, or (m,) tensions in N; the pipeline reads them here.
+        stage: distribution of the wrench, or check of the tensions.
         program: steps in which they replace the answer.
-        take: checks and copies values, and records that they replace the answer in so many `steps`.
+        take: operation that checks and copies values, and records them for a number of `steps`.
     """
 
     __slots__ = ("_record", "_steps", "kind", "program", "stage", "steps", "take", "values")
@@ -71,7 +71,11 @@ class Command:
         self.steps = self._steps[0] = steps
 
     def take_checked(self, values: ArrayLike) -> None:
-        """Take values of any type; CdprError where they are not finite numbers in the right shape."""
+        """Accept values of any type.
+
+        Raises:
+            CdprError: if they are not finite numbers of the right shape.
+        """
         found = checked(values, self.values.shape, self.kind, finite=True)
         if self.take(GIVEN, found):
             self._record.complete()
@@ -79,22 +83,23 @@ class Command:
 
 
 class Outside:
-    """Programs of a loop for commands from outside; each is made at its first use."""
+    """Pipelines of a loop for external commands; each is made at its first use."""
 
     def __init__(self, loop: ClosedLoop, record: Record) -> None:
         self._loop, self._record = loop, record
         self._made: dict[tuple[Kind, bool], Command] = {}
-        self._last: Command | None = None  # given after the first sample
+        self._last: Command | None = None  # for commands after the first sample
 
     @property
     def programs(self) -> Iterator[Program]:
-        """All programs made so far."""
+        """Return all pipelines made so far."""
         return (command.program for command in self._made.values())
 
     def give(self, kind: Kind, values: ArrayLike, steps: int) -> Program:
-        """Return the program in which a wrench (6,) or tensions (m,) replace the answer; they are copied.
+        """Return the pipeline with this wrench (6,) or these tensions (m,), copied and recorded for `steps`.
 
-        It is recorded for so many steps. Raises CdprError where they are not finite numbers in that shape.
+        Raises:
+            CdprError: if the values are not finite numbers of that shape.
         """
         command = self._last
         if command is None or command.kind != kind:
@@ -123,7 +128,8 @@ class Outside:
     def _make(self, kind: Kind, first: bool) -> Command:
         """Return a command for the first sample or for later ones.
 
-        A stage of its own takes the tensions of the sample before for its answer, and the loop's stage then takes its.
+        Its own stage takes the previous tensions as its last answer, and the loop's stage afterwards takes those of the
+        command.
         """
         loop, stage = self._loop, self._stage(kind)
         out = loop.written(stage)
@@ -143,5 +149,5 @@ class Outside:
         return made[0] if made else self._loop.stage_of(output)
 
     def _following(self, stage: Stage) -> list[Act]:
-        """Let a stage take the present tensions, which another one chose, for its answer of the step before."""
+        """Make a stage take the present tensions, chosen by another one, as its last answer."""
         return [Act("command", bind("copy", source=self._loop.tension, target=answer)) for answer in stage.arrays]

@@ -1,4 +1,4 @@
-"""When rows go to the log, and when a run in real time waits."""
+"""Times at which rows go to the log, and at which a real-time run waits."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from cdpr.log.recorder import BLOCK, BLOCK_SECONDS
 
 
 class Pace:
-    """What comes between two samples.
+    """Actions between two samples.
 
-    `flush(k)` is called when the first k samples are complete, every 256 of them or half second of wall time. In real
-    time each sample waits for the clock, which starts now.
+    `flush(k)` is called when the first k samples are complete, every 256 samples or half second of wall time. In real
+    time, each sample waits for the clock, which starts at construction.
 
     Args:
-        flush: as said.
-        real_time: whether samples wait.
-        block: so many samples, where 256 are too few: what looks at them takes its time.
+        flush: callback, as above.
+        real_time: True if samples wait.
+        block: number of samples between calls, if 256 are too few for an expensive callback.
 
     Attributes:
         block: likewise.
-        count: with so many samples complete something is due.
-        due: likewise, at this time of the clock, s.
+        count: number of complete samples at which an action is due.
+        due: time of the clock at which an action is due, s.
     """
 
     def __init__(self, flush: Callable[[int], None], real_time: bool = False, block: int = BLOCK) -> None:
@@ -33,7 +33,7 @@ class Pace:
         self.count, self.due = (0, 0.0) if real_time else (self._block, self._second)
 
     def after(self, k: int, time: float) -> None:
-        """Do what is due with k samples complete, before the one at `time` (s)."""
+        """Do the actions due with k complete samples, before the one at `time` (s)."""
         if k >= self._block or monotonic() > self._second:
             self._flush(k)
             self._block, self._second = k - k % self.block + self.block, monotonic() + BLOCK_SECONDS

@@ -1,4 +1,4 @@
-"""What a closed loop is made of."""
+"""Parts of a closed loop."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from cdpr.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """What a closed loop is made of."""
+    """Parts of a closed loop."""
 
     robot: Robot
-    controlled: Robot  # as the distribution knows it: its dof are the directions in which it has to balance the wrench
+    controlled: Robot  # nominal robot of the distribution: its dof are the directions to balance
     trajectory: Trajectory
     controller: Controller
     solver: TensionSolver
@@ -32,14 +32,12 @@ class Parts:
     backend: Backend
     control_step: float  # s
     substeps: int  # physics steps in a control step
-    output: Output = "wrench"  # what the controller puts out
-    events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
-    limits: Literal["warn", "stop"] = "warn"  # where a cable leaves its length or speed_max
+    output: Output = "wrench"  # output of the controller
+    events: tuple[ScenarioEvent, ...] = ()  # events of the run
+    limits: Literal["warn", "stop"] = "warn"  # reaction to a cable that exceeds its length or speed_max
     ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
-    columns: tuple[Column, ...] = LATER  # what a row holds beyond `cdpr.columns.FIRST`
+    columns: tuple[Column, ...] = LATER  # additional columns of a row, after `cdpr.columns.FIRST`
     settings: Settings | None = None  # options that may change
-    obstacles: tuple[Obstacle, ...] = ()  # what cables may touch beside each other and their platform
-    live: frozenset[Role] = (
-        frozenset()
-    )  # of whom nothing is tried before the run: what they do is not undone by a reset
-    believed: Robot | None = None  # as controller and solver know it, where that is not the robot
+    obstacles: tuple[Obstacle, ...] = ()  # obstacles of the cables other than each other and their platform
+    live: frozenset[Role] = frozenset()  # parts without a warm-up: a reset would not undo its effects
+    believed: Robot | None = None  # nominal robot of controller and solver, if it differs from the robot

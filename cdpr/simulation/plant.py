@@ -1,4 +1,4 @@
-"""Operations that take the plant of a loop a control step further, and check its clock."""
+"""Operations that advance the plant of a loop by a control step, and check its clock."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cdpr.plugins import Backend
 from cdpr.plugins.compiled import speaks_for
 from cdpr.tension.acts import Act
 
-MOST_SUBSTEPS = 100  # of which each has acts of its own
+MOST_SUBSTEPS = 100  # each with its own operations
 
 
 def moving(backend: Backend, substeps: int) -> list[Act]:
-    """Return the acts of the backend's physics steps in one control step."""
+    """Return the operations of the backend's physics steps in one control step."""
     known = substeps <= MOST_SUBSTEPS and isinstance(backend, Backend) and speaks_for(backend.acts, backend.step)
     acts = backend.acts(substeps) if known else None
     if not acts:
@@ -25,7 +25,7 @@ def moving(backend: Backend, substeps: int) -> list[Act]:
 
 
 def clock_acts(backend: Backend) -> tuple[list[Act], list[Act]]:
-    """Return the acts that read an engine's clock, and those that compare it with the time; none without a clock."""
+    """Return the operations that read an engine's clock and compare it with the time; none without a clock."""
     if backend.engine_time() is None:
         return [], []
     clock = np.zeros(1)  # s

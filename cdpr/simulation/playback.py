@@ -1,4 +1,4 @@
-"""What events give in place of the answers of controller or solver, sample by sample."""
+"""Playback of a scenario's external commands, sample by sample."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Chosen = Callable[[Kind], Command]
 
 
 class Playback:
-    """Finds what is given at a sample; `command` returns what replaces the answer."""
+    """Recorded commands by sample; `command` returns the replacement of the answer."""
 
     def __init__(self, events: Sequence[ScenarioEvent], step: float, command: Chosen) -> None:
         spans = overlay([], [])
@@ -27,7 +27,7 @@ class Playback:
         return bool(self._spans)
 
     def at(self, k: int) -> Program | None:
-        """Return the program that decides sample k; None where that is left to the controller."""
+        """Return the pipeline for sample k; None if the controller decides it."""
         i = bisect_right(self._spans, k, key=lambda row: row[0]) - 1
         if i < 0 or k >= self._spans[i][1]:
             return None

@@ -1,4 +1,4 @@
-"""What a robot is at a pose, and what a scenario's motion asks of it, followed without simulating it: in figures."""
+"""Figures of a robot at a pose and of a scenario's motion, computed without a simulation."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from cdpr.simulation.loads import Loads
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.stage import Solve, TensionStage
 
-MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
-WITHIN = 100  # of an event that lasts
+MOST_SAMPLES = 2000  # samples of a motion: they find its peaks to a millionth
+WITHIN = 100  # samples of an event with a duration
 
 
 def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -> tuple[dict[str, Any], Survey | None]:
-    """Return figures as plain data, and of a scenario its motion.
+    """Return figures as plain data; for a scenario also those of its motion.
 
-    `gravity` is (3,), m/s^2, world; the robot is looked at in the pose `at` (7,), which comes from `source`.
+    `gravity` is (3,), m/s^2, world; the robot is evaluated in the pose `at` (7,), which comes from `source`.
     """
     robot = loaded.robot if isinstance(loaded, Scenario) else loaded
     entry = registry().get("solver", defaults.SOLVER)
@@ -57,7 +57,7 @@ def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -
 
 
 def _looked_at(scenario: Scenario) -> Array:
-    """Samples, by their numbers: of the whole, of the motion, which may be a small part of it, and where events are."""
+    """Return the numbers of the evaluated samples: of the whole run, of its motion, and of its events."""
     steps, period = scenario.simulation.steps, scenario.simulation.control_step
     begin, end = (int(min(at / period, steps)) for at in (scenario.desired.start, scenario.desired.end))
     parts = [np.linspace(a, b, min(b - a, MOST_SAMPLES) + 1) for a, b in ((0, steps), (begin, min(end + 1, steps)))]
@@ -69,7 +69,7 @@ def _looked_at(scenario: Scenario) -> Array:
 
 
 def follow(scenario: Scenario, solve: Solve) -> Survey:
-    """Return what the desired motion of a scenario asks of its cables; `solve` is as for `survey`."""
+    """Return the requirements of a scenario's desired motion on its cables; `solve` is as for `survey`."""
     events, period = scenario.events, scenario.simulation.control_step
     steps = _looked_at(scenario)
 

@@ -1,6 +1,6 @@
-"""Checks of a scenario, and the parts of its loop, as far as no engine, program or FMU has to be started for them.
+"""Checks of a scenario, and parts of its loop that need no engine, program or FMU.
 
-`cdpr.simulation.build` goes through them for a run, `cdpr validate` for a file: what one rejects, so does the other.
+Both `cdpr.simulation.build` and `cdpr validate` use them, so that they reject the same scenarios.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from cdpr.trajectory import Trajectory
 
 T = TypeVar("T")
 
-# Options of controllers that start a program or run native code when they are made: only a run does that.
+# Options of controllers that start a program or run native code when created: only a run may do that.
 STARTED = FmuFile, PeerOptions
 
 
@@ -38,7 +38,7 @@ class Prepared:
     """Parts of a loop without its plant."""
 
     chosen: dict[Role, Registered]
-    controlled: Robot  # as controller and solver know it
+    controlled: Robot  # nominal robot of controller and solver
     trajectory: Trajectory
     columns: tuple[Column, ...]
     solver: TensionSolver
@@ -55,7 +55,12 @@ class Fault:
 
 
 def prepare(scenario: Scenario, made: ExitStack) -> Prepared:
-    """Make controller and solver, which `made` closes; CdprError or PluginError where the scenario cannot be built."""
+    """Make controller and solver, which `made` closes.
+
+    Raises:
+        CdprError: if the scenario cannot be built.
+        PluginError: if a plugin is missing or broken.
+    """
     found = _Checks(scenario, made, start=True)
     parts = found.run()
     if found.faults:
@@ -65,7 +70,7 @@ def prepare(scenario: Scenario, made: ExitStack) -> Prepared:
 
 
 def faults(scenario: Scenario) -> Iterator[Fault]:
-    """Yield all that keeps a scenario from being built, without starting anything."""
+    """Yield all reasons why a scenario cannot be built, without starting anything."""
     with ExitStack() as made:
         found = _Checks(scenario, made, start=False)
         found.run()
@@ -73,14 +78,14 @@ def faults(scenario: Scenario) -> Iterator[Fault]:
 
 
 class _Checks:
-    """The checks, each done whatever the others find; where nothing is to `start`, some parts are not made."""
+    """Independent checks; without `start`, some parts are not made."""
 
     def __init__(self, scenario: Scenario, made: ExitStack, *, start: bool) -> None:
         self._scenario, self._made, self._start = scenario, made, start
         self.faults: list[Fault] = []
 
     def run(self) -> Prepared | None:
-        """Return the parts; None where one has a fault, or was not to be made."""
+        """Return the parts; None for a part with a fault, or one that was not to be made."""
         scenario = self._scenario
         trajectory = self._try(("events",) if scenario.events else ("trajectory",), lambda: scenario.desired)
         chosen = chosen_plugins(scenario)
@@ -112,13 +117,13 @@ class _Checks:
             return None
 
     def _usable(self, entry: Registered) -> bool:
-        """Refuse a plugin whose requirements are not installed; in a run also one that cannot be imported."""
+        """Reject a plugin with missing requirements; in a run also one that cannot be imported."""
         if self._start or entry.missing:
             entry.load()
         return True
 
     def _actuators(self, backend: Registered) -> None:
-        from cdpr.simulation.actuators import check_actuators  # and with it all that runs FMUs
+        from cdpr.simulation.actuators import check_actuators  # also enables the check for all modules that run FMUs
 
         check_actuators(self._scenario, backend)
 
@@ -142,7 +147,11 @@ _TYPES: dict[Role, Path] = {
 
 
 def output_of(entry: Registered, controller: Controller) -> Output:
-    """Return what a controller puts out; PluginError where it declares something else."""
+    """Return the output of a controller.
+
+    Raises:
+        PluginError: if the controller declares an unknown output.
+    """
     declared = controller.output or entry.info.properties.get("output", "wrench")
     for known in get_args(Output):
         if declared == known:

@@ -1,8 +1,8 @@
-"""What a step of the loop is made of, in order, and what runs it: compiled code, and Python where it must be.
+"""Pipeline of a step of the loop, run by compiled code and, where necessary, by Python.
 
-A step is a list of acts. Those that are kernels with their arguments are called by compiled code, one after the other
-and step after step, until one is due that is not, or one returns something else than 0: then Python does that, and the
-compiled code goes on after it. So there is one order, whatever the parts are made of, and the same bits.
+A step is a list of operations. Compiled code calls kernels with their arguments, one after the other and step after
+step, until it reaches an operation of Python, or one returns a value other than 0. Python then serves that operation,
+and the compiled code continues after it. The order and the bits therefore do not depend on the kinds of the parts.
 """
 
 from __future__ import annotations
@@ -37,30 +37,30 @@ from cdpr.simulation.proceed import (
 )
 from cdpr.tension.acts import Act, tell
 
-# They stand in the list where a sample is complete, and where the time of the next begins.
+# Markers in the list: the sample is complete; the time of the next one begins.
 COMPLETE, NEXT = Act("", lambda: None), Act("", lambda: None)
 
 
 def bound(call: Callable[..., object]) -> Compiled | None:
-    """Return a call as compiled code makes it; None where Python must."""
+    """Return a call as an entry of the compiled table; None if Python must make it."""
     if isinstance(getattr(call, "operation", None), int):
         return cast("Compiled", call)
     return None
 
 
 class Program:
-    """The acts of all steps, and how far they came.
+    """Operations of all steps, and the present position in them.
 
     Args:
-        deciding: what completes a sample.
-        advancing: what takes the plant to the next, and looks at it.
-        row: the present sample.
+        deciding: operations that complete a sample.
+        advancing: operations that take the plant to the next sample and observe it.
+        row: present sample.
         period: control period, s.
-        beside: another program of the same run, whose position, time and rows are this one's, too.
+        beside: another pipeline of the same run, with which this one shares position, time and rows.
 
     Attributes:
-        acts: all of them, in order.
-        due: the next sample at which something is due.
+        acts: all operations, in order.
+        due: next sample at which something is due.
     """
 
     def __init__(
@@ -73,13 +73,13 @@ class Program:
     ) -> None:
         self.acts = (*deciding, COMPLETE, NEXT, *advancing)
         self._complete = len(deciding)
-        known = {id(act.do): bound(act.do) for act in self.acts}  # some are done more than once
+        known = {id(act.do): bound(act.do) for act in self.acts}  # some occur more than once
         self._bound = [known[id(act.do)] for act in self.acts]
         self._table = np.zeros((len(self.acts), 1 + SKIP), dtype=np.int64)
         for line, act, found in zip(self._table, self.acts, self._bound, strict=True):
             if found is not None:
                 line[: GIVEN + 1] = found.operation, found.place
-                mend = None if act.mend is None else bound(act.mend)  # the act holds it
+                mend = None if act.mend is None else bound(act.mend)  # the operation keeps it alive
                 if mend is not None:
                     line[MENDS:] = mend.operation, mend.place, act.skip
         self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
@@ -92,29 +92,29 @@ class Program:
         if beside is not None:
             self._place, self._time, self._apart = beside._place, beside._time, beside._apart
             self.rows = beside.rows
-        # An index into numpy's own array costs a tenth of a turn to Python.
+        # An index into a numpy array costs a tenth of a turn to Python.
         self._at, self._now = self._place.data, self._time.data
         self.refresh()
 
     @property
     def interpreted(self) -> tuple[str, ...]:
-        """Whose work Python does, each once."""
+        """Return the owners of operations that Python runs, each once."""
         acts = zip(self.acts, self._bound, strict=True)
         return tuple(dict.fromkeys(act.name for act, found in acts if found is None and act.name and not act.due))
 
     @property
     def count(self) -> int:
-        """How many samples are complete."""
+        """Return the number of complete samples."""
         return self._at[SAMPLE]
 
     @property
     def time(self) -> float:
-        """Of the sample that is looked at, s."""
+        """Return the time of the present sample, s."""
         return self._now[0]
 
     @property
     def due(self) -> int:
-        """The next sample at which something is due."""
+        """Return the next sample at which something is due."""
         return self._at[DUE_AT]
 
     @due.setter
@@ -123,12 +123,12 @@ class Program:
 
     @property
     def rows(self) -> Array:
-        """Where the samples go: sample k to k % len(rows)."""
+        """Return the storage of the samples: sample k goes to k % len(rows)."""
         return self._rows
 
     @rows.setter
     def rows(self, rows: Array) -> None:
-        width = len(self._row)  # compiled code writes so many numbers, whatever the table has room for
+        width = len(self._row)  # compiled code writes this many numbers, regardless of the table's size
         if not isinstance(rows, np.ndarray) or rows.dtype != np.float64 or rows.ndim != 2 or rows.shape[1] < width:
             raise CdprError(f"rows: a float64 table of at least {width} columns is expected, got {np.shape(rows)}")
         self._rows = rows
@@ -145,7 +145,7 @@ class Program:
 
     @property
     def place(self) -> tuple[int, int, float, int]:
-        """Where it stands: sample, act, time (s), and the sample at which something is due."""
+        """Return the position: sample, operation, time (s), and the sample at which something is due."""
         return self.count, int(self._place[ACT]), self.time, self.due
 
     @place.setter
@@ -155,51 +155,51 @@ class Program:
 
     @property
     def bound(self) -> Sequence[Compiled | None]:
-        """The acts as compiled code calls them, in order; None of those that Python does."""
+        """Return the operations as compiled calls, in order; None for those of Python."""
         return self._bound
 
     @property
     def whole(self) -> Compiled:
-        """What goes on from `standing`, as compiled code calls it."""
+        """Return the compiled call that continues from `standing`."""
         return self._whole
 
     @property
     def standing(self) -> tuple[NDArray[np.int64], Array]:
-        """Where it stands and when that is, live; as `proceed` takes them."""
+        """Return the live arrays of position and time, as arguments of `proceed`."""
         return self._place, self._time
 
     @property
     def when(self) -> NDArray[np.int64]:
-        """When each act is done, as `proceed` has it, live."""
+        """Return the live array of the samples at which each operation is due, as an argument of `proceed`."""
         return self._table[:, WHEN]
 
     def apart(self) -> None:
-        """Let Python's other threads run while compiled code does."""
+        """Release the GIL during compiled code."""
         self._apart = True
         self.rows = self._rows
 
     def refresh(self) -> None:
-        """Ask all acts whether they are done from now on."""
+        """Update for all operations whether they run from now on."""
         for line, act in zip(self._table, self.acts, strict=True):
             line[WHEN] = DUE if act.due else NEVER if act.when is not None and not act.when() else ALWAYS
 
     def look(self, sample: int, act: int = 0) -> None:
-        """Go on until a sample is looked at, and nothing of it is decided; or until this act of it is next."""
+        """Continue until a sample is observed and not yet decided, or until this operation of it is next."""
         at = self._at
         at[LAST], at[LAST_ACT] = sample, act
         if (code := self._turn()) != REACHED:
             self._go(code)
 
     def decide(self) -> None:
-        """Complete the sample that is looked at."""
+        """Complete the present sample."""
         self.look(self.count + 1, self._complete + 1)
 
     def stand(self) -> None:
-        """Stand after the sample that a program beside this one has completed."""
+        """Take the position after a sample that a pipeline beside this one has completed."""
         self._place[ACT] = self._complete + 1
 
     def _go(self, code: int) -> None:
-        """Do in Python what the compiled code returned for, and go on."""
+        """Serve a return of the compiled code in Python, and continue."""
         acts, plain, turn = self.acts, self._plain, self._turn
         place, time = self._at, self._now
         while code != REACHED:
@@ -221,7 +221,7 @@ class Program:
             code = turn()
 
     def _keep(self) -> None:
-        """Keep the row of a sample of which no more is to come."""
+        """Store the row of a complete sample."""
         count = self.count
         self._rows[count % len(self._rows)] = self._row
         self._place[[SAMPLE, ACT]] = count + 1, self._complete + 1

@@ -1,4 +1,4 @@
-"""Record of the commands from outside, written by compiled code."""
+"""Record of external commands, written by compiled code."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from cdpr.model.robot import Array
 from cdpr.scenario.events.commands import Kind
 
-BLOCK = 1024  # commands that are recorded in one table
+BLOCK = 1024  # commands recorded in one table
 
 
 class Block(NamedTuple):
-    """Commands of one kind, and those before.
+    """Commands of one kind, and the block before.
 
     Attributes:
         rows: (k, 2 + n) first sample, number of steps, and values.
@@ -33,7 +33,7 @@ class Record:
         self._block: Block | None = None
 
     def table(self, kind: Kind, n: int) -> tuple[Array, NDArray[np.int64]]:
-        """Return the live table (rows, 2 + n) for commands of n values, and how many of its rows are used, (1,)."""
+        """Return the live table (rows, 2 + n) for commands of n values, and the number of used rows, (1,)."""
         if kind not in self._tables:
             self._tables[kind] = np.empty((BLOCK, 2 + n)), np.zeros(1, dtype=np.int64)
         return self._tables[kind]
@@ -47,7 +47,7 @@ class Record:
         return self._block
 
     def restore(self, block: Block | None) -> None:
-        """Forget the commands after a block."""
+        """Discard the commands after a block."""
         self._block = block
         for _, used in self._tables.values():
             used[0] = 0

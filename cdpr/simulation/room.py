@@ -1,4 +1,4 @@
-"""Whether there is room for the samples of a run, told before anything is made."""
+"""Check of memory and disk space for the samples of a run, before anything is made."""
 
 from __future__ import annotations
 
@@ -18,10 +18,13 @@ FLOAT = 8  # bytes
 
 
 def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
-    """Raise ScenarioError where log.mcap in `folder`, or without one the rows in memory, can never fit.
+    """Check that log.mcap in `folder`, or without one the rows in memory, can fit.
 
-    How well the messages of a log compress is not known before: only their indexes are counted, which are not.
-    Raises OutputError where it would on a disk of its own, but the disk of `folder` is too full, or cannot be asked.
+    The compression of a log is unknown in advance: only its indexes, which are not compressed, are counted.
+
+    Raises:
+        ScenarioError: if the samples can never fit.
+        OutputError: if the disk of `folder` is too full or its free space is unknown.
     """
     samples = scenario.simulation.steps // header.log_every + 1
     if folder is None:
@@ -34,9 +37,9 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
         try:
             above = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.is_dir())
             disk, where = shutil.disk_usage(above), f"the disk of {folder}"
-            have = disk.free if disk.total else need  # none: no disk, and nothing that can be written to
+            have = disk.free if disk.total else need  # 0: no disk, and not writable
             most = disk.total
-        except OSError as error:  # as below a folder that may not be searched
+        except OSError as error:  # for example below a folder without search permission
             raise unwritable(folder, error) from error
     if need > have:
         least = "at least " if folder is not None else ""
@@ -48,6 +51,6 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
 
 
 def _size(count: int) -> str:
-    """Bytes in a unit that people read."""
+    """Return a number of bytes in a readable unit."""
     unit, name = next(each for each in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")) if count >= each[0] or each[0] == 1e3)
     return f"{count / unit:.3g} {name}"

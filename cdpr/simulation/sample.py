@@ -1,4 +1,4 @@
-"""The present sample of a loop: the row that its parts work on, and what fills it beside controller and solver."""
+"""Present sample of a loop: its row, and the operations beside controller and solver that fill it."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from cdpr.tension.acts import Act
 from cdpr.tension.present import Cables, Present
 
 Do = Callable[[], object]
-Refuse = Callable[[int], None]  # what is done about what cannot be true, a key of `cdpr.simulation.faults.FAULTS`
+Refuse = Callable[[int], None]  # reaction to impossible states, by a key of `cdpr.simulation.faults.FAULTS`
 
 
 class Sample:
-    """The present sample.
+    """Present sample.
 
     Attributes:
         layout: columns of `row`.
-        row: all that is recorded; the parts work on views of it.
-        state, desired: of these.
-        live: what the tension stage works on; with another belief W is that of the believed robot at the true state.
-        cables: what is allowed and imposed.
-        true_W: (6, m) wrench matrix of the robot that is moved.
+        row: all recorded values; the parts work on views of it.
+        state, desired: views of it.
+        live: arrays of the tension stage; with a nominal model, W is that of the nominal robot at the true state.
+        cables: limits and imposed tensions.
+        true_W: (6, m) wrench matrix of the simulated robot.
     """
 
     def __init__(self, parts: Parts) -> None:
@@ -63,7 +63,7 @@ class Sample:
         return self.row[self.layout.span(first, last or first)]
 
     def looking(self, period: float, refuse: Refuse) -> list[Act]:
-        """Return what looks at the plant a control `period` (s) after the last time; 0 where no time has passed."""
+        """Return the operation that observes the plant a control `period` (s) after the last time, or at once (0)."""
         parts, backend = self._parts, self._parts.backend
         energies = self.view("kinetic", "external_work")
         seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
@@ -77,9 +77,9 @@ class Sample:
         return acts
 
     def completing(self, distributing: Sequence[Act], events: Sequence[ScenarioEvent]) -> list[Act]:
-        """Return what distributes, and then writes what only plant and true robot know.
+        """Return the operations that distribute, and then write the values that only plant and true robot provide.
 
-        The acts raise BeyondLimits and Touched where the scenario says to stop then.
+        They raise BeyondLimits and Touched if the scenario stops then.
         """
         acts = list(distributing)
         if not self._parts.ideal_cables:
@@ -90,13 +90,13 @@ class Sample:
             acts += self._within(events)
         guards = [guard for _, guard in guarding(events, self._parts.control_step) if guard.stops]
         if guards:
-            from cdpr.simulation.contact import keeping_distance  # few scenarios need what this loads
+            from cdpr.simulation.contact import keeping_distance  # few scenarios need this import
 
             acts += keeping_distance(self._parts, events, guards, self.state)
         return acts
 
     def _reading(self) -> tuple[list[Act], list[Act]]:
-        """Return what reads the tensions and the work that only the plant knows where cables are not ideal."""
+        """Return the operation that reads tensions and work from the plant if cables are not ideal."""
         backend, tension = self._parts.backend, self.view("cable_tension")
         work = self.view("cable_work")
 
@@ -119,17 +119,17 @@ class Sample:
         raise Diverged(f"the backend's cable tensions are not finite: [{values}]")
 
     def _exerting(self) -> list[Act]:
-        """Write what the cables exert in truth, too, and how far their commands are from their true limits."""
+        """Return the operation that writes the true wrench of the cables and the margins to the true limits."""
         command, cables = self.live.tension, self.cables
         tension = command if self._parts.ideal_cables else self.view("cable_tension")
         exerted = bind("exert", matrix=self.true_W, tension=tension, wrench=self.view("true_wrench"))
         room = self.view("true_margin")
         measured = bind("room_within_limits", limits=cables.true_limits, tension=command, held=cables.held, room=room)
-        # A sample that tells why there are no tensions tells what they do, too.
+        # A sample without valid tensions contains these, too.
         return [Act("geometry", exerted, telling=True), Act("geometry", measured, telling=True)]
 
     def _within(self, events: Sequence[ScenarioEvent]) -> list[Act]:
-        """End the run at the first sample at which a cable leaves its limits."""
+        """Return the operation that ends the run at the first sample with a limit violation of a cable."""
         robot, row = self._parts.robot, self.row[None]
         names = [cable.name for cable in robot.cables]
         limits, step = np.array([robot.tension_min, robot.tension_max]), self._parts.control_step

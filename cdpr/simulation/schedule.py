@@ -1,4 +1,4 @@
-"""Does in the loop what a scenario's events say. (What is told of them afterwards is in `events`.)"""
+"""Execution of a scenario's events in the loop. (`events` reports them afterwards.)"""
 
 from __future__ import annotations
 
@@ -25,19 +25,18 @@ Does = tuple[ScenarioEvent, tuple[float, ...] | None, list[tuple[float, Action]]
 
 
 class Schedule:
-    """Changes the plant and the tension stage at the samples at which something happens.
+    """Changes of the plant and the tension stage by events, at their samples.
 
-    A fault acts on the plant through the tension that the stage imposes after it has distributed; the distribution
-    learns of it by limits that lock the cable.
+    A fault acts on the plant through the tension that the stage imposes after it has distributed. The distribution
+    receives it as limits that lock the cable.
 
     Args:
-        events: what is to happen.
+        events: events of the run.
         step: control period, s.
-        robot: whose cables they name.
-        stage: what distributes; its live arrays are those of the present sample.
-        loads: where external wrenches act.
-        settings: the options that events may change, None where no controller takes part.
-
+        robot: robot with the cables of the events.
+        stage: tension stage; its live arrays are those of the present sample.
+        loads: external wrenches.
+        settings: options that events may change; None without a controller.
     """
 
     def __init__(
@@ -53,18 +52,18 @@ class Schedule:
         self._settings = settings
         self._loads = loads
         self._first = stage.cables.copy()
-        self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution knows to be held
+        self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution has locked
         self._cables = {cable.name: slice(i, i + 1) for i, cable in enumerate(robot.cables)}
         self._swings = np.zeros((0, 10))
         self._does: dict[int, Does] = {}
         self._todo: dict[int, list[Action]]
-        self._imposing, self._power = False, True  # whether cables are held, and whether anything is asked of them
+        self._imposing, self._power = False, True  # whether cables are held, and whether a tension is imposed on any
         self.plan(events)
 
     def plan(self, events: Sequence[ScenarioEvent]) -> None:
-        """Take these events in place of those before; what has been done is not done again."""
+        """Replace the events; past ones are not repeated."""
         step = self._step
-        # Each event is asked once: where hundreds came live, the plan is made anew as often.
+        # Each event is evaluated once: with hundreds of live events the plan is renewed as often.
         known = self._does
         self._does = {id(event): known.get(id(event)) or self._what(event) for event in events}
         does = self._does.values()
@@ -83,17 +82,17 @@ class Schedule:
         self._through = self.through(self._stage)
 
     def _what(self, event: ScenarioEvent) -> Does:
-        """What an event does: itself, so that it lives and is known by its id, its wrench, and its actions."""
+        """Return an event (kept alive, identified by its id), its wrench, and its actions."""
         swing = event.swing(self._step)
         row = None if swing is None else (swing.first, swing.end, swing.angle, swing.phase, *swing.amplitude)
         return event, row, [(time, partial(do, self)) for time, do in event.actions(self._step)]
 
     def distribute(self) -> None:
-        """Distribute by the stage, whatever has happened."""
+        """Distribute by the stage, with the effects of events."""
         perform(self._through)
 
     def through(self, stage: TensionStage | CommandStage) -> list[Act]:
-        """Return what distributes by this stage: its own acts, where no event touches a cable."""
+        """Return the operations that distribute by this stage: the stage's own, if no event concerns a cable."""
         if not self._overrides:
             return list(stage.acts)
         unasked = bind("power_off", wrench=stage.live.wrench, status=stage.live.status)
@@ -104,19 +103,19 @@ class Schedule:
         ]
 
     def snapshot(self) -> object:
-        """Return what has happened to cables, power and options so far."""
+        """Return the effects so far on cables, power and options."""
         settings = None if self._settings is None else self._settings.snapshot()
         return self._imposing, self._power, self._stage.cables.copy(), self._locked.copy(), settings
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
+        """Restore a snapshot."""
         self._imposing, self._power, cables, self._locked[:], settings = snapshot
         self._stage.cables.put(cables)
         if self._settings is not None:
             self._settings.restore(settings)
 
     def begin(self) -> int:
-        """Put everything back; return the sample at which `act` is due, or NEVER."""
+        """Reset everything; return the sample at which `act` is due, or NEVER."""
         self._imposing, self._power = False, True
         self._stage.cables.put(self._first)
         self._locked[:] = False
@@ -128,25 +127,25 @@ class Schedule:
         return self._due[0] if self._due else NEVER
 
     def warm_up(self) -> None:
-        """Call what only events need once."""
+        """Call once the functions that only events need."""
         if self._due:
             self._stage.impose()
             self._write_loads(0)
 
     def act(self, k: int) -> int:
-        """Let happen what is due at sample k, before it is computed; return the sample that is due next."""
+        """Apply the events due at sample k, before it is computed; return the next sample that is due."""
         for do in self._todo.get(k, ()):
             do()
         return self.push(k)
 
     def join(self, event: ScenarioEvent, k: int) -> None:
-        """Let happen at sample k what an event does that was planned when all else there had happened."""
+        """Apply at sample k an event that was added after the other events of that sample."""
         for time, do in sorted(event.actions(self._step), key=lambda row: row[0]):
             if first_sample(time, self._step) == k:
                 do(self)
 
     def push(self, k: int) -> int:
-        """Write the external wrench of sample k; return the sample that is due next."""
+        """Write the external wrench of sample k; return the next sample that is due."""
         swinging = False
         if len(self._swings):
             swinging = self._write_loads(k)
@@ -157,19 +156,19 @@ class Schedule:
         return self._due[following] if following < len(self._due) else NEVER
 
     def hold(self, cable: str, tension: float | None) -> None:
-        """From now on a cable has this tension (N), where None is given that of the sample before."""
+        """Hold a cable at this tension (N) from now on, by default at that of the previous sample."""
         at = self._cables[cable]
         self._stage.cables.held[at] = self._stage.live.tension[at] if tension is None else tension
         self._imposing = True
 
     def lock(self, cable: str) -> None:
-        """The distribution learns which tension a cable is held at."""
+        """Lock a cable in the distribution, at its held tension."""
         at = self._cables[cable]
         self._stage.cables.limits[:, at] = self._stage.cables.held[at]
         self._locked[at] = True
 
     def limit(self, cable: str | None, low: float | None, high: float | None) -> None:
-        """Change the limits (N) of one cable or all, but not of those that the distribution knows to be held."""
+        """Change the limits (N) of one cable or all, except those that the distribution has locked."""
         at = slice(None) if cable is None else self._cables[cable]
         cables, free = self._stage.cables, ~self._locked[at]
         for limits in (cables.limits, cables.true_limits):
@@ -178,12 +177,12 @@ class Schedule:
                     row[free] = value
 
     def cut_power(self) -> None:
-        """The power fails: only jammed cables keep their tension."""
+        """Cut the power: only jammed cables keep their tension."""
         held = self._stage.cables.held
         held[np.isnan(held)] = 0.0
         self._power, self._imposing = False, True
 
     def set(self, key: str, value: Any) -> None:
-        """Change an option of a plugin, where there are plugins."""
+        """Change an option of a plugin, if there are plugins."""
         if self._settings is not None:
             self._settings.set(key, value)

@@ -1,4 +1,4 @@
-"""What is done to a simulation from outside, as events with their times, so that it can be repeated."""
+"""Session: the external commands of a simulation as events with times, so that it can be repeated."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from cdpr.simulation.record import Block, Record
 
 E = TypeVar("E", bound=ScenarioEvent)
 
-DIGITS = 12  # of the times that are written: first_sample takes what differs by less than 1e-9 of itself for equal
+DIGITS = 12  # of the written times: first_sample treats relative differences below 1e-9 as equal
 
 
 Done = tuple[tuple[ScenarioEvent, ...], Block | None]
 
 
 class Session:
-    """A scenario, and what was done to its simulation so far.
+    """Scenario with the live events and commands of its simulation.
 
     Attributes:
-        scenario: as it was at the start.
-        live: the events that were done since.
-        record: the commands from outside.
+        scenario: scenario at the start.
+        live: live events since then.
+        record: external commands.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -48,27 +48,30 @@ class Session:
         self.record = Record()
 
     def __bool__(self) -> bool:
-        """Whether anything was done."""
+        """Return whether there are live events or commands."""
         return bool(self.live) or self.record.complete() is not None
 
     @property
     def events(self) -> tuple[ScenarioEvent, ...]:
-        """The scenario's events, and those that were done."""
+        """Return the events of the scenario, and the live ones."""
         return (*self.scenario.events, *self.live)
 
     def snapshot(self) -> Done:
-        """Return what was done so far."""
+        """Return a snapshot of events and commands."""
         return self.live, self.record.complete()
 
     def restore(self, done: Done) -> None:
-        """Forget what was done since a snapshot."""
+        """Restore a snapshot."""
         self.live, block = done
         self.record.restore(block)
 
     def make(self, title: str, kind: type[E], k: int, keys: Mapping[str, Any]) -> E:
-        """Return an event at sample k, checked as those of the scenario are; nothing is done yet.
+        """Return an event at sample k, checked like those of the scenario, without applying it.
 
-        Keys that are None are left out. Raises CdprError, which begins with the `title` of what the user asked for.
+        Keys with the value None are omitted.
+
+        Raises:
+            CdprError: if it is invalid; the message begins with the `title` of the request.
         """
         if len(self.events) >= MAX_EVENTS - (kind is not EmergencyStop):
             kept = "" if kind is EmergencyStop else ", of which the last is kept for a stop"
@@ -90,7 +93,11 @@ class Session:
         return event
 
     def check(self, title: str, live: Sequence[ScenarioEvent], event: ScenarioEvent) -> None:
-        """Raise CdprError where a new `event`, one of those `live`, cannot be, or another one after it no more."""
+        """Check a new `event`, one of `live`.
+
+        Raises:
+            CdprError: if the event or a later one is impossible.
+        """
         events = [one for one in (*self.scenario.events, *live) if one is event or _concerns_others(type(one))]
         told = []
         for problem in self.scenario.problems_with(events, event):
@@ -103,7 +110,11 @@ class Session:
             raise CdprError(f"{title}: {'; '.join(told)}")
 
     def released(self, event: ScenarioEvent, k: int) -> ScenarioEvent | None:
-        """Return a wrench that ends at sample k; None for one that has not acted. CdprError where it cannot."""
+        """Return a wrench that ends at sample k; None if it has not acted.
+
+        Raises:
+            CdprError: if it cannot end then.
+        """
         step = self.scenario.simulation.control_step
         known = isinstance(event, ScenarioEvent) and any(event is one for one in self.live)
         swing = event.swing(step) if known else None
@@ -116,7 +127,7 @@ class Session:
         return event.model_copy(update={"duration": _tidy(k * step - event.time)})
 
     def told(self, samples: int) -> Iterator[Event]:
-        """Yield what was given within so many samples, an event for each uninterrupted span of one kind."""
+        """Yield an event for each uninterrupted span of one kind of command within these samples."""
         step = self.scenario.simulation.control_step
         rows: list[tuple[str, int, int]] = []
         for span in self._spans(samples):
@@ -130,10 +141,13 @@ class Session:
             yield Event(first * step, Outside.kind(), text, until=stop * step)
 
     def save(self, path: Path, samples: int) -> None:
-        """Write a scenario that repeats so many samples, and a table of what was given beside it.
+        """Write a scenario that repeats these samples, and a table of the commands beside it.
 
-        A table of that name is written over only where the scenario in that place names it: they go together. Raises
-        CdprError where the scenario would not load, and OutputError where it cannot be written.
+        An existing table is overwritten only if the existing scenario refers to it.
+
+        Raises:
+            CdprError: if the scenario would not load.
+            OutputError: if a file cannot be written.
         """
         if path.suffix not in (".yaml", ".yml"):
             raise OutputError(f"{path}: a name that ends in .yaml is expected")
@@ -152,7 +166,7 @@ class Session:
         replace(path, text)
 
     def _time(self, k: int) -> float:
-        """Time (s) of what is done at sample k: not before what the events let happen there."""
+        """Return the time (s) of an event at sample k, not before the earliest time that the events allow."""
         step, events = self.scenario.simulation.control_step, self.events
         now = _tidy(k * step)
         acting = [event for event in events if type(event).actions is not ScenarioEvent.actions]
@@ -160,14 +174,14 @@ class Session:
         return max([now, *(time for time in there if time > now and first_sample(time, step) == k)])
 
     def _spans(self, samples: int) -> list[Span]:
-        """Return what was given, by the scenario and since, within so many samples."""
+        """Return the commands of the scenario and the live ones within these samples."""
         step, last = self.scenario.simulation.control_step, self.scenario.simulation.steps
         since, block = [], self.record.complete()
         while block is not None:
             for first, count, *values in block.rows:
                 if first < samples:
                     stop = first + count
-                    end = min(stop if stop < last else last + 1, samples)  # with the last step its sample is decided
+                    end = min(stop if stop < last else last + 1, samples)  # the last step also decides its sample
                     since.append(Span(block.kind, _tidy(first * step), _tidy(end * step), np.array(values)))
             block = block.before
         spans: list[Span] = []
@@ -178,13 +192,17 @@ class Session:
 
 @cache
 def _concerns_others(kind: type[ScenarioEvent]) -> bool:
-    """Whether another event may be impossible for one of this kind, or this for another; no wrench is, nor are many."""
+    """Return whether an event of this kind can conflict with another one; wrenches and some others cannot."""
     checks = ("follow", "settle", "check_options")
     return any(getattr(kind, name) is not getattr(ScenarioEvent, name) for name in checks)
 
 
 def _put(table: Path, text: str, path: Path) -> None:
-    """Write the table of a scenario that is to be `path`; OutputError where another file has its place."""
+    """Write the table of a scenario that becomes `path`.
+
+    Raises:
+        OutputError: if another file has its name.
+    """
     if table.is_file() and table.read_bytes() == text.encode():
         return
     if os.path.lexists(table) and not (path.is_file() and table.name.encode() in path.read_bytes()):
@@ -196,10 +214,10 @@ def _put(table: Path, text: str, path: Path) -> None:
 
 
 def table_beside(path: Path) -> Path:
-    """Return where a scenario that is saved as `path` has what was given from outside."""
+    """Return the path of the table for a scenario saved as `path`."""
     return path.with_name(f"{path.stem}_outside.csv")
 
 
 def _tidy(time: float) -> float:
-    """A time (s) without the round-off of a multiplication."""
+    """Return a time (s) without the round-off of a multiplication."""
     return float(f"{time:.{DIGITS}g}")

@@ -12,7 +12,7 @@ from cdpr.scenario.changes import Options
 
 
 class Settings:
-    """Hands plugins the options that change; `options` are those at the start."""
+    """Changes of plugin options; `options` are those at the start."""
 
     def __init__(self, options: Options, plugins: Mapping[Role, Controller | TensionSolver]) -> None:
         self._options, self._plugins = options, plugins
@@ -20,7 +20,11 @@ class Settings:
         self._changes: dict[str, Any] = {}
 
     def set(self, key: str, value: Any) -> None:
-        """Change an option, named as in `controller.kp`. Raises CdprError, having changed nothing."""
+        """Change an option, named as in `controller.kp`.
+
+        Raises:
+            CdprError: if the plugin rejects it; nothing has changed.
+        """
         values = self._options.values
         role = self._options.owner(key)
         before = values[role]
@@ -37,7 +41,7 @@ class Settings:
         return dict(self._changes)
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Go back to the options of a snapshot, perhaps of another loop; those that had not changed are its own."""
+        """Restore the options of a snapshot, also of another loop; all others are those at the start."""
         if snapshot == self._changes:
             return
         values = self._options.values
@@ -50,11 +54,15 @@ class Settings:
         self._changes = dict(snapshot)
 
     def reset(self) -> None:
-        """Go back to the options at the start."""
+        """Restore the options at the start."""
         self.restore({})
 
     def renew(self, changes: Mapping[str, Any]) -> None:
-        """Begin with other options in place of those at the start. Raises CdprError, having changed nothing."""
+        """Replace the options at the start.
+
+        Raises:
+            CdprError: if a plugin rejects them; nothing has changed.
+        """
         self.reset()
         values = self._options.values
         before = dict(values)

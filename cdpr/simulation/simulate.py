@@ -1,4 +1,4 @@
-"""Runs a scenario from start to end and keeps what was computed, however it ends."""
+"""Function that simulates a scenario and always keeps the computed samples."""
 
 from __future__ import annotations
 
@@ -27,24 +27,26 @@ def simulate(
     """Simulate a scenario and return the run.
 
     Args:
-        scenario: a scenario file, or what `load_scenario` returned.
-        backend: which to use instead of the scenario's, by its name or as a class that need not be installed;
-            likewise `solver` and `controller`. A class may hold `Options`, the model of its options, and `properties`.
+        scenario: scenario file, or result of `load_scenario`.
+        backend: name or class of the backend that replaces the scenario's; a class need not be installed, and may hold
+            `Options`, the model of its options, and `properties`.
+        solver: tension solver, likewise.
+        controller: controller, likewise.
         overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
-        out: folder, new or empty, for log, resolved scenario and run.json; nothing is written unless it is given.
-        real_time: no faster than the wall clock.
-        progress: called now and then, at least every half second or step, with the number of samples done and their
-            total; it may raise Interrupted to end the run.
+        out: folder, new or empty, for log, resolved scenario and run.json; by default nothing is written.
+        real_time: True for a run no faster than the wall clock.
+        progress: callback with the number of complete samples and their total, called at least every half second or
+            step; it may raise Interrupted to end the run.
 
     Raises:
-        ScenarioError: the scenario is wrong.
-        PluginError: a plugin is missing or broken.
-        OutputError: `out` cannot be written.
-        SimulationStopped: the run ended early: Infeasible (BeyondLimits where cables left theirs, Touched where they
-            came too near to something, Unanswered where the solver gave no valid answer), Diverged or (from
-            `progress`) Interrupted.
+        ScenarioError: if the scenario is wrong.
+        PluginError: if a plugin is missing or broken.
+        OutputError: if `out` cannot be written.
+        SimulationStopped: if the run ends early: Infeasible (BeyondLimits for limit violations of cables, Touched for
+            too small clearance, Unanswered for an invalid answer of the solver), Diverged or (by `progress`)
+            Interrupted.
 
-    The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to there.
+    The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to the end.
     """
     made = attempt(scenario, backend, solver, controller, overrides, out)
     error: BaseException | None = None

@@ -1,4 +1,4 @@
-"""A simulation that is taken step by step."""
+"""Simulation that is advanced step by step."""
 
 from __future__ import annotations
 
@@ -35,19 +35,21 @@ Observer = Callable[[Array], None]
 
 
 class Simulation(Branches):
-    """A closed loop that goes on when it is told to; `simulate` is one that goes on to its end.
+    """Closed loop that is stepped by its user; `simulate` runs one to its end.
 
     Args:
-        scenario: a scenario file, or what `load_scenario` returned.
-        backend: which to use instead of the scenario's, by its name or as a class that need not be installed;
-            likewise `solver` and `controller`. A class may hold `Options`, the model of its options, and `properties`.
+        scenario: scenario file, or result of `load_scenario`.
+        backend: name or class of the backend that replaces the scenario's; a class need not be installed, and may hold
+            `Options`, the model of its options, and `properties`.
+        solver: tension solver, likewise.
+        controller: controller, likewise.
         overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
-        out: folder, new or empty, for log, resolved scenario and run.json; nothing is written unless it is given.
+        out: folder, new or empty, for log, resolved scenario and run.json; by default nothing is written.
 
-    Between two calls the state and the desired motion are those of the present time; the next step decides what the
-    cables are to do, and takes the plant to the next sample. In a `with` statement it is closed at the end. What
-    ends it early (Infeasible, Diverged, ...) is raised with all samples in its attribute `run`, as by `simulate`, and
-    so are the errors of making it.
+    Between two calls, state and desired motion are those of the present time. The next step decides the commands of the
+    cables and takes the plant to the next sample. A `with` statement closes the simulation at its end. Errors that end
+    it early (Infeasible, Diverged, ...) have all samples in their attribute `run`, as those of `simulate`. The
+    constructor raises the same errors as `simulate`.
     """
 
     def __init__(
@@ -66,7 +68,7 @@ class Simulation(Branches):
         self._start(attempt(scenario, backend, solver, controller, overrides, out))
 
     def _start(self, made: Attempt) -> None:
-        """Build, and look at sample 0."""
+        """Build, and observe sample 0."""
         self._attempt, self._origin = made, object()
         with self._kept():
             loop, self._recorder = made.begin()
@@ -83,48 +85,52 @@ class Simulation(Branches):
         return f"<Simulation of {self.scenario.name} on {simulation.backend}: {self.time:.6g} of {whole:.6g} s{state}>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the display of a notebook."""
         html: str = late("Simulation._repr_html_")(self)
         return html
 
     @property
     def scenario(self) -> Scenario:
-        """What is simulated."""
+        """Return the scenario."""
         return self._attempt.scenario
 
     @property
     def steps(self) -> int:
-        """How many control steps there are."""
+        """Return the number of control steps."""
         return self.scenario.simulation.steps
 
     @property
     def samples(self) -> int:
-        """How many samples are complete."""
+        """Return the number of complete samples."""
         return self._loop.count
 
     @property
     def time(self) -> float:
-        """Present time, s."""
+        """Return the present time, s."""
         return self._loop.time
 
     @property
     def done(self) -> bool:
-        """Whether nothing is left to do."""
+        """Return True if no step is left."""
         return self._attempt.run is not None or self._loop.count > self._last
 
     @property
     def row(self) -> Array:
-        """The last complete sample, columns as in `Run.rows`; a copy. CdprError before the first step."""
+        """Return a copy of the last complete sample, columns as in `Run.rows`.
+
+        Raises:
+            CdprError: before the first step.
+        """
         if not self._loop.count:
             raise CdprError("row: no sample is complete before the first step")
         rows = self._recorder.rows
         return np.array(rows[(self._loop.count - 1) % len(rows)])
 
     def rows(self, first: int = 0) -> Array:
-        """Return the complete samples from number `first` on, (n, width), columns as in `Run.rows`; a copy.
+        """Return a copy of the complete samples from number `first` on, (n, width), columns as in `Run.rows`.
 
-        Of a simulation that is thinned, or so long that its log is on disk, the last 4096 are at hand; where a thinned
-        one was restored, the last before and those since.
+        A thinned simulation, or one with a log too long for memory, provides the last 4096; after a restore of a
+        thinned one, these are the last sample before it and those since.
         """
         rows, stop = self._recorder.rows, self._loop.count
         start = max(first, stop - len(rows), self._recorder.first)
@@ -132,34 +138,37 @@ class Simulation(Branches):
 
     @property
     def events(self) -> tuple[ScenarioEvent, ...]:
-        """The scenario's events, and those that were done since, in the order in which they came."""
+        """Return the events of the scenario and the live ones, in the order of their definition."""
         return self._attempt.session.events
 
     @property
     def state(self) -> Array:
-        """State of the platform, (13,), laid out as `cdpr.model` says; a copy."""
+        """Return a copy of the state of the platform, (13,), in the layout of `cdpr.model`."""
         return self._loop.state.copy()
 
     @property
     def desired(self) -> Array:
-        """Desired state and accelerations, (19,), likewise."""
+        """Return a copy of the desired state and accelerations, (19,), likewise."""
         return self._loop.desired.copy()
 
     @property
     def tension(self) -> Array:
-        """What the cables were told in the last complete sample, (m,), N; zeros before the first step; a copy."""
+        """Return a copy of the commanded tensions in the last complete sample, (m,), N; zeros before the first step."""
         return self._loop.tension.copy()
 
     def step(self, n: int = 1, *, wrench: ArrayLike | None = None, tension: ArrayLike | None = None) -> None:
-        """Take n control steps, or as many as are left; with the last one the last sample is complete.
+        """Take n control steps, or as many as are left; the last one also completes the last sample.
 
         Args:
-            n: at least 1.
-            wrench: (6,) what the cables are to exert during these steps, N and N m, in place of the controller's
-                answer; distributed as that is. The controller is not asked.
-            tension: (m,) what the cables are told, N, clipped to their limits, in place of the solver's answer, too.
+            n: number of steps, at least 1.
+            wrench: (6,) required wrench of the cables during these steps, N and N m; it replaces the controller's
+                answer and is distributed likewise. The controller is not called.
+            tension: (m,) tensions, N, clipped to the limits; they replace the solver's answer, too.
 
-        Raises CdprError for misuse, and SimulationStopped or PluginError where the run ends early.
+        Raises:
+            CdprError: if an argument or the call is wrong.
+            SimulationStopped: if the run ends early.
+            PluginError: if a plugin fails.
         """
         if type(n) is not int or n < 1:
             n = _steps(n)
@@ -179,7 +188,7 @@ class Simulation(Branches):
             self._go(until, given)
 
     def until(self, time: float) -> None:
-        """Go on to the first sample at or after `time` (s), or to the end."""
+        """Continue to the first sample at or after `time` (s), or to the end."""
         with self._alone("until"):
             self._until(time)
 
@@ -195,21 +204,22 @@ class Simulation(Branches):
     def observe(self, observer: Observer) -> None:
         """Call `observer(row)` with each complete sample from now on.
 
-        The row is read-only and live: copy what is to be kept. What an observer raises ends the run as failed.
+        The row is read-only and live: copy values to keep them. An exception of an observer ends the run as failed.
         """
         if not callable(observer):
             raise CdprError(f"observe: something that can be called with a row is expected, got {observer!r}")
         self._observers.append(observer)
 
     def reset(self, state: ArrayLike | None = None, *, seed: int | None = None) -> None:
-        """Begin anew, also after the end; what was computed since is forgotten, observers stay.
+        """Restart the simulation, also after its end; computed samples are discarded, observers stay.
 
         Args:
-            state: (13,) where to begin, laid out as `cdpr.model` says, in place of the scenario's initial state; it
-                is checked as that, and a motion that begins at the initial pose begins here.
-            seed: in place of the scenario's.
+            state: (13,) initial state in the layout of `cdpr.model`, in place of the scenario's. It is checked
+                likewise, and a motion that begins at the initial pose begins here.
+            seed: seed in place of the scenario's.
 
-        Raises CdprError with a log, whose samples stay: make another simulation.
+        Raises:
+            CdprError: if there is a log, whose samples stay: create another simulation.
         """
         with self._alone("reset"):
             self._reset(state, seed)
@@ -227,9 +237,9 @@ class Simulation(Branches):
         self._start(Attempt(scenario, make_header(scenario), None))
 
     def run(self) -> Run:
-        """End the simulation, where it stands, and return the run as any other; again, the same one.
+        """End the simulation at its present sample and return its run; repeated calls return the same run.
 
-        One that is not done has the status "ended".
+        The status of an incomplete run is "ended".
         """
         if self._attempt.run is not None:
             return self._attempt.run
@@ -250,16 +260,16 @@ class Simulation(Branches):
             return self._attempt.run
 
     def so_far(self) -> Run:
-        """Return the run up to the last complete sample and go on; one that is not done has the status "ended"."""
+        """Return the run up to the last complete sample and continue; the status of an incomplete run is "ended"."""
         with self._alone("so_far"):
             return self._attempt.so_far()
 
     def close(self) -> None:
-        """End the simulation and free what the backend holds; may be called again."""
+        """End the simulation and close the backend; may be called again."""
         self.run()
 
     def __reduce_ex__(self, protocol: Any) -> Any:
-        """Refuse to be copied or sent: a plant cannot be."""
+        """Reject copies and pickling: a plant supports neither."""
         raise CdprError("a simulation cannot be copied or pickled: take a snapshot, or make another of its scenario")
 
     def __enter__(self) -> Self:
@@ -273,18 +283,18 @@ class Simulation(Branches):
         self.close()
 
     def _ready(self, *, also_done: bool = False) -> None:
-        """Refuse what comes after the end."""
+        """Reject a call after the end."""
         if self._attempt.run is not None:
             raise CdprError(f"the simulation is over: its run is {self._attempt.run.status}; make another")
         if self.done and not also_done:
             raise CdprError(f"the simulation is done: the scenario ends at {self.time:g} s; run() returns the run")
 
     def _alone(self, what: str) -> Alone:
-        """Refuse what comes in the midst of something else."""
+        """Reject a call during another one."""
         return Alone(self._at_work, what)
 
     def _go(self, k: int, given: Program | None) -> None:
-        """Go on to sample k; complete that, too, if it is the last. Whatever ends it, end the run with it."""
+        """Continue to sample k; complete it if it is the last. End the run with any error."""
         try:
             if not self._observers:
                 self._loop.go(k, self._pace, given)
@@ -294,7 +304,7 @@ class Simulation(Branches):
             self._attempt.end(self._attempt.told(error))
 
     def _go_watched(self, k: int, given: Program | None) -> None:
-        """Likewise, where somebody looks on or gives commands."""
+        """Do the same with observers or commands."""
         loop, pace = self._loop, self._pace
         with loop.timed():
             while loop.count < k:
@@ -317,7 +327,7 @@ class Simulation(Branches):
 
     @contextmanager
     def _kept(self) -> Iterator[None]:
-        """Whatever ends it, end the run with it."""
+        """End the run with any exception of the block."""
         try:
             yield
         except BaseException as error:

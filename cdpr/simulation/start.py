@@ -1,4 +1,4 @@
-"""From what the user gave to an attempt: the scenario with the plugins that were chosen, and the folder."""
+"""Preparation of a run from the user's arguments: the scenario with the chosen plugins, and the folder."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def chosen_scenario(
     controller: str | type[Controller] | None,
     overrides: Mapping[str, Any] | None,
 ) -> Scenario:
-    """Load a scenario with the plugins that are chosen, by name or as classes."""
+    """Load a scenario with the chosen plugins, given by name or as classes."""
     changes = overrides or {}
     plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
     names: dict[str, str | None] = {}
@@ -47,7 +47,7 @@ def attempt(
     overrides: Mapping[str, Any] | None,
     out: str | os.PathLike[str] | RunFolder | None,
 ) -> Attempt:
-    """Load a scenario, with the plugins that are chosen, and make the folder; nothing is built."""
+    """Load a scenario with the chosen plugins, and make the folder; nothing is built."""
     as_it_was = not overrides and not any((backend, solver, controller))
     scenario = chosen_scenario(scenario, backend, solver, controller, overrides)
     if isinstance(out, RunFolder):

@@ -1,4 +1,4 @@
-"""New scenarios that are tried in memory before they are offered: gains and steps with which their loops are stable."""
+"""Trial runs of new scenarios: gains and steps with stable loops."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from cdpr.simulation.prepare import faults
 from cdpr.simulation.simulate import simulate
 
 HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
-STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005, 0.00002)  # s, physics steps that are tried
+STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005, 0.00002)  # s, candidate physics steps
 DECAY = 1e-3  # 1/s, required of the slowest mode: a thousand times the error of the linearisation
-NEUTRAL = -1e-3  # 1/s, required where cables are fewer than degrees of freedom: such a platform swings freely
-LONGER = 2.0  # times the duration that is written: a run that confirms the linearisation
-LARGEST = 0.05  # of the frame's extent: errors beyond are no control
-GROWTH = 1.02  # of errors and swings of tensions from one part of the rest to the next; a loop that settles is below 1
-RESOLVED = 1e-6  # of the frame's extent and of the highest tension: growth of less is not judged
-WARNING = "warning: "  # before notes on what is wrong
+NEUTRAL = -1e-3  # 1/s, required with fewer cables than degrees of freedom: such a platform swings freely
+LONGER = 2.0  # times the written duration: a run that confirms the linearisation
+LARGEST = 0.05  # of the frame's extent: larger errors mean loss of control
+GROWTH = 1.02  # of errors and tension oscillations between parts of the final rest; below 1 for a loop that settles
+RESOLVED = 1e-6  # of the frame's extent and of the highest tension: smaller growth is ignored
+WARNING = "warning: "  # indent of notes on problems
 BUDGET = 10.0  # s of CPU time for all trials: the window waits for them
 
 
 @dataclass(frozen=True)
 class Tried:
-    """Text of a scenario and a note on its trial; `stable` reports whether its loop is."""
+    """Text of a scenario and a note on its trial; `stable` is True for a stable loop."""
 
     text: str
     note: str
@@ -42,11 +42,11 @@ class Tried:
 
 
 def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
-    """Return a new scenario, as `scenario_text` writes it, with gains that were tried in memory.
+    """Return a new scenario, as `scenario_text` writes it, with gains from trials in memory.
 
-    The default gains are kept where they are stable. Otherwise the bandwidth is halved: with elastic cables the
-    platform is moved through drums and springs, and fast feedback feeds their vibration. A loop is stable if all modes
-    of its linearisation decay, at start and goal, and a longer run confirms it.
+    The default gains are kept if they are stable. Otherwise the bandwidth is halved: with elastic cables, drums and
+    springs move the platform, and fast feedback excites their vibration. A loop is stable if all modes of its
+    linearisation decay, at start and goal, and a longer run confirms it.
     """
     plain = scenario_text(file, source, sizes)
     scenario = load_scenario(file, text=plain)
@@ -58,7 +58,7 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
         note = f"{WARNING}these cables need physics steps below {STEPS[-1]:g} s: {_reasons(scenario)}"
         return Tried(plain, note, False)
     required = DECAY if scenario.robot.m >= scenario.robot.n else NEUTRAL
-    _slowest(scenario.with_changes({"simulation.physics_step": step}))  # compiles what is not compiled yet
+    _slowest(scenario.with_changes({"simulation.physics_step": step}))  # includes first-call costs
     end = process_time() + BUDGET
     best, best_text, best_said = -np.inf, plain, ""
     for changes in _candidates(scenario, step):
@@ -83,7 +83,7 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
 
 
 def _slowest(scenario: Scenario) -> float:
-    """Return the decay rate (1/s) of the slowest mode at start and goal; minus infinity where the loop stops there."""
+    """Return the decay rate (1/s) of the slowest mode at start and goal; minus infinity if the loop stops there."""
     desired = np.zeros(19)
     scenario.desired.sampler(desired)(scenario.simulation.duration)
     poses: list[Array] = [scenario.initial.state()[:7]]
@@ -102,14 +102,14 @@ def _unfinished() -> str:
 
 
 def _grown(rate: float) -> str:
-    """Return what the best gains do."""
+    """Return the note on the behaviour of the best gains."""
     if not np.isfinite(rate) or rate >= DECAY:
         return ""
     return f" (with those written a vibration {'grows' if rate < 0.0 else 'decays'} by {abs(rate):.2g} 1/s)"
 
 
 def _problem(scenario: Scenario) -> str:
-    """Return what is wrong with a run of a scenario with ideal cables; "" for nothing."""
+    """Return the problem of a run of a scenario with ideal cables; "" if there is none."""
     try:
         run = simulate(scenario)
     except CdprError as error:
@@ -137,15 +137,16 @@ def _fits(scenario: Scenario, step: float) -> bool:
 
 
 def _reasons(scenario: Scenario) -> str:
-    """Return why the shortest step is too long."""
+    """Return the reason why the shortest step is too long."""
     found = faults(scenario.with_changes({"simulation.physics_step": STEPS[-1]}))
     return "; ".join(str(fault.error) for fault in found)
 
 
 def _try(scenario: Scenario, end: float) -> tuple[float, bool]:
-    """Return the largest error (m) in a longer run than is written, and whether its loop is stable.
+    """Return the largest error (m) in a run longer than the written one, and whether its loop is stable.
 
-    Raises Interrupted where the CPU time `end` (s) is reached before.
+    Raises:
+        Interrupted: if the CPU time `end` (s) is reached before.
     """
 
     def stop(_done: int, _total: int) -> None:
@@ -163,7 +164,7 @@ def _try(scenario: Scenario, end: float) -> tuple[float, bool]:
 
 
 def _settles(run: Run, robot: Robot) -> bool:
-    """Return whether errors stay small and do not grow, and the cables' tensions are neither zero nor too large."""
+    """Return whether errors stay small and do not grow, and tensions are neither zero nor too large."""
     figures = run.summary()
     if figures["slack_samples"] or figures["beyond_limits_steps"]["tension_above_max"]:
         return False
