@@ -14,7 +14,7 @@ def get_include() -> str:
     """Return the folder of the C++ headers, for `#include <cdpr/geometry.hpp>` or `<cdpr_solvers/closed_form.hpp>`.
 
     Raises:
-        ImportError: cdpr is not installed, so that its kernel library is not built.
+        ImportError: if cdpr is not installed, so that its kernel library is not built.
 
     Example:
         >>> subprocess.run(["g++", "-std=c++17", "-I", cdpr.get_include(), "mine.cpp"])

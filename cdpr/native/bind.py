@@ -1,8 +1,7 @@
 """Binding of compiled operations to numpy arrays.
 
-    product = numpy.empty_like(left)
-    call = bind("cross_products", left=left, right=right, product=product)
-    status = call()  # or call(time), time in s
+    product = numpy.empty_like(left) call = bind("cross_products", left=left, right=right, product=product) status =
+    call()  # or call(time), time in s
 
 All checks are made once, here; the call itself only runs the kernel. The arrays are kept alive, and the kernel reads
 what they hold when it is called.
@@ -26,9 +25,9 @@ __all__ = ["LANES", "Compiled", "bind"]
 Array = np.ndarray[Any, Any]
 DTYPES = {"double*": np.dtype(np.float64), "int64*": np.dtype(np.int64), "lanes*": np.dtype(np.float64)}
 ALIGNMENT = 8  # bytes
-MOST_PLANS = 64  # of an operation, for different shapes
+MOST_PLANS = 64  # plans of an operation, for different shapes
 
-Span = tuple[int, int, Field]  # where the elements of an array begin and end in memory, and what it is for
+Span = tuple[int, int, Field]  # first and last address of an array, and its purpose
 
 
 class Compiled(Protocol):
@@ -36,33 +35,33 @@ class Compiled(Protocol):
 
     @property
     def operation(self) -> int:
-        """Address of the function `int f(void *place, double time)`."""
+        """Return the address of the function `int f(void *place, double time)`."""
 
     @property
     def place(self) -> int:
-        """Address of its struct."""
+        """Return the address of its struct."""
 
     @property
     def words(self) -> bytes | Array:
-        """Content of the struct, 8 bytes per field."""
+        """Return the content of the struct, 8 bytes per field."""
 
 
 def bind(name: str, /, **given: Any) -> Bound:
     """Bind an operation to its arrays and numbers.
 
     Args:
-        name: The operation, a key of `operations()`.
-        given: Its arrays and values by name. Sizes follow from the shapes. Work arrays are made if left out.
+        name: operation, a key of `operations()`.
+        given: arrays and values by name. Sizes follow from the shapes. Omitted work arrays are allocated.
 
     Returns:
         A callable `call()` or `call(time)`, time in s, that returns the kernel's status code; `call.unlocked(time)`
-        does that while other threads of Python run. Its attributes `operation` and `place` are the addresses of the
-        function and of its struct, `name` and `given` what it was bound by.
+        does the same while other threads of Python run. Its attributes `operation` and `place` are the addresses of the
+        function and of its struct, `name` and `given` the arguments of this function.
 
     Raises:
-        TypeError: A name is missing or unknown, or a value has the wrong type.
-        ValueError: The operation is unknown, or an array's shape, memory layout, alignment or write access is wrong, or
-            what is written shares memory with another array.
+        TypeError: if a name is missing or unknown, or a value has the wrong type.
+        ValueError: if the operation is unknown, an array's shape, memory layout, alignment or write access is wrong, or
+            a written array shares memory with another array.
     """
     from cdpr.native.library import Bound, address
 
@@ -100,7 +99,7 @@ def bind(name: str, /, **given: Any) -> Bound:
 
 
 class Plan:
-    """Binding of an operation to arrays of known names and shapes, which need not be computed again."""
+    """Binding of an operation for arrays of known names and shapes, computed once."""
 
     def __init__(self, operation: Operation, given: dict[str, Any], sizes: dict[str, int], arrays: list[Array]) -> None:
         fields = list(enumerate(operation.fields))
@@ -120,7 +119,7 @@ class Plan:
         self._shapes = np.array([length for array in arrays for length in array.shape], dtype=np.int64).tobytes()
 
     def bind(self, operation: Operation, given: dict[str, Any]) -> Bound | None:
-        """Bind it; None where an argument is not as expected."""
+        """Bind it; return None if an argument differs from the plan."""
         from cdpr.native.library import Bound, fill
 
         arrays = tuple(given[name] if work is None else np.empty(*work) for name, work in self._arrays)
@@ -209,7 +208,7 @@ def _sized(operation: Operation, field: Field, given: dict[str, Any], sizes: dic
 
 
 def _check_overlaps(name: str, spans: list[Span]) -> None:
-    """Reject an array that is written and shares memory with another one: kernels read what they have overwritten."""
+    """Reject a written array that shares memory with another one: the kernel would read overwritten values."""
     last = 0
     for start, end in sorted([(start, end) for start, end, _ in spans if start != end]):
         if start < last:

@@ -1,4 +1,4 @@
-"""Small positive definite systems: compiled, by Cholesky's method."""
+"""Small positive definite systems, solved by a compiled Cholesky factorisation."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ def solve_positive_definite(matrix: ArrayLike, right: ArrayLike, damping: float 
     Args:
         matrix: (n, n), A, symmetric; only its lower half is read.
         right: (n,), b.
-        damping: Share by which the diagonal grows, as in the method of Levenberg and Marquardt.
+        damping: relative increase of the diagonal, as in the method of Levenberg and Marquardt.
 
     Returns:
-        (n,), x; NaN where the matrix is singular or not positive definite: a pivot is below 1e-13 of its diagonal
+        (n,), x; NaN if the matrix is singular or not positive definite: a pivot is below 1e-13 of its diagonal
         entry (Golub and Van Loan, Matrix Computations, section 4.2).
 
     Raises:
-        ValueError: The shapes do not match.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> solve_positive_definite([[4.0, 0.0], [0.0, 2.0]], [2.0, 2.0])

@@ -5,8 +5,8 @@
     )
 
 Binding checks each argument and takes many times as long as a small kernel. So an operation is bound once for each set
-of shapes, in each thread. It then runs on the arrays of the call, or on copies if their type or layout differs. Where
-the arrays stay the same, bind them (`cdpr.native.bind`). The instruction set is that of the first call.
+of shapes, in each thread. It then runs on the arrays of the call, or on copies if their type or layout differs. For
+constant arrays, use `cdpr.native.bind`. The instruction set is that of the first call.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from numpy.typing import ArrayLike
 from cdpr.native.bind import DTYPES, bind
 from cdpr.native.operations import operations
 
-MOST = 64  # bound operations that a thread keeps
+MOST = 64  # bound operations kept by a thread
 MOST_ARRAYS, MOST_BYTES = 8, 1024  # of `Bound.on`
 
 Array = np.ndarray[Any, Any]
 Shape = tuple[int, ...]
-# The call, its inputs, its results, the positions of both in its struct (none where a result is an input, too), and the
+# The call, its inputs, its results, the positions of both in its struct (none if a result is an input, too), and the
 # shapes and types of the results.
 Bound = tuple[Any, tuple[Array, ...], tuple[Array, ...], bytes, list[tuple[Shape, np.dtype[Any]]]]
 
@@ -48,17 +48,17 @@ def compute(
     """Call an operation with arrays.
 
     Args:
-        name: The operation, a key of `cdpr.native.operations.operations()`.
-        inputs: Arrays that it reads, by name; also what arrays hold that it reads and writes.
-        outputs: Shapes of the arrays that it writes, by name.
-        numbers: Its values.
+        name: operation, a key of `cdpr.native.operations.operations()`.
+        inputs: arrays that it reads, by name; also the initial content of arrays that it reads and writes.
+        outputs: shapes of the arrays that it writes, by name.
+        numbers: values by name.
 
     Returns:
         The status code; the arrays of `outputs`, in that order.
 
     Raises:
-        TypeError: A name is missing or unknown.
-        ValueError: The shapes do not match.
+        TypeError: if a name is missing or unknown.
+        ValueError: if the shapes do not match.
 
     Example:
         >>> compute("positive_definite", {"matrix": [[4.0]], "right": [2.0]}, {"solution": (1,)}, damping=0.0)
@@ -100,6 +100,6 @@ def _bound(name: str, inputs: dict[str, Array], outputs: Mapping[str, Shape], nu
 
 @cache
 def _dtypes(name: str) -> dict[str, np.dtype[Any]]:
-    """Return the element types of an operation's arrays, by name; empty of an unknown one, which `bind` rejects."""
+    """Return the element types of an operation's arrays, by name; empty for an unknown one, which `bind` rejects."""
     operation = operations().get(name)
     return {field.name: DTYPES[field.type] for field in operation.fields if field.is_array} if operation else {}

@@ -23,14 +23,14 @@ INCLUDE = re.compile(r"^\s*#\s*include\s*<([\w/]+\.(?:hpp|h))>", re.MULTILINE)
 
 
 class Entry(NamedTuple):
-    """An operation: `header` has the struct and the function that are the arguments of its `entry<...>`."""
+    """Operation: `header` contains the struct and the function that are the arguments of its `entry<...>`."""
 
     header: str
     arguments: str
 
 
 def listing(names: Iterable[str], own: Mapping[str, Entry] | None = None) -> tuple[list[str], dict[str, str]]:
-    """Return the lines that include the headers of operations, and the C++ expression of each one's entry by name."""
+    """Return the lines that include the headers of operations, and the C++ expression of each entry by name."""
     entries = {name: (own or {}).get(name) or entry_of(name) for name in sorted(set(names))}
     headers = sorted({entry.header for entry in entries.values()})
     includes = [f'#include "{header}"' if header.startswith("own/") else f"#include <{header}>" for header in headers]
@@ -70,7 +70,7 @@ def entry_of(name: str) -> Entry:
     """Return the entry of an operation of the kernel library.
 
     Raises:
-        CdprError: No table of this installation has it.
+        CdprError: if no table of this installation contains it.
     """
     for path in sorted((NATIVE / "tables").glob("*.cpp")):
         text = path.read_text(encoding="utf-8")
@@ -98,7 +98,7 @@ def header_text(name: str) -> str:
 
 
 def headers_of(texts: Iterable[str]) -> dict[str, bytes]:
-    """Return the headers of the kernel library that C++ files include, directly or not, by their names."""
+    """Return the headers of the kernel library that C++ files include, directly or not, by name."""
     found: dict[str, bytes] = {}
     todo = [name for text in texts for name in INCLUDE.findall(text)]
     while todo:

@@ -1,4 +1,4 @@
-"""Operations that were compiled elsewhere, such as by numba, a C compiler or Cython, with their arguments."""
+"""Operations compiled elsewhere, for example by numba, a C compiler or Cython, with their arguments."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from cdpr.native.bind import Array
 from cdpr.native.library import address
 
-# Keeps the lock of Python: the arrays of one object serve one call at a time.
+# Holds the GIL: the arrays of one object serve one call at a time.
 OPERATION = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 CTYPES_FUNCTION: type = ctypes.CFUNCTYPE(None).__mro__[1]  # base of all functions of ctypes
 LOWEST_ADDRESS = 4096  # systems map no code below
@@ -22,25 +22,25 @@ DTYPES = np.dtype(np.float64), np.dtype(np.int64)
 
 
 class Foreign:
-    """Compiled function `int f(void *place, double time)` with its arguments; called as what `bind` returns.
+    """Compiled function `int f(void *place, double time)` with its arguments; called like the result of `bind`.
 
     `place` is the address of a struct of 8-byte members in the order of the arguments: a `double *` or `int64_t *` for
-    an array, a `double` or an `int64_t` for a number. The function must be valid as long as this object is.
+    an array, a `double` or an `int64_t` for a number. The function must remain valid as long as this object exists.
 
     Args:
-        function: Its address, a function of a ctypes library, or an object that has the address as `address`, such as a
+        function: address, function of a ctypes library, or object with the address as `address`, such as a
             `numba.cfunc`. Objects are kept alive.
-        arguments: C-contiguous arrays of float64 or int64, which stay where they are, and numbers.
+        arguments: C-contiguous arrays of float64 or int64, which must not move, and numbers.
 
     Raises:
-        TypeError: The function has no address, or an argument is none of these.
-        ValueError: An array is not C-contiguous, or not aligned to 8 bytes; or, on Linux, no code is at the address.
+        TypeError: if the function has no address, or an argument has another type.
+        ValueError: if an array is not C-contiguous or not aligned to 8 bytes; or, on Linux, no code is at the address.
 
     Attributes:
-        operation: Address of the function.
-        place: Address of the struct.
-        words: Content of the struct.
-        arrays: The arrays among the arguments.
+        operation: address of the function.
+        place: address of the struct.
+        words: content of the struct.
+        arrays: arrays among the arguments.
 
     Example:
         A numba function takes arrays only. The type of its first argument is that of an array of pointers:
@@ -85,7 +85,7 @@ def _address(function: Any) -> int:
 
 @lru_cache(maxsize=1024)  # rollouts bind the same few functions for each case
 def _check_code(found: int) -> None:
-    """Raise ValueError where there is no code at an address."""
+    """Raise ValueError if there is no code at an address."""
     if found < LOWEST_ADDRESS:
         raise ValueError(f"function: expected the address of a function, got {found}.")
     try:

@@ -20,12 +20,12 @@ class Field:
     """Member of an operation's struct, as `field.hpp` describes it.
 
     Attributes:
-        name: Of the argument.
+        name: name of the argument.
         type: "double", "int64", "double*", "int64*" or "lanes*".
         role: "in", "out", "both", "work", "size" or "value".
-        shape: The dimensions of an array; the last one of lanes is 8.
-        least: The least value of a number; None if it has none.
-        is_array: Whether the struct holds an address.
+        shape: dimensions of an array; the last one of lanes is 8.
+        least: lower limit of a number; None if it has none.
+        is_array: True if the struct holds an address.
     """
 
     def __init__(self, text: str, type: str) -> None:
@@ -48,14 +48,14 @@ class Operation:
     """Compiled function `int f(void *place, double time)` and the struct of its arguments.
 
     Attributes:
-        name: Of the operation.
-        address: Of the function.
-        fields: In the order of the struct.
-        names: Of all arguments.
-        required: The names without which it cannot be bound.
-        sizes: The names of sizes.
-        layout: Of the struct, for `struct.pack`.
-        plans: How it was bound, by names and shapes; for `cdpr.native.bind`.
+        name: name of the operation.
+        address: address of the function.
+        fields: members in the order of the struct.
+        names: names of all arguments.
+        required: names of the required arguments.
+        sizes: names of sizes.
+        layout: format of the struct, for `struct.pack`.
+        plans: previous bindings, by names and shapes; for `cdpr.native.bind`.
     """
 
     def __init__(self, name: str, address: int, fields: str, types: tuple[str, ...]) -> None:
@@ -74,13 +74,13 @@ class Operation:
 
 
 def shape_text(shape: Iterable[object]) -> str:
-    """Return a shape as Python writes it, of numbers or of symbols."""
+    """Return a shape of numbers or symbols in the notation of Python."""
     lengths = [str(length) for length in shape]
     return f"({', '.join(lengths)}{',' if len(lengths) == 1 else ''})"
 
 
 def targets() -> tuple[str, ...]:
-    """Return the instruction sets of the library that this processor can run, the fastest last."""
+    """Return the instruction sets of the library that this processor supports, the fastest last."""
     return tuple(_tables())
 
 
@@ -88,7 +88,7 @@ def target() -> str:
     """Return the instruction set in use: the fastest, or that of the environment variable CDPR_NATIVE_TARGET.
 
     Raises:
-        CdprError: The variable names none that this processor can run.
+        CdprError: if the variable names none that this processor supports.
     """
     wanted = os.environ.get(VARIABLE)
     if wanted is None:
@@ -104,7 +104,7 @@ def operations() -> dict[str, Operation]:
 
 
 def kernels_version() -> str:
-    """Return what tells states of the kernel library apart: a digest of its sources."""
+    """Return the version of the kernel library: a digest of its sources."""
     from cdpr.native import library
 
     return library.sources[:16]

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 
 class Own(NamedTuple):
-    """C++ of an operation that is not in the kernel library.
+    """C++ source of an operation that is not in the kernel library.
 
     Attributes:
-        header: C++ header built on those of `cdpr.get_include()`.
-        arguments: Struct and function in it, as `entry<...>` of `cdpr/entry.hpp` takes them: "Mine, mine".
+        header: C++ header that uses those of `cdpr.get_include()`.
+        arguments: struct and function in it, as arguments of `entry<...>` of `cdpr/entry.hpp`: "Mine, mine".
 
     Example:
         >>> Own(Path(__file__).with_name("mine.hpp"), "Mine, mine")

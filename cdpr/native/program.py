@@ -1,4 +1,4 @@
-"""Exported program: arrays, and the compiled operations that work on them, for FMUs and real-time controllers."""
+"""Exported program: arrays, and the compiled operations on them, for FMUs and real-time controllers."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ IGNORED, ANSWER, FINITE = range(3)
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """An array of the program.
+    """Array of the program.
 
     Attributes:
-        name: By which its code finds it; "-" for none.
-        kind: `memory` is part of the state, `work` scratch space.
-        content: At the start, float64 or int64.
+        name: name in the C++ code; "-" for none.
+        kind: `memory` for a part of the state, `work` for scratch space.
+        content: initial content, float64 or int64.
     """
 
     name: str
@@ -39,13 +39,13 @@ class Link:
     """Numbers of an FMU's variable that are also in an array.
 
     Attributes:
-        variable: Its name.
-        first: Index of the first number in it.
-        size: How many.
-        array: Index of the array.
-        to: Where they go in it.
-        positive: Whether they must be greater than 0.
-        per_step: Whether they are multiplied by the control step.
+        variable: name of the variable.
+        first: index of the first number in it.
+        size: number of numbers.
+        array: index of the array.
+        to: index of the first number in the array.
+        positive: True if they must be greater than 0.
+        per_step: True if they are multiplied by the control step.
     """
 
     variable: str
@@ -59,14 +59,14 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Call:
-    """A compiled operation with its arguments, as `cdpr.native.bind` or `Foreign` bound it.
+    """Compiled operation with its arguments, bound by `cdpr.native.bind` or `Foreign`.
 
     Attributes:
-        bound: The bound operation.
-        vital: What a status other than 0 means, one of the constants.
-        skip: How many of the calls that follow are skipped then.
-        repair: Bound operation that is called then with the status; if it returns 0 the program continues.
-        entry: Name of the operation in the program; that in the kernel library unless given.
+        bound: bound operation.
+        vital: meaning of a status other than 0, one of the constants.
+        skip: number of calls to skip then.
+        repair: bound operation that is then called with the status; if it returns 0 the program continues.
+        entry: name of the operation in the program; by default that in the kernel library.
     """
 
     bound: Any
@@ -77,17 +77,17 @@ class Call:
 
     @property
     def name(self) -> str:
-        """Name of the operation."""
+        """Return the name of the operation."""
         return self.entry or operation_name(self.bound)
 
 
 class Member(NamedTuple):
-    """A member of an operation's struct: the address of an array's element, or a number.
+    """Member of an operation's struct: the address of an array's element, or a number.
 
     Attributes:
-        array: Index of the array; None for a number.
-        value: Index of the element, or the 64 bits of the number.
-        is_number: Whether it is a float64; False if unknown.
+        array: index of the array; None for a number.
+        value: index of the element, or the 64 bits of the number.
+        is_number: True for a float64; False if unknown.
     """
 
     array: int | None
@@ -97,15 +97,15 @@ class Member(NamedTuple):
 
 @dataclass(frozen=True)
 class Operation:
-    """A call of the program.
+    """Operation of the program.
 
     Attributes:
-        name: Of the operation.
-        in_order: Whether it is called in each control step; others only repair, or are called by the code around.
-        vital: Meaning of a status other than 0.
-        skip: Number of operations skipped then.
-        repair: Index of the operation that is called then; -1 for none.
-        members: Of its struct.
+        name: name of the operation.
+        in_order: True if it is called in each control step; others are repairs, or called by the surrounding code.
+        vital: meaning of a status other than 0.
+        skip: number of operations to skip then.
+        repair: index of the operation that is then called; -1 for none.
+        members: members of its struct.
     """
 
     name: str
@@ -118,12 +118,12 @@ class Operation:
 
 @dataclass(eq=False)
 class Program:
-    """Arrays, and the operations that work on them.
+    """Arrays, and the operations on them.
 
     Attributes:
-        arrays: The arrays.
-        links: Variables of an FMU that are also in arrays.
-        operations: The calls: those of a control step in order, those that only repair, those of the code around.
+        arrays: arrays of the program.
+        links: variables of an FMU that are also in arrays.
+        operations: those of a control step in order, the repairs, and those called by the surrounding code.
     """
 
     arrays: list[Stored] = field(default_factory=list)
@@ -132,7 +132,7 @@ class Program:
 
     @property
     def names(self) -> list[str]:
-        """Names of the operations that are called."""
+        """Return the names of the called operations."""
         return [operation.name for operation in self.operations]
 
     def add(self, name: str, content: Array, kind: Kind = "constant") -> int:
@@ -166,19 +166,19 @@ class Translation:
     """Translation of bound operations into a program.
 
     Args:
-        named: Arrays that the code around the program reads or writes, by name.
-        shared: Of these, arrays that stand for every array of the same content that is only read.
+        named: arrays that the surrounding code reads or writes, by name.
+        shared: named arrays that replace every read-only array of the same content.
     """
 
     def __init__(self, named: dict[str, Array], shared: Sequence[str] = ()) -> None:
         self.program = Program()
-        self._places: dict[int, int] = {}  # of an array's memory: index of the stored array
+        self._places: dict[int, int] = {}  # by address of an array's memory: index of the stored array
         self._named = named
         self._shared = shared
         self._kept: list[Array] = []  # so that no other array gets their addresses
 
     def translate(self, calls: Sequence[Call], aside: Sequence[Call] = ()) -> Program:
-        """Return the program that makes these calls; its last operations, `aside`, it leaves to the code around."""
+        """Return the program of these calls; its last operations, `aside`, are for the surrounding code."""
         every = [*calls, *(Call(call.repair) for call in calls if call.repair is not None), *aside]
         for name, array in self._named.items():
             self._store(name, array, "memory")
@@ -200,7 +200,7 @@ class Translation:
         return self.program
 
     def where(self, array: Array) -> tuple[int, int]:
-        """Return the index of the stored array that holds an array, and its place there."""
+        """Return the index of the stored array that contains an array, and its position there."""
         owner = root(array)
         index = self._places[address(owner)]
         return index, (address(array) - address(owner)) // 8
@@ -217,7 +217,7 @@ class Translation:
                     self._places[address(owner)] = self.program.find(name) or 0
                     self._kept.append(owner)
                     return
-        # What no operation reads is no state, and its content at the start is rubbish.
+        # An array that no operation reads is no state, and its initial content is rubbish.
         unread = roles <= {"work", "out"}
         self._store("-", owner, "constant" if roles == {"in"} else "work" if unread else "memory")
 
@@ -233,7 +233,7 @@ class Translation:
 
 
 def members(call: Call) -> Iterable[tuple[str, Array | None]]:
-    """Return role and array of each member of an operation's struct; of values "number" or "integer", and None."""
+    """Return role and array of each member of an operation's struct; for values "number" or "integer", and None."""
     bound = call.bound
     arrays = iter(bound.arrays)
     if not call.entry:
@@ -241,7 +241,7 @@ def members(call: Call) -> Iterable[tuple[str, Array | None]]:
             kind = "number" if known.type == "double" else "integer"
             yield (known.role, next(arrays)) if known.is_array else (kind, None)
         return
-    # Of an operation that was compiled elsewhere no roles are known: any array may be its memory.
+    # The roles of an operation compiled elsewhere are unknown: any array may be its memory.
     ahead = next(arrays, None)
     for word in np.frombuffer(bound.words, dtype=np.int64).tolist():
         if ahead is not None and word == address(ahead):

@@ -1,6 +1,6 @@
 """Symbolic dimensions of kernel arrays: sums of products of sizes and integers, such as "2*m + 1".
 
-A size may have a least value: "w >= 6".
+A size may have a lower limit: "w >= 6".
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ class Dimension:
     """Length of an array along one axis.
 
     Attributes:
-        text: As declared, such as "2*m + 1" or "w >= 6".
-        symbol: The size that it is, such as "m"; None where it is an expression or an integer.
-        symbols: The names of the sizes in it.
-        least: The length that an array has at least.
+        text: declaration, such as "2*m + 1" or "w >= 6".
+        symbol: name of a size, such as "m"; None for an expression or an integer.
+        symbols: names of the sizes in it.
+        least: smallest length.
     """
 
     def __init__(self, text: str) -> None:

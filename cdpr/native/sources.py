@@ -1,4 +1,4 @@
-"""Sources of the kernel library: whether a checkout's library is compiled from those in it."""
+"""Sources of the kernel library: check that a checkout's library was compiled from them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KINDS = (
 
 
 def digest(root: Path = ROOT) -> str | None:
-    """Return the digest of the sources in a checkout, as CMakeLists.txt computes it; None where there is none."""
+    """Return the digest of the sources in a checkout, computed as in CMakeLists.txt; None outside a checkout."""
     if not (root / "CMakeLists.txt").is_file():
         return None
     found = {path for kind in KINDS for path in root.glob(kind) if not path.is_symlink()}

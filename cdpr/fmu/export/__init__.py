@@ -1,8 +1,8 @@
-"""Our robots as FMUs for co-simulation: one generic C++17 source, configured in the FMU's resources.
+"""Export of robots as FMUs for co-simulation: one generic C++17 source, configured by the FMU's resources.
 
 The plant is the backend `reference`, compiled from the same headers, with the same fourth-order scheme: cables and
-tensions are evaluated at every stage. `Plant` and `Actuator` say what to export, `write_fmu` writes it, `cached_fmu`
-keeps it in the user's cache.
+tensions are evaluated at every stage. `Plant`, `Actuator` and `Controller` define the content, `write_fmu` writes it,
+`cached_fmu` keeps it in the user's cache.
 """
 
 from cdpr.fmu.export.archive import cached_fmu, fmu_bytes, write_fmu

@@ -1,4 +1,4 @@
-"""Puts an exported FMU together: the same bytes for the same model, source and compiler."""
+"""Archive of an exported FMU: the same bytes for the same model, source and compiler."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, fmu_cache, keep_newes
 from cdpr.fmu.export.variables import Model
 from cdpr.fmu.read import trust
 
-# The earliest time that a zip archive can hold.
+# earliest time that a zip archive supports
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
-# FMUs in the user's cache, some 80 kB each: enough for a study, which makes one for each variant of its robot.
+# FMUs in the user's cache, some 80 kB each: enough for a study, which makes one for each variant of its robot
 KEPT = 1000
 
 
@@ -31,9 +31,9 @@ def fmu_bytes(model: Model, fmi: int, source_only: bool = False, platforms: Sequ
     """Return the model as an FMU for co-simulation, FMI 2 or 3, with a binary for each platform (`library.target`).
 
     Raises:
-        PluginError: FMI 2 is to have sources alone; there is no C++ compiler, it fails, or there are no binaries for
-            this platform.
-        OutputError: the user's cache cannot be written.
+        PluginError: if sources alone are requested for FMI 2, there is no C++ compiler, compilation fails, or binaries
+            for this platform are not supported.
+        OutputError: if the user's cache cannot be written.
     """
     if source_only and fmi == 2:
         raise PluginError(
@@ -50,9 +50,11 @@ def write_fmu(
     force: bool = False,
     platforms: Sequence[str] = (NATIVE,),
 ) -> str:
-    """Write the FMU into the file `out`, put it on the user's list of trusted ones and return its sha256.
+    """Write the FMU into the file `out`, add it to the user's list of trusted FMUs and return its sha256.
 
-    Errors as for `fmu_bytes`, and OutputError where something cannot be written.
+    Raises:
+        PluginError: as for `fmu_bytes`.
+        OutputError: if a file cannot be written.
     """
     if out.exists() and not out.is_file():
         raise OutputError(f"{out}: is no regular file; choose another --out")
@@ -67,7 +69,7 @@ def write_fmu(
 
 
 def cached_fmu(model: Model, fmi: int = 3) -> Path:
-    """Return the FMU of a model in the user's cache, made where it is not there yet; errors as for `fmu_bytes`.
+    """Return the FMU of a model in the user's cache, created if necessary; errors as for `fmu_bytes`.
 
     Its name is its sha256, by which a caller may trust it.
     """
@@ -89,7 +91,7 @@ def cached_fmu(model: Model, fmi: int = 3) -> Path:
 
 
 def _write(out: Path, content: bytes, mode: int | None = None) -> None:
-    temporary = out.with_name(f"{out.name}.{os.getpid()}.tmp")  # so that no half-written file ever bears the name
+    temporary = out.with_name(f"{out.name}.{os.getpid()}.tmp")  # an incomplete file never has the final name
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary.write_bytes(content)
@@ -105,7 +107,7 @@ def _write(out: Path, content: bytes, mode: int | None = None) -> None:
 def assemble(
     model: Model, fmi: int, files: Mapping[str, bytes], flags: Sequence[str], platforms: Sequence[str] = (NATIVE,)
 ) -> bytes:
-    """Zip everything; with binaries made with the compilers' `flags`, without any if there are none."""
+    """Pack all files; binaries were compiled with these `flags`; none if there are no binaries."""
     variables = model.variables()
     digest = hashlib.sha256(configuration(model, "").encode())
     for content in files.values():
@@ -128,13 +130,13 @@ def assemble(
 
 @lru_cache(maxsize=16)
 def zipped(entries: tuple[tuple[str, bytes], ...]) -> bytes:
-    """Return names and contents as an archive; packing them takes most of an export, and a study repeats its robots."""
+    """Return names and contents as an archive; cached: packing dominates an export, and a study repeats its robots."""
     result = io.BytesIO()
     with zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in entries:
             info = zipfile.ZipInfo(name, EPOCH)
             info.compress_type = zipfile.ZIP_DEFLATED
-            info.create_system = 3  # Unix, wherever it is made
+            info.create_system = 3  # Unix, on every platform
             info.external_attr = 0o644 << 16
             archive.writestr(info, content)
     return result.getvalue()

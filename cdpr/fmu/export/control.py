@@ -1,4 +1,4 @@
-"""Controller and tension distribution of an exported FMU, and the variables that they have."""
+"""Controller and tension distribution of an exported FMU, and their variables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cdpr.native.entries import TABLE, headers_of, own_entries, table
 from cdpr.native.own import Own
 from cdpr.native.program import Program
 
-# The desired motion: name, numbers, unit, text; together the 19 of `cdpr.model`.
+# Desired motion: name, numbers, unit, text; together the 19 of `cdpr.model`.
 DESIRED = (
     ("desired_position", 3, "m", "desired position of the platform's origin, world"),
     ("desired_quaternion", 4, "", "desired attitude, platform to world, w, x, y, z"),
@@ -25,14 +25,14 @@ DESIRED = (
 
 @dataclass(frozen=True, eq=False)
 class Control:
-    """Controller and tension distribution of an exported FMU, which decide once in each control step.
+    """Controller and tension distribution of an exported FMU, evaluated once in each control step.
 
     Attributes:
-        names: Of the controller and, unless it puts out commands, of the solver.
-        options: The controller's options that stay parameters: values by name.
-        robot: As controller and solver know it.
-        program: What is done in each control step, with the arrays `state`, `desired`, `tension`, `report` and `lines`.
-        own: Headers of operations that are not of the kernel library, and their entries by name.
+        names: names of the controller and, unless it returns commands, of the solver.
+        options: options of the controller that stay parameters: values by name.
+        robot: nominal robot of controller and solver.
+        program: operations of a control step, with the arrays `state`, `desired`, `tension`, `report` and `lines`.
+        own: headers of operations that are not in the kernel library, and their entries by name.
         desired: (19,) at the start.
     """
 
@@ -45,19 +45,19 @@ class Control:
     desired: Array
 
     def sources(self) -> dict[str, bytes]:
-        """Return the C++ file that lists the operations, and the headers of the kernel library that it includes."""
+        """Return the C++ file that lists the operations, and the required headers of the kernel library."""
         headers, entries = own_entries(self.own)
         listed = table(self.program.names, entries)
         found = headers_of(content.decode() for content in (listed, *headers.values()))
         return {TABLE: listed, **headers, **found}
 
     def copied(self) -> Program:
-        """Return the program, for more arrays and links."""
+        """Return a copy of the program, for more arrays and links."""
         program = self.program
         return Program([*program.arrays], [*program.links], [*program.operations])
 
     def inputs(self) -> list[Variable]:
-        """Return the desired motion."""
+        """Return the inputs: the desired motion."""
         found, first = [], 0
         for name, size, unit, text in DESIRED:
             start = self.desired[first : first + size]
@@ -66,7 +66,7 @@ class Control:
         return found
 
     def parameters(self) -> list[Variable]:
-        """Return the controller's options and its step."""
+        """Return the parameters: the controller's options and its step."""
         own = [
             parameter(f"controller.{name}", values.shape, "", values, f"{name} of the controller {self.names[0]}")
             for name, values in self.options.items()

@@ -1,4 +1,4 @@
-"""modelDescription.xml for FMI 2.0 and 3.0, buildDescription.xml, and the configuration that the binary reads."""
+"""modelDescription.xml for FMI 2.0 and 3.0, buildDescription.xml, and the configuration file of the binary."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from cdpr.fmu.export.variables import Model, Variable
 from cdpr.native.program import Array, Operation
 from cdpr.units import BASE_UNITS, si
 
-# Names the library, thus the same for all robots: the binary is generic.
+# Name of the library, equal for all robots: the binary is generic.
 IDENTIFIER = "cdpr_plant"
 
-# The names are the standard's; source/instance.c knows them, too.
+# Names of the standard; source/instance.c uses them, too.
 CATEGORIES = {
     "logStatusError": "what went wrong, and what to do",
     "logStatusWarning": "what was asked for and cannot be",
@@ -35,12 +35,12 @@ TERMINALS = {
     "winches": "what the winches are told, and what they do",
 }
 
-# s, only a proposal to the host for how long to simulate.
+# s, a proposal to the host for the duration of a simulation
 STOP_TIME = 1.0
 
 
 def configuration(model: Model, token: str) -> str:
-    """Return resources/plant.cfg; source/config.cpp explains the format."""
+    """Return resources/plant.cfg; source/config.cpp documents the format."""
     variables, program = model.variables(), model.program()
     stored = [(array, _words_of(array.content)) for array in program.arrays]
     work = sum(len(words) for array, words in stored if array.kind == "work")
@@ -75,7 +75,7 @@ def _operation_line(operation: Operation) -> str:
 
 
 def _words_of(content: Array) -> list[str]:
-    """Return the numbers of an array as config.cpp reads them."""
+    """Return the numbers of an array in the format of config.cpp."""
     if content.dtype == np.int64:
         return [f"{value:016x}" for value in np.ravel(content).view(np.uint64).tolist()]
     return [_number(value) for value in np.ravel(content).tolist()]
@@ -87,7 +87,7 @@ def _number(value: float) -> str:
 
 
 def model_description(model: Model, variables: Sequence[Variable], token: str, fmi: int) -> bytes:
-    """Return modelDescription.xml. In FMI 2 each number is a variable of its own, in FMI 3 arrays are."""
+    """Return modelDescription.xml. In FMI 2 each number is a separate variable, in FMI 3 arrays are variables."""
     public = [
         (reference, variable) for reference, variable in _referenced(variables) if variable.causality != "constant"
     ]
@@ -116,7 +116,7 @@ def model_description(model: Model, variables: Sequence[Variable], token: str, f
     if model.differentiable:
         simulation.set(f"providesDirectionalDerivative{'' if fmi == 2 else 's'}", "true")
     if fmi == 2:
-        simulation.set("canNotUseMemoryManagementFunctions", "true")  # those of the host
+        simulation.set("canNotUseMemoryManagementFunctions", "true")  # instances of the host
     _units(root, public)
     categories = SubElement(root, "LogCategories")
     for category, told in CATEGORIES.items():
@@ -127,7 +127,7 @@ def model_description(model: Model, variables: Sequence[Variable], token: str, f
 
 
 def build_description(sources: Sequence[str]) -> bytes:
-    """Return sources/buildDescription.xml: what to compile for other platforms."""
+    """Return sources/buildDescription.xml: the build for other platforms."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     build = SubElement(root, "BuildConfiguration", modelIdentifier=IDENTIFIER)
     files = SubElement(build, "SourceFileSet", language="C++17")
@@ -138,7 +138,7 @@ def build_description(sources: Sequence[str]) -> bytes:
 
 
 def terminals(variables: Sequence[Variable]) -> bytes:
-    """Return terminalsAndIcons.xml of FMI 3: what belongs together, by names that are those of cdpr's signals."""
+    """Return terminalsAndIcons.xml of FMI 3: groups of variables, named as cdpr's signals."""
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     section = SubElement(root, "Terminals")
     for name in dict.fromkeys(variable.terminal for variable in variables if variable.terminal):
@@ -151,9 +151,9 @@ def terminals(variables: Sequence[Variable]) -> bytes:
 
 
 def _referenced(variables: Sequence[Variable]) -> list[tuple[int, Variable]]:
-    """Each variable after its value reference."""
+    """Yield each variable with its value reference."""
     ends = itertools.accumulate((variable.size for variable in variables), initial=0)
-    return list(zip(ends, variables, strict=False))  # the last end begins nothing
+    return list(zip(ends, variables, strict=False))  # nothing begins at the end of the last one
 
 
 def _units(root: Element, public: list[tuple[int, Variable]]) -> None:
@@ -165,7 +165,7 @@ def _units(root: Element, public: list[tuple[int, Variable]]) -> None:
 
 
 def _variables2(root: Element, public: list[tuple[int, Variable]]) -> None:
-    """One scalar variable for each number; the structure refers to them by their place, from 1."""
+    """Write one scalar variable for each number; the structure refers to them by their position, from 1."""
     section = SubElement(root, "ModelVariables")
     outputs: list[tuple[str, Variable]] = []
     places: dict[str, list[str]] = {}
@@ -215,7 +215,7 @@ def _common(variable: Variable) -> dict[str, str]:
 
 
 def _dependencies(known: Sequence[str] | None, places: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    """Say what an output depends on: hosts then see no algebraic loop where there is none. None is said of all."""
+    """Write the dependencies of an output, so that hosts find no false algebraic loop; none are written for all."""
     if known is None:
         return {}
     return {"dependencies": " ".join(place for name in known for place in places[name])}

@@ -26,40 +26,40 @@ from cdpr.native.entries import TABLE, headers_of, table
 from cdpr.user_cache import user_cache
 
 SOURCE = Path(__file__).parent / "source"
-STANDARD = SOURCE.with_name("fmi")  # the headers of FMI, which are not ours
+STANDARD = SOURCE.with_name("fmi")  # headers of FMI, which are third-party
 
 # Products are not fused with sums: the bits are those of the backend `reference`. Only the functions of FMI are visible
-# from outside, so that several such libraries live in one process.
+# from outside, so that several such libraries can be loaded into one process.
 FLAGS = (
     *("-std=c++17", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-fno-exceptions"),
     *("-fno-rtti", "-I."),
 )
 
 KEPT = 20  # libraries of other states of the source, or by other compilers
-TIMEOUT = 1800.0  # s; it takes a few, with zig a minute or two at first, and ten times that on a busy machine
+TIMEOUT = 1800.0  # s; typical are a few, with zig a minute or two at first, and ten times that on a busy machine
 
-# How FMI 2 calls a platform; FMI 3 says MACHINE-linux.
+# Platform names of FMI 2; FMI 3 uses MACHINE-linux.
 FOLDERS = {"x86_64": "linux64", "i686": "linux32"}
 
 NATIVE, WINDOWS = "native", "win64"
 CROSS = "x86_64-w64-mingw32-g++"
 
-# Windows: numbers read and printed as C99 says, no further library to go with it, no time in it: the same bytes.
+# Windows: C99 rules for reading and printing numbers, no other library, no timestamp: the same bytes.
 CROSS_FLAGS = ("-D__USE_MINGW_ANSI_STDIO=1", "-static-libgcc", "-static-libstdc++", "-s", "-Wl,--no-insert-timestamp")
 
-# Linux: nothing of the C++ library is needed, so that the FMU does not load it.
+# Linux: no dependency on the C++ library, so that the FMU does not load it.
 LINUX_FLAGS = ("-Wl,--as-needed",)
 
 MATHEMATICS = {".so": ("-lm",), ".dll": ("-lm",)}
 
-# zig would first compile the C++ library, which the FMU does not need.
+# zig would otherwise first compile the C++ library, which the FMU does not need.
 ZIG_FLAGS = ("-nostdlib++",)
 
 REMEDY = "give --source-only for an FMI 3 FMU with its C++ source alone, to be compiled where it is used"
 
 
 class Cross(NamedTuple):
-    """Another platform than this one, which zig compiles for: its names in FMI 2, if it has one, FMI 3 and zig."""
+    """Another platform, for which zig compiles: its names in FMI 2, if it has one, FMI 3 and zig."""
 
     fmi2: str
     fmi3: str
@@ -80,7 +80,7 @@ PLATFORMS = (NATIVE, *CROSSES)
 
 
 def sources() -> dict[str, bytes]:
-    """Return the C++ files and headers of an FMU without controller by their names, in this order."""
+    """Return the C++ files and headers of an FMU without controller by name, in this order."""
     own = [path for folder in (SOURCE, STANDARD) for path in folder.iterdir() if path.suffix in (".cpp", ".h")]
     files = {path.name: path.read_bytes() for path in own} | {TABLE: table(())}
     return dict(sorted({**files, **headers_of(content.decode() for content in files.values())}.items()))
@@ -88,12 +88,12 @@ def sources() -> dict[str, bytes]:
 
 @dataclass(frozen=True)
 class Target:
-    """A platform for which there can be a binary.
+    """Platform for which a binary can be compiled.
 
     Attributes:
-        folder: Of its binaries inside an FMU.
-        command: The C++ compiler, its program as a whole path.
-        flags: What it needs beside those for all.
+        folder: folder of its binaries inside an FMU.
+        command: command of the C++ compiler, its program as an absolute path.
+        flags: additional flags for this platform.
     """
 
     folder: str
@@ -103,7 +103,11 @@ class Target:
 
 
 def target(name: str, fmi: int) -> Target:
-    """Return one of PLATFORMS; PluginError if there is no compiler for it, or FMI has no name for it."""
+    """Return one of PLATFORMS.
+
+    Raises:
+        PluginError: if there is no compiler for it, or FMI has no name for it.
+    """
     if name != NATIVE:
         cross = CROSSES[name]
         folder = cross.fmi2 if fmi == 2 else cross.fmi3
@@ -143,7 +147,7 @@ def zig_program() -> str | None:
 
 
 def compiler() -> list[str]:
-    """Return the command of the C++ compiler for this platform, $CXX, c++ or zig, its program as a whole path."""
+    """Return the command of the C++ compiler for this platform: $CXX, c++ or zig, its program as an absolute path."""
     given = os.environ.get("CXX", "").strip()
     try:
         words = shlex.split(given or "c++")
@@ -163,9 +167,9 @@ def compiler() -> list[str]:
 
 
 def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS, goal: Target | None = None) -> bytes:
-    """Return the shared library of the C++ files among `files`, contents by name; from the user's cache if there.
+    """Return the shared library of the C++ files among `files`, contents by name; from the user's cache if present.
 
-    It is for this platform unless said; the cache tells compilers apart by their names, flags and machines.
+    The default `goal` is this platform; the cache identifies compilers by name, flags and machine.
     """
     goal = goal or Target("", ".so", tuple(compiler()), LINUX_FLAGS)
     command = [*goal.command, *flags, *goal.flags]
@@ -187,7 +191,7 @@ def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS, goal: Targ
 
 
 def _cached(path: Path) -> bytes | None:
-    """Return the content of a library, whose name ends in its checksum; None, with a warning, where it is not used."""
+    """Return the content of a library with its checksum in the file name; None, with a warning, if not usable."""
     try:
         content = ownership.read_private(path)
     except FileNotFoundError:  # another process has removed it
@@ -205,9 +209,10 @@ def _cached(path: Path) -> bytes | None:
 
 
 def fmu_cache() -> Path:
-    """Return the folder for libraries and FMUs in the user's cache, made if need be.
+    """Return the folder for libraries and FMUs in the user's cache, created if necessary.
 
-    Raises OutputError where it cannot be written, or others may write there: what lies in it is executed.
+    Raises:
+        OutputError: if it cannot be written, or other users can write there: its files are executed.
     """
     root = user_cache()
     folder = root / "fmu"
@@ -226,7 +231,7 @@ def fmu_cache() -> Path:
 
 
 def keep_newest(folder: Path, ending: str, number: int) -> None:
-    """Remove all but the newest files with that ending."""
+    """Remove all but the newest files with this ending."""
     with contextlib.suppress(OSError):  # another process may do the same
         found = sorted(folder.glob(f"*{ending}"), key=lambda path: path.stat().st_mtime, reverse=True)
         for path in found[number:]:
@@ -234,7 +239,7 @@ def keep_newest(folder: Path, ending: str, number: int) -> None:
 
 
 def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path, ending: str) -> Path:
-    """Compile in `folder` under plain names, so that the bytes do not depend on where anything lies."""
+    """Compile in `folder` under relative names, so that the bytes do not depend on the location."""
     for name, content in files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -263,7 +268,7 @@ def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path, e
 
 
 def _zig_cache(command: Sequence[str]) -> dict[str, str]:
-    """Return where zig keeps what it compiles once, such as the C library of a platform: in the user's cache."""
+    """Return zig's cache folder, for example for the C library of a platform: in the user's cache."""
     if zig_program() not in command:
         return {}
     folder = str(fmu_cache() / "zig")

@@ -1,4 +1,4 @@
-"""What can be exported: a robot, or its winches alone."""
+"""Models that can be exported: a robot, its winches alone, or its controller alone."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ STATE = (
     ("velocity", "m/s", "velocity of the origin, world axes"),
     ("angular_velocity", "rad/s", "angular velocity, world axes"),
 )
-GRAVITY = 9.81  # m/s^2, a usual size of accelerations
+GRAVITY = 9.81  # m/s^2, a typical acceleration
 UNSTRETCHED = "unstretched length between drum and platform"
 
 
 @dataclass(frozen=True, eq=False)
 class Plant(Model):
-    """A robot: the platform on its cables, with all that its motion depends on.
+    """Robot: the platform on its cables.
 
     Attributes:
         gravity: (3,), m/s^2, world.
-        state: (13,) initial state, laid out as `cdpr.model` says.
-        winches: with the robot's winches, which take commands; without them the plant takes tensions.
-        control: what decides on these inside; they are outputs then.
+        state: (13,) initial state, in the layout of `cdpr.model`.
+        winches: True with the robot's winches, which take commands; without them the plant takes tensions.
+        control: controller inside the FMU; the commands are outputs then.
     """
 
     robot: Robot
@@ -55,22 +55,26 @@ class Plant(Model):
 
     @property
     def differentiable(self) -> bool:
-        """Without winches: what makes the tensions of those is not differentiated."""
+        """Return whether directional derivatives are available: without winches, whose tensions have none."""
         return not self.winches and self.control is None
 
     @property
     def name(self) -> str:
-        """The robot's."""
+        """Return the name of the robot."""
         return self.robot.name
 
     @property
     def description(self) -> str:
-        """One line on the robot."""
+        """Return one line on the robot."""
         robot = self.robot
         return f"cable-driven parallel robot '{robot.name}', {robot.m} cables, moves along {', '.join(robot.dof)}"
 
     def variables(self) -> list[Variable]:
-        """All variables; CdprError if winches are to be exported that the robot does not have."""
+        """Return all variables.
+
+        Raises:
+            CdprError: if the robot has no winches to export.
+        """
         if self.winches and immediate(self.robot):
             raise CdprError(
                 f"robot '{self.robot.name}' has ideal cables, so there is no winch to export: choose cable.model rigid "
@@ -88,11 +92,11 @@ class Plant(Model):
         ]
 
     def sources(self) -> dict[str, bytes]:
-        """Those of the controller."""
+        """Return the sources of the controller."""
         return self.control.sources() if self.control else {}
 
     def program(self) -> Program:
-        """Cables, and what the controller does."""
+        """Return the program of cables and controller."""
         program = self.control.copied() if self.control else Program()
         add_lines(program, self.robot)
         if self.winches:
@@ -188,9 +192,9 @@ class Plant(Model):
 
 @dataclass(frozen=True, eq=False)
 class Actuator(Model):
-    """The winches of a robot and its cables, without the platform: commands and lengths in, tensions out.
+    """Winches of a robot and its cables, without the platform: commands and lengths in, tensions out.
 
-    Lengths and rates are held during a step. A cable that goes with its drum has no tension without the platform.
+    Lengths and rates are constant during a step. A cable whose drum moves with it has no tension without the platform.
     """
 
     robot: Robot
@@ -198,16 +202,20 @@ class Actuator(Model):
 
     @property
     def name(self) -> str:
-        """After the robot's."""
+        """Return the name, after the robot's."""
         return f"{self.robot.name} winches"
 
     @property
     def description(self) -> str:
-        """One line on them."""
+        """Return one line on the winches."""
         return f"winches and cables of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
 
     def variables(self) -> list[Variable]:
-        """All variables; CdprError where winches alone make no tension, or what a cable needs is not known."""
+        """Return all variables.
+
+        Raises:
+            CdprError: if winches alone determine no tension, or a parameter of a cable is missing.
+        """
         m = self.robot.m
         _require_own_tensions(self.robot)
         home, _ = home_pose(self.robot)
@@ -223,7 +231,7 @@ class Actuator(Model):
         ]
 
     def program(self) -> Program:
-        """The winches and spans."""
+        """Return the program of winches and spans."""
         program = Program()
         add_chains(program, self.robot)
         return program
@@ -237,37 +245,37 @@ class Controller(Model):
 
     @property
     def robot(self) -> Robot:  # type: ignore[override]
-        """The one that it is made for."""
+        """Return the robot of the controller."""
         return self.control.robot
 
     @property
     def physics_step(self) -> float:  # type: ignore[override]
-        """The step that is proposed to hosts, s: the control step."""
+        """Return the step proposed to hosts, s: the control step."""
         return self.control.control_step
 
     @property
     def name(self) -> str:
-        """After the robot's."""
+        """Return the name, after the robot's."""
         return f"{self.robot.name} controller"
 
     @property
     def description(self) -> str:
-        """One line on it."""
+        """Return one line on the controller."""
         names = " with solver ".join(self.control.names)
         return f"controller {names} of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
 
     def sources(self) -> dict[str, bytes]:
-        """Those of controller and solver."""
+        """Return the sources of controller and solver."""
         return self.control.sources()
 
     def program(self) -> Program:
-        """The decisions of controller and solver."""
+        """Return the program of controller and solver."""
         program = self.control.copied()
         add_lines(program, self.robot)
         return program
 
     def variables(self) -> list[Variable]:
-        """All variables."""
+        """Return all variables."""
         robot, control = self.robot, self.control
         state = zip(STATE, np.split(control.desired[:13], [3, 7, 10]), strict=True)
         told = "tension that each cable shall have, 0 before the first step"
@@ -304,7 +312,7 @@ def _chains(robot: Robot) -> list[Chain]:
 
 
 def _require_own_tensions(robot: Robot) -> None:
-    """Refuse cables whose tension depends on how the platform accelerates, and a robot without any winch."""
+    """Reject cables whose tension depends on the platform's acceleration, and a robot without any winch."""
     if immediate(robot):
         raise CdprError(
             f"robot '{robot.name}' has ideal cables, so there is no winch to export: set cable.model to {ACTUATED} and "
@@ -324,26 +332,26 @@ def _stretching(robot: Robot) -> bool:
 
 
 def _strongest(robot: Robot) -> float | None:
-    """Return the largest tension that any cable may have, N; None where nothing limits it."""
+    """Return the largest tension limit, N; None without limits."""
     most = float(robot.tension_max.max())
     return most if math.isfinite(most) else None
 
 
 def _usual(robot: Robot) -> float | None:
-    """Return half of that, which is a usual tension, N."""
+    """Return half of that as a typical tension, N."""
     most = _strongest(robot)
     return 0.5 * most if most else None
 
 
 def _weight(plant: Plant) -> float | None:
-    """Return the platform's weight, N, a usual size of forces on it."""
+    """Return the platform's weight, N, as a typical force."""
     return plant.robot.platform.mass * float(np.linalg.norm(plant.gravity)) or None
 
 
 def _pulled(robot: Robot, lengths: Sequence[str], decided: bool = False) -> list[Variable]:
-    """Outputs of cables on winches; `lengths` are the inputs that say where the platform is, if there is none."""
+    """Return the outputs of cables on winches; `lengths` are the inputs that replace the platform, if there is none."""
     chains = _chains(robot)
-    # The inertia of drums that cables carry along reacts to command and wrench at once, and ideal cables to commands.
+    # The inertia of backdriven drums responds to command and wrench at once, and so do ideal cables to commands.
     at_once = lengths if _stretching(robot) else ("external_force", "external_moment") if decided else None
     usual = _usual(robot)
     outputs = [
@@ -359,12 +367,12 @@ def _pulled(robot: Robot, lengths: Sequence[str], decided: bool = False) -> list
 
 
 def _passed(chains: Sequence[Chain], lengths: Sequence[str]) -> Sequence[str]:
-    """Lengths and rates that come in go out again where a cable does not stretch."""
+    """Return outputs that repeat the inputs lengths and rates for cables that do not stretch."""
     return () if all(chain.stretches for chain in chains) else lengths
 
 
 def _winches(robot: Robot) -> list[Variable]:
-    """What the winches and spans take of each cable, 0 where those of a cable do not take it."""
+    """Return the parameters of winches and spans, 0 for cables without them."""
     parts = [(chain.winch, chain.span) for chain in _chains(robot)]
     return [
         parameter(

@@ -1,4 +1,4 @@
-"""Cables of exported FMUs: their lines and chains as arrays of the kernels, and the variables that go into these."""
+"""Cables of exported FMUs: lines and chains as arrays of the kernels, and the linked variables."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from cdpr.errors import CdprError
 from cdpr.model import Robot
 from cdpr.native.program import Link, Program
 
-# Places in a row of `chains`, `cdpr/native/include/cdpr/chain.hpp`.
+# Indices in a row of `chains`, `cdpr/native/include/cdpr/chain.hpp`.
 WINCH, SPAN, CHAIN_WIDTH = 3, 11, 19
 
 
 def numbers_of(parts: Sequence[Part]) -> list[Number]:
-    """Return the numbers that parts take, each once."""
+    """Return the parameters of these parts, each once."""
     return list({number.name: number for part in parts for number in part.numbers}.values())
 
 
@@ -33,10 +33,10 @@ def add_lines(program: Program, robot: Robot) -> None:
 
 
 def add_chains(program: Program, robot: Robot) -> None:
-    """Add the winches and spans of the cables, and link the variables that they take.
+    """Add the winches and spans of the cables, and link their variables.
 
     Raises:
-        CdprError: A cable bends under its weight.
+        CdprError: if a cable sags.
     """
     index = program.add("chains", chain_table(robot), "memory")
     for i, cable in enumerate(robot.cables):
@@ -53,5 +53,5 @@ def add_chains(program: Program, robot: Robot) -> None:
 
 
 def width_of(robot: Robot) -> int:
-    """Return how many numbers a row of the lines has."""
+    """Return the number of columns of the lines."""
     return int(line_table(robot).shape[1])

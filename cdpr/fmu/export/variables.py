@@ -1,4 +1,4 @@
-"""The variables of an exported plant: the one object that model description and configuration are written from."""
+"""Variables of an exported model, the common source of model description and configuration."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ Causality = Literal["independent", "parameter", "input", "output", "constant"]
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable; the C++ source finds it by its name.
+    """Variable; the C++ source finds it by its name.
 
     Attributes:
-        causality: as in FMI; a constant is hidden from the host.
-        shape: () for a scalar.
-        unit: that of all its numbers, "" for numbers without unit.
-        values: start values, as many as the shape says, row by row; zeros for what is calculated.
-        direct: the inputs that an output depends on at the same instant; None for all.
-        initial: of an output, the parameters and inputs that it depends on before the first step; None for all.
-        least: what none of its numbers should be below, None where any may be.
-        most: what none of them should exceed, likewise.
-        nominal: a usual size of theirs, by which hosts scale errors; None for 1.
-        tunable: a parameter that a host may change between steps, too.
-        terminal: name of the terminal that it belongs to, "" for none.
+        causality: causality of the standard; a constant is hidden from the host.
+        shape: shape, () for a scalar.
+        unit: unit of all its numbers, "" for numbers without unit.
+        values: start values in the number of the shape, row by row; zeros for calculated variables.
+        direct: inputs that affect an output at the same instant; None for all.
+        initial: parameters and inputs that affect an output before the first step; None for all.
+        least: lower limit of its numbers; None without limit.
+        most: upper limit, likewise.
+        nominal: typical value, by which hosts scale errors; None for 1.
+        tunable: True for a parameter that a host may also change between steps.
+        terminal: name of its terminal, "" for none.
     """
 
     name: str
@@ -51,12 +51,12 @@ class Variable:
 
     @property
     def size(self) -> int:
-        """How many numbers it has."""
+        """Return the number of its numbers."""
         return math.prod(self.shape)
 
 
 class Model(ABC):
-    """What can be exported.
+    """Model that can be exported.
 
     Attributes:
         physics_step: step of the integrator, s.
@@ -68,29 +68,29 @@ class Model(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Name of the model."""
+        """Return the name of the model."""
 
     @property
     @abstractmethod
     def description(self) -> str:
-        """One line on it."""
+        """Return one line on the model."""
 
     @property
     def differentiable(self) -> bool:
-        """Whether it offers directional derivatives."""
+        """Return whether it provides directional derivatives."""
         return False
 
     def sources(self) -> dict[str, bytes]:
-        """C++ files by name that it needs beyond those of all, or instead of them."""
+        """Return C++ files by name that extend or replace the common ones."""
         return {}
 
     @abstractmethod
     def program(self) -> Program:
-        """Arrays and operations beside the variables."""
+        """Return arrays and operations beside the variables."""
 
     @abstractmethod
     def variables(self) -> list[Variable]:
-        """All variables in the order of their value references: the number of the numbers before them."""
+        """Return all variables in the order of their value references: the number of the numbers before them."""
 
 
 def parameter(
@@ -103,7 +103,7 @@ def parameter(
     least: float | None = None,
     nominal: float | None = None,
 ) -> Variable:
-    """Return a parameter, which a host may set until the end of the initialization; a tunable one, between steps."""
+    """Return a parameter, which a host may set until the end of the initialization; also between steps if tunable."""
     start = tuple(np.ravel(values).tolist())
     return Variable(name, "parameter", shape, unit, start, description, least=least, nominal=nominal, tunable=tunable)
 
@@ -120,7 +120,7 @@ def entrance(
     nominal: float | None = None,
     terminal: str = "",
 ) -> Variable:
-    """Return an input; it starts at zero unless said."""
+    """Return an input; the default start value is zero."""
     start = np.zeros(size) if values is None else np.asarray(values)
     values = tuple(start.tolist())
     return Variable(

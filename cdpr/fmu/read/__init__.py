@@ -1,5 +1,5 @@
-"""FMUs without their native code, of which nothing is loaded here.
+"""FMUs as files; their native code is never loaded here.
 
-`archive` opens a file after checking all of it, `description` reads what it says of itself, `model` holds that, `trust`
-decides whether its code may run, and `mapping` ties its variables to the signals of cdpr.
+`archive` opens a file after checking all of it, `description` reads its metadata into `model`, `trust` decides whether
+its code may run, and `mapping` connects its variables with the signals of cdpr.
 """

@@ -1,7 +1,6 @@
-"""Opens an FMU file: everything is checked before anything is written to disk, and nothing of it is loaded.
+"""FMU archive, checked completely before anything is written to disk; no native code is loaded.
 
-The whole file is read once, and what was read is hashed, checked and extracted: a file that is replaced meanwhile
-changes nothing.
+The file is read once, and the same bytes are hashed, checked and extracted: replacing the file meanwhile has no effect.
 """
 
 from __future__ import annotations
@@ -28,15 +27,15 @@ from cdpr.fmu.read.model import ModelDescription
 DESCRIPTION = "modelDescription.xml"
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 BUILD = "sources/buildDescription.xml"  # not used here, but FMPy reads it
-# Far beyond what FMUs of robots need, and within what a machine can take.
+# Far beyond the needs of robots, and within the capacity of a machine.
 MAX_FILE = 256 * 2**20
 MAX_TOTAL = 2**30
 MAX_ENTRIES = 20_000
-MAX_NAME = 1000  # letters
+MAX_NAME = 1000  # characters
 MAX_DIRECTORY = 8 * 2**20  # bytes of the zip's table of contents, read at once
-MAX_XML = 16 * 2**20  # the worst of it takes 0.8 GB while it is read
-MAX_RATIO = 200  # of sizes; text shrinks to a tenth, a bomb to a thousandth
-SMALL = 2**20  # below this size the ratio does not matter
+MAX_XML = 16 * 2**20  # at worst reading takes 0.8 GB
+MAX_RATIO = 200  # ratio of sizes; text shrinks to a tenth, a zip bomb to a thousandth
+SMALL = 2**20  # below this size the ratio is ignored
 CHUNK = 2**16
 
 LIBRARY_ENDINGS = {"linux": ".so", "darwin": ".dylib", "windows": ".dll"}
@@ -49,14 +48,14 @@ FOLDERS = {
     ("windows", "x86_64"): ("win64", "x86_64-windows"),
 }
 ELF_MACHINES = {"x86_64": 62, "aarch64": 183}
-# What zipfile raises where a file is not what it should be.
+# Exceptions of zipfile for damaged files.
 DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, struct.error)
 EOCD, EOCD_SIZE, ZIP64_LOCATOR_SIZE = b"PK\x05\x06", 22, 20
 
 
 @dataclass(frozen=True)
 class Archive:
-    """An FMU whose file passed the checks."""
+    """FMU with a checked file."""
 
     path: Path
     sha256: str
@@ -65,7 +64,11 @@ class Archive:
 
 
 def open_archive(path: str | Path) -> Archive:
-    """Read and check an FMU; nothing is extracted and no native code is loaded. Raises FmuError."""
+    """Read and check an FMU; nothing is extracted and no native code is loaded.
+
+    Raises:
+        FmuError: if a check fails.
+    """
     path = Path(path)
     content = _read(path)
     try:
@@ -90,9 +93,10 @@ def open_archive(path: str | Path) -> Archive:
 
 
 def library(archive: Archive) -> str:
-    """Return the entry that is the library for this machine, its header checked.
+    """Return the entry of the library for this machine, after a check of its header.
 
-    Raises FmuError where the FMU has none, or one for another kind of machine.
+    Raises:
+        FmuError: if the FMU has none, or its header is of another kind of machine.
     """
     about = archive.description
     system, machine = _machine()
@@ -108,7 +112,7 @@ def library(archive: Archive) -> str:
         try:
             with opened.open(name) as file:
                 head = file.read(20)
-        except (KeyError, *DAMAGE) as error:  # KeyError: a file of that folder, but not with the ending of this system
+        except (KeyError, *DAMAGE) as error:  # KeyError: a file of that folder, but with the ending of another system
             raise FmuError(f"{archive.path}: {name} cannot be read: {error}; {_remedy(archive)}") from None
     if system == "linux" and not _elf(head, machine):
         raise FmuError(
@@ -121,8 +125,11 @@ def library(archive: Archive) -> str:
 def extract(archive: Archive, folder: str | Path) -> Path:
     """Write all files below `folder`, which must exist, and return the path of the library for this machine.
 
-    No entry grows beyond what it declares, so that together they stay within what was checked. Raises FmuError; what
-    was written by then is left to the owner of the folder.
+    No entry may exceed its declared size, so that the total stays within the checked limits. Files written before an
+    error are left to the owner of the folder.
+
+    Raises:
+        FmuError: if an entry is damaged or cannot be written.
     """
     folder = Path(folder).resolve(strict=True)
     name = library(archive)
@@ -147,7 +154,7 @@ def extract(archive: Archive, folder: str | Path) -> Path:
 
 def _read(path: Path) -> bytes:
     try:
-        # What was opened is what is checked; not to wait for whoever writes into a pipe.
+        # Checks use the opened file; without blocking on a pipe.
         with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise FmuError(f"{path}: is not a regular file; an FMU is expected")
@@ -163,7 +170,7 @@ def _read(path: Path) -> bytes:
 
 
 def _opened(content: bytes) -> zipfile.ZipFile:
-    """Open the zip, its table of contents not larger than it may be: zipfile would read any."""
+    """Open the zip, with a limit on its table of contents, which zipfile would read at any size."""
     end = content.rfind(EOCD, max(0, len(content) - EOCD_SIZE - 2**16))
     if end < 0 or len(content) < end + EOCD_SIZE:
         raise FmuError("is not a zip file, or the end of it is missing; an FMU is a zip file")
@@ -178,7 +185,7 @@ def _opened(content: bytes) -> zipfile.ZipFile:
 
 
 def _checked(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
-    """Return the files by name, all of them harmless to extract."""
+    """Return the files by name, all of them safe to extract."""
     infos = archive.infolist()
     if len(infos) > MAX_ENTRIES:
         raise FmuError(f"has {len(infos)} entries, more than {MAX_ENTRIES}")
@@ -194,7 +201,7 @@ def _checked(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
     total = sum(info.file_size for info in infos)
     if total > MAX_TOTAL:
         raise FmuError(f"would unpack to {total / 2**30:.3g} GiB, more than {MAX_TOTAL / 2**30:.3g} GiB")
-    for name, same in twins.items():  # tools that pack a file twice do no harm; another content under its name may
+    for name, same in twins.items():  # packers may add a file twice; another content with the same name is an error
         if len(same) > 1 and len({_digest(archive, info) for info in same}) > 1:
             raise FmuError(f"has two entries {name!r} that differ")
     return files
@@ -242,7 +249,7 @@ def _xml(archive: zipfile.ZipFile, entries: dict[str, zipfile.ZipInfo], name: st
 
 
 def _chunks(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Iterator[bytes]:
-    """Yield the bytes of one entry: zipfile stops at the declared size, and then finds the checksum wrong."""
+    """Yield the bytes of one entry: zipfile stops at the declared size, and then reports the wrong checksum."""
     try:
         with archive.open(info) as file:
             while chunk := file.read(CHUNK):
@@ -258,7 +265,7 @@ def _machine() -> tuple[str, str]:
 
 
 def _elf(head: bytes, machine: str) -> bool:
-    """Tell whether a file that begins so is a 64-bit little-endian shared object for `machine`."""
+    """Return whether a file with this header is a 64-bit little-endian shared object for `machine`."""
     shared = head[16:18] == b"\x03\x00"
     kind = int.from_bytes(head[18:20], "little")
     return head[:6] == b"\x7fELF\x02\x01" and shared and kind == ELF_MACHINES.get(machine)

@@ -1,4 +1,4 @@
-"""Finds the variables of an FMU that have one name: an array, or a family of scalars."""
+"""Search for the variables of an FMU with one name: an array, or a family of scalars."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ NUMBERED = re.compile(r"\{(i0?)\}")
 
 @dataclass(frozen=True)
 class Candidate:
-    """Elements that may be a signal, in the order of the FMU's numbers or of the names of their components."""
+    """Possible elements of a signal, in the order of the FMU's numbers or of the names of their components."""
 
     elements: tuple[Element, ...]
 
     @property
     def name(self) -> str:
-        """What to call it in messages."""
+        """Return the name for messages."""
         first, last = self.elements[0], self.elements[-1]
         if self.elements == first.variable.elements:
             return first.variable.name
@@ -29,7 +29,7 @@ class Candidate:
 
 
 def unique(candidates: Iterable[Candidate]) -> list[Candidate]:
-    """Leave each choice of elements once."""
+    """Return the candidates without duplicates."""
     found: dict[tuple[tuple[int, int], ...], Candidate] = {}
     for candidate in candidates:
         key = tuple((each.variable.value_reference, each.index) for each in candidate.elements)
@@ -38,12 +38,12 @@ def unique(candidates: Iterable[Candidate]) -> list[Candidate]:
 
 
 class Finder:
-    """Looks among the real variables of an FMU that have one of `causalities`."""
+    """Search among the real variables of an FMU with one of `causalities`."""
 
     def __init__(
         self, description: ModelDescription, causalities: Sequence[str], members: dict[str, str] | None = None
     ) -> None:
-        """`members`: the variables of a terminal, by the names that they have there, instead of all variables."""
+        """Search among `members`, the variables of a terminal by name, in place of all variables, if given."""
         names = {name: name for name in description.by_name} if members is None else members
         self.variables = {
             name: variable
@@ -54,7 +54,7 @@ class Finder:
         }
 
     def named(self, base: str, count: int, components: Sequence[str] = ()) -> list[Candidate]:
-        """Return all that is called `base` and has `count` elements."""
+        """Return all candidates with the name `base` and `count` elements."""
         found = []
         variable = self.variables.get(base)
         if variable is not None and variable.size == count and sum(size > 1 for size in variable.shape) <= 1:
@@ -68,13 +68,13 @@ class Finder:
         return unique(found)
 
     def pattern(self, pattern: str, count: int) -> list[Candidate]:
-        """Return what a pattern with {i} or {i0} names, if all of it is there."""
+        """Return the candidates of a pattern with {i} or {i0}, if all elements exist."""
         names = [NUMBERED.sub(lambda match: str(i + (match[1] == "i")), pattern) for i in range(count)]  # noqa: B023
         scalars = self._scalars(names)
         return [Candidate(scalars)] if scalars else []
 
     def _family(self, name: Callable[[int], str], count: int) -> list[Candidate]:
-        """Members numbered from 0 or 1 without a gap, `count` of them and no more."""
+        """Return the members numbered from 0 or 1 without a gap, if there are exactly `count`."""
         if count == 1 and not (name(0) in self.variables or name(1) in self.variables):
             return []
         first = 0 if name(0) in self.variables else 1

@@ -1,4 +1,4 @@
-"""From an FMU's values to SI: by the units that the FMU declares, or by those that the scenario says."""
+"""Conversion of an FMU's values to SI, by the units of the FMU or of the scenario."""
 
 from __future__ import annotations
 
@@ -18,15 +18,18 @@ class Conversion:
     scale: tuple[float, ...]
     offset: tuple[float, ...]
     units: tuple[str, ...]
-    notices: tuple[str, ...]  # what had to be assumed
+    notices: tuple[str, ...]  # assumptions made
 
 
 def convert(
     elements: Sequence[Element], wanted: Sequence[str], source: Source | None, defined: Mapping[str, Unit]
 ) -> Conversion:
-    """Return the conversion of each element to the SI unit that is `wanted` of it, "" where any kind may come.
+    """Return the conversion of each element to the `wanted` SI unit, "" for any kind.
 
-    `defined` are the units of the FMU. Raises FmuError where a unit is unknown or of another kind of quantity.
+    `defined` are the units of the FMU.
+
+    Raises:
+        FmuError: if a unit is unknown or of another kind of quantity.
     """
     source = source or Source(variable="")
     if source.factor == 0.0:
@@ -41,7 +44,7 @@ def convert(
             unit = _named(name, defined)
         elif declared is None:
             unit = si(target or "1")
-            # An array of forces and moments can declare no unit; what has no dimension need not.
+            # An array of forces and moments cannot declare a unit; dimensionless values need none.
             if target != "1" and (element.variable.size == 1 or len(set(wanted)) == 1):
                 undeclared.append(target or "SI")
         elif declared.exponents is None:
@@ -68,7 +71,7 @@ def convert(
 
 
 def declares(elements: Sequence[Element], wanted: Sequence[str]) -> bool:
-    """Tell whether each element declares a unit of the wanted kind; what has no dimension may declare none."""
+    """Return whether each element declares a unit of the wanted kind; dimensionless values need none."""
     return all(_declares(element.variable.unit, target) for element, target in zip(elements, wanted, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""What `cdpr fmu info` and `check` tell of an FMU; no native code is loaded."""
+"""Output of `cdpr fmu info` and `check`; no native code is loaded."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _variable(variable: Variable) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at."""
+    """Result of one check."""
 
     id: str
     outcome: Literal["passed", "failed", "n/a"]
@@ -73,7 +73,7 @@ class Check:
 
 
 def check(archive: Archive, robot: Robot | None, role: Role | None, signals: Signals | None) -> Iterator[Check]:
-    """Yield what is right and wrong with an FMU whose archive is sound, for `robot` if there is one."""
+    """Yield the results of the checks of an FMU with a valid archive, for `robot` if given."""
     yield Check("archive", "passed", "names, sizes and description are sound")
     try:
         yield Check("binary", "passed", library(archive))
@@ -94,7 +94,7 @@ def check(archive: Archive, robot: Robot | None, role: Role | None, signals: Sig
 
 
 def _standard(archive: Archive) -> Iterator[Check]:
-    """Ask FMPy for the letter of the standard; it reads what was checked, and loads no native code either."""
+    """Check against the letter of the standard by FMPy, which also loads no native code."""
     try:
         from fmpy.validation import validate_fmu
     except ImportError:
@@ -110,7 +110,7 @@ def _standard(archive: Archive) -> Iterator[Check]:
 
 
 def guess_role(archive: Archive, robot: Robot, signals: Signals | None) -> Role:
-    """Return the role in which most is found and least is wrong, the first of ROLES among equals."""
+    """Return the role with the most signals found and the fewest errors, the first of ROLES if equal."""
 
     def merit(role: Role) -> int:
         mapping, problems = resolve(archive.description, robot, signals, role)
@@ -120,5 +120,5 @@ def guess_role(archive: Archive, robot: Robot, signals: Signals | None) -> Role:
 
 
 def summary(mapping: Mapping) -> str:
-    """Signals in and out."""
+    """Return the signals in and out."""
     return f"{', '.join(mapping.inputs.ports) or 'nothing'} -> {', '.join(mapping.outputs.ports) or 'nothing'}"

@@ -1,7 +1,7 @@
-"""Reads modelDescription.xml.
+"""Parser of modelDescription.xml.
 
-With the standard library, not with FMPy: nothing here may load native code or a second XML parser, every fault must be
-one clear line, and `cdpr fmu info` is to work where the extra is not installed. `cdpr fmu check` asks FMPy as well.
+It uses the standard library, not FMPy: nothing here may load native code or a second XML parser, every fault needs one
+clear line, and `cdpr fmu info` works without the extra. `cdpr fmu check` uses FMPy as well.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from cdpr.fmu.read.model import Capabilities, ModelDescription, Variable
 from cdpr.problems import printable
 from cdpr.units import BASE_UNITS, Unit
 
-MAX_ELEMENTS = 1_000_000  # of one array: a thousand times what a robot needs, too few to fill the memory
+MAX_ELEMENTS = 1_000_000  # of one array: a thousand times the need of a robot, too few to fill the memory
 MAX_REFERENCE = 2**32 - 1  # value references are 32 bit
 KINDS_2 = ("Real", "Integer", "Boolean", "String", "Enumeration")
 KINDS_3 = (
@@ -30,15 +30,16 @@ TRUE = ("true", "1")
 WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*", re.ASCII)
 REAL = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)
 MAX_DIMENSIONS = 32
-MAX_NAME = 1000  # letters, of names and units: tables are as wide as the longest
-# The name of a file in the archive, and of functions: anything else could lead out of the archive.
+MAX_NAME = 1000  # characters of names and units: tables are as wide as the longest
+# Name of a file in the archive, and of functions: other characters could lead out of the archive.
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 
 
 def read_description(content: bytes) -> ModelDescription:
-    """Return what modelDescription.xml says.
+    """Return the content of modelDescription.xml.
 
-    Raises FmuError where it is not sound, or where the FMU is not one for co-simulation in FMI 2.0 or 3.0.
+    Raises:
+        FmuError: if it is invalid, or the FMU is not one for co-simulation in FMI 2.0 or 3.0.
     """
     root = parse(content, "modelDescription.xml")
     if root.tag != "fmiModelDescription":
@@ -81,7 +82,11 @@ def read_description(content: bytes) -> ModelDescription:
 
 
 def read_terminals(content: bytes) -> tuple[dict[str, str], ...]:
-    """Return the terminals that terminalsAndIcons.xml groups variables in. Raises FmuError."""
+    """Return the terminals of terminalsAndIcons.xml.
+
+    Raises:
+        FmuError: if it is invalid.
+    """
     root = parse(content, "terminalsAndIcons.xml")
     return tuple(
         {_text(node, "memberName"): _text(node, "variableName") for node in terminal.iterfind("TerminalMemberVariable")}
@@ -90,7 +95,11 @@ def read_terminals(content: bytes) -> tuple[dict[str, str], ...]:
 
 
 def parse(content: bytes, name: str) -> Node:
-    """Parse XML without DOCTYPE, and so without entities; FmuError otherwise."""
+    """Parse XML without DOCTYPE, and therefore without entities.
+
+    Raises:
+        FmuError: if it is not such XML.
+    """
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -98,7 +107,7 @@ def parse(content: bytes, name: str) -> Node:
     if "<!DOCTYPE" in text:
         raise FmuError(f"{name}: has a DOCTYPE, which can define entities; FMI needs none, so it is refused")
     try:
-        # From text: an encoding that the file declares cannot make it mean something else.
+        # Parsed as text: the file cannot declare another encoding.
         return ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         raise FmuError(f"{name}: is not sound XML: {error}") from None
@@ -143,7 +152,7 @@ def _unit(node: Node) -> Unit:
 
 
 def _types(root: Node, fmi: str) -> dict[str, Node]:
-    """Declared types that may carry a unit, by name."""
+    """Return declared types that may have a unit, by name."""
     if fmi == "3.0":
         return {node.get("name", ""): node for node in root.iterfind("TypeDefinitions/*")}
     return {node.get("name", ""): node[0] for node in root.iterfind("TypeDefinitions/SimpleType") if len(node)}
@@ -152,11 +161,11 @@ def _types(root: Node, fmi: str) -> dict[str, Node]:
 def _variable(
     node: Node, fmi: str, types: dict[str, Node], units: dict[str, Unit], sizes: dict[int, str]
 ) -> Variable | None:
-    """Read one variable; `sizes` are the start values, by value reference, of those that may be a dimension."""
+    """Read one variable; `sizes` are the start values, by value reference, of possible dimensions."""
     kinds = KINDS_2 if fmi == "2.0" else KINDS_3
     value = next((child for child in node if child.tag in kinds), None) if fmi == "2.0" else node
     if value is None or value.tag not in kinds:
-        return None  # an annotation, or a kind of variable that a later version adds
+        return None  # an annotation, or a kind of variable of a later version
     name = _text(node, "name")
     if not name:
         raise FmuError("modelDescription.xml: a variable has no name")
@@ -227,7 +236,7 @@ def _refuse_doubles(variables: list[Variable]) -> None:
 
 
 def _text(node: Node, key: str, default: str = "") -> str:
-    """A text, without letters that a terminal would obey."""
+    """Return a text without control characters."""
     text = node.get(key, default)
     if len(text) > MAX_NAME and key != "description":
         raise FmuError(f"modelDescription.xml: {_place(node)} has a {key} of {len(text)} letters, more than {MAX_NAME}")
@@ -254,7 +263,7 @@ def _number(node: Node, key: str) -> float | None:
 
 
 def _finite(text: str) -> bool:
-    """Tell whether a text is a finite number as XML writes it; Python would take 1_0 and the digits of any script."""
+    """Return whether a text is a finite number of XML; Python would accept 1_0 and the digits of any script."""
     return REAL.fullmatch(text) is not None and math.isfinite(float(text))
 
 
@@ -263,7 +272,7 @@ def _place(node: Node) -> str:
     return f"<{node.tag}>" if name is None else f"<{node.tag} name={name[:60]!r}>"
 
 
-# By kind, whether one number of a start value is sound; texts may be any.
+# By kind, the check of one number of a start value; texts may be any.
 SOUND: dict[str, Callable[[str], object]] = {
     **dict.fromkeys(FLOATS, _finite),
     **dict.fromkeys((kind for kind in (*KINDS_2, *KINDS_3) if "Int" in kind or kind == "Enumeration"), WHOLE.fullmatch),

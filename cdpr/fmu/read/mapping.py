@@ -1,9 +1,11 @@
-"""Ties the variables of an FMU to the signals of cdpr, by the scenario's word or by rules that are certain.
+"""Mapping of an FMU's variables to the signals of cdpr, by the scenario or by unambiguous rules.
 
-The rules for a signal that the scenario does not name, the first that finds anything decides, and finding two things
-is an error: an array or a family called exactly like the signal, by name or alias (of a wrench also its
-force and its moment); one that a terminal calls so; one
-called by another usual name, if length and unit agree. The order of declaration never counts.
+For a signal that the scenario does not name, the first rule with a match decides; two matches are an error:
+
+1. an array or a family with exactly the name or alias of the signal (for a wrench also of its force and its moment); 2.
+a member of a terminal with such a name; 3. another usual name, if length and unit agree.
+
+The order of declaration never matters.
 """
 
 from __future__ import annotations
@@ -22,15 +24,15 @@ from cdpr.model import Robot
 
 @dataclass(frozen=True, eq=False)
 class Mapping:
-    """The signals of an FMU for one robot, inputs and outputs by signal."""
+    """Signals of an FMU for one robot: inputs and outputs by signal."""
 
     role: Role
     inputs: Side
     outputs: Side
-    notices: tuple[str, ...]  # what was assumed
+    notices: tuple[str, ...]  # assumptions made
 
     def describe(self) -> dict[str, Any]:
-        """Return plain data for the record of a run."""
+        """Return plain data for the metadata of a run."""
         return {
             "role": self.role,
             "inputs": [port.describe() for port in self.inputs.ports.values()],
@@ -42,7 +44,11 @@ class Mapping:
 def map_signals(
     description: ModelDescription, robot: Robot, options: Signals | None = None, role: Role = "plant"
 ) -> Mapping:
-    """Return the mapping; FmuError with all that is wrong, one line each."""
+    """Return the mapping.
+
+    Raises:
+        FmuError: with all errors, one per line.
+    """
     mapping, problems = resolve(description, robot, options, role)
     if problems:
         raise FmuError("\n".join(problems))
@@ -52,7 +58,7 @@ def map_signals(
 def resolve(
     description: ModelDescription, robot: Robot, options: Signals | None, role: Role
 ) -> tuple[Mapping, tuple[str, ...]]:
-    """Return what can be mapped, and what is wrong with the rest."""
+    """Return the possible mapping, and the errors of the rest."""
     options = options or Signals()
     order = options.cable_order
     if order is not None and sorted(order) != list(range(1, robot.m + 1)):
@@ -63,7 +69,7 @@ def resolve(
     sides = [Side.of(inputs.run()), Side.of(outputs.run())]
     notices = [*inputs.notices, *outputs.notices]
     taken = set(sides[0].value_references)
-    left = [name for name, given in options.inputs.items() if given == NONE]  # meant to be left alone
+    left = [name for name, given in options.inputs.items() if given == NONE]  # deliberately not mapped
     known = (*left, *(half for signal in INPUTS[role] if signal.name in left for half in signal.halves))
     idle = [
         variable.name

@@ -1,4 +1,4 @@
-"""What an FMU says of itself, as frozen data."""
+"""Metadata of an FMU as frozen data."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from functools import cached_property
 from cdpr.errors import FmuError
 from cdpr.units import Unit
 
-REALS = ("Real", "Float64")  # what signals may be: double precision in FMI 2 and 3
+REALS = ("Real", "Float64")  # types of signals: double precision in FMI 2 and 3
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable, scalar or array (row by row)."""
+    """Variable, scalar or array (row by row)."""
 
     name: str
     value_reference: int
@@ -24,8 +24,8 @@ class Variable:
     variability: str
     shape: tuple[int, ...] = ()
     unit: Unit | None = None
-    start: tuple[str, ...] | None = None  # one text an element, as written
-    relative: bool = False  # a difference, to which a unit's offset does not apply
+    start: tuple[str, ...] | None = None  # one text per element, as written
+    relative: bool = False  # a difference, without the unit's offset
     aliases: tuple[str, ...] = ()
     description: str = ""
 
@@ -36,24 +36,24 @@ class Variable:
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """All its numbers, row by row."""
+        """Return all its numbers, row by row."""
         return tuple(Element(self, index) for index in range(self.size))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Its name and its aliases."""
+        """Return its name and its aliases."""
         return (self.name, *self.aliases)
 
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What the FMU can do in co-simulation."""
+    """Capabilities of the FMU in co-simulation."""
 
     get_set_state: bool = False
     serialize_state: bool = False
     variable_step: bool = False
     once_per_process: bool = False
-    needs_tool: bool = False  # only works together with the tool that made it
+    needs_tool: bool = False  # requires the tool that made it
     fixed_internal_step: float | None = None  # s
 
 
@@ -66,7 +66,7 @@ class Element:
 
     @property
     def name(self) -> str:
-        """Its name, with places from 1 where the variable is an array: x, F[2], A[1,3]."""
+        """Return its name, with indices from 1 for an array: x, F[2], A[1,3]."""
         places: list[str] = []
         rest = self.index
         for size in reversed(self.variable.shape):
@@ -77,7 +77,7 @@ class Element:
 
 @dataclass(frozen=True)
 class ModelDescription:
-    """An FMU for co-simulation."""
+    """Metadata of an FMU for co-simulation."""
 
     fmi: str  # "2.0" or "3.0"
     name: str
@@ -86,7 +86,7 @@ class ModelDescription:
     variables: tuple[Variable, ...]
     capabilities: Capabilities = Capabilities()
     units: dict[str, Unit] = field(default_factory=dict)
-    platforms: tuple[str, ...] = ()  # folders of binaries/ that hold a library
+    platforms: tuple[str, ...] = ()  # folders of binaries/ with a library
     sources: bool = False
     default_step: float | None = None  # s
     terminals: tuple[dict[str, str], ...] = ()  # of each terminal: variable by member name
@@ -95,15 +95,16 @@ class ModelDescription:
 
     @cached_property
     def by_name(self) -> dict[str, Variable]:
-        """Variables by name and alias."""
+        """Return variables by name and alias."""
         return {name: variable for variable in self.variables for name in reversed(variable.names)} | {
             variable.name: variable for variable in self.variables
         }
 
     def find(self, name: str) -> Variable | Element:
-        """Return the variable `name`, or the element that a name such as "x[2]" or "A[1,3]" picks, counted from 1.
+        """Return the variable `name`, or the element of a name such as "x[2]" or "A[1,3]", counted from 1.
 
-        Raises FmuError where there is none.
+        Raises:
+            FmuError: if there is none.
         """
         if name in self.by_name:
             return self.by_name[name]

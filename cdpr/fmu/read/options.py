@@ -1,4 +1,4 @@
-"""What a scenario says of an FMU's signals."""
+"""Options of a scenario for an FMU's signals."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-FMU = "fmu"  # what scenarios and logs call a backend, a controller and winches that are one
+FMU = "fmu"  # kind of FMU backends, controllers and winches in scenarios and logs
 
 Variables = str | tuple[str, ...]
 
@@ -16,7 +16,7 @@ class _Section(BaseModel):
 
 
 class Source(_Section):
-    """Where one signal stands in the FMU, and how it is written there."""
+    """Variables and format of one signal in the FMU."""
 
     variable: Variables = Field(
         description="an array, the common part of a family such as F[1], F[2], a pattern with {i} (from 1) or {i0} "
@@ -34,9 +34,9 @@ class Source(_Section):
 
 
 class Signals(_Section):
-    """Which variables of the FMU are which signals; what is not named is found by itself where that is certain.
+    """Variables of the FMU by signal; an omitted signal is found automatically if that is unambiguous.
 
-    The value `none` tells that the FMU has no such signal. Instead of `quaternion` there may be `euler`.
+    The value `none` excludes a signal. `euler` can replace `quaternion`.
     """
 
     inputs: dict[str, Variables | Source] = Field(default_factory=dict, description="signals that the FMU takes")
@@ -50,7 +50,7 @@ Parameter = bool | int | float | str | Annotated[tuple[bool | int | float | str,
 
 
 class FmuFile(_Section):
-    """What every role says of its FMU."""
+    """Options of an FMU in any role."""
 
     sha256: str | None = Field(
         None,

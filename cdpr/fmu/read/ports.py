@@ -1,4 +1,4 @@
-"""Between the signals of cdpr and the numbers of an FMU: places, units, order."""
+"""Exchange between the signals of cdpr and the numbers of an FMU: positions, units, order."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Port:
     """One signal: k numbers of the FMU, in the order of the signal.
 
     Attributes:
-        index: (k,) where they stand among all values of their side, see `Side`.
+        index: (k,) positions among all values of their side, see `Side`.
         scale, offset: (k,) the signal in SI = value * scale + offset.
-        euler: the order of axes where the values are angles (k = 3) for a quaternion (4 numbers), otherwise empty.
-        rule: by which it was found.
-        source: what the scenario says of it.
+        euler: order of axes if the values are angles (k = 3) for a quaternion (4 numbers), otherwise empty.
+        rule: rule of the mapping.
+        source: option of the scenario.
     """
 
     def __init__(
@@ -59,13 +59,13 @@ class Port:
             out[:] = rotations.from_euler(raw, self.euler)
 
     def write(self, signal: Array, values: Array) -> None:
-        """Put the signal, SI, among `values`, those of all the FMU's inputs."""
+        """Write the signal, SI, into `values`, those of all the FMU's inputs."""
         np.subtract(rotations.to_euler(signal, self.euler) if self.euler else signal, self.offset, out=self._angles)
         np.divide(self._angles, self.scale, out=self._angles)
         values[self.index] = self._angles
 
     def describe(self) -> dict[str, Any]:
-        """Return plain data for the record of a run."""
+        """Return plain data for the metadata of a run."""
         return {
             "signal": self.signal,
             "variables": [element.name for element in self.elements],
@@ -79,14 +79,14 @@ class Port:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """All inputs or all outputs that are mapped: whole variables, whose elements stand side by side."""
+    """All mapped inputs or all mapped outputs: whole variables with their elements side by side."""
 
     variables: tuple[Variable, ...]  # each value reference once, ascending
     ports: dict[str, Port]  # by signal
 
     @staticmethod
     def of(ports: dict[str, Port]) -> Side:
-        """Lay out the variables of the ports, and tell each port its places."""
+        """Lay out the variables of the ports, and set the positions of each port."""
         by_reference = {e.variable.value_reference: e.variable for port in ports.values() for e in port.elements}
         variables = tuple(by_reference[reference] for reference in sorted(by_reference))
         starts, place = {}, 0
@@ -99,16 +99,16 @@ class Side:
 
     @property
     def value_references(self) -> tuple[int, ...]:
-        """Of the variables."""
+        """Return the value references of the variables."""
         return tuple(variable.value_reference for variable in self.variables)
 
     @cached_property
     def size(self) -> int:
-        """Number of values."""
+        """Return the number of values."""
         return sum(variable.size for variable in self.variables)
 
     def start(self) -> Array:
-        """Return the values (size,) that the FMU starts with, zero where it does not say."""
+        """Return the FMU's start values (size,), zero for omitted ones."""
         values = np.zeros(self.size)
         place = 0
         for variable in self.variables:

@@ -1,4 +1,4 @@
-"""Finds what each signal of one side of an FMU is; the rules stand in `cdpr.fmu.read.mapping`."""
+"""Resolution of each signal on one side of an FMU, by the rules in `cdpr.fmu.read.mapping`."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from cdpr.fmu.read.signals import INPUTS, OUTPUTS, WXYZ, XYZ, Role, Signal
 from cdpr.model import Robot
 from cdpr.nearest import did_you_mean, nearest
 
-NONE = "none"  # said in a scenario: the FMU has no such signal
-COMPARED = 2000  # names that a wrong one is compared with; an FMU may have any number
-EULER = "euler"  # stands for quaternion where a scenario gives angles
+NONE = "none"  # value in a scenario: the FMU has no such signal
+COMPARED = 2000  # names for the suggestion of a similar one; an FMU may have any number
+EULER = "euler"  # replaces quaternion if a scenario gives angles
 
 
 class Resolver:
-    """Maps one side, "inputs" or "outputs"; what is wrong goes to `problems`, what is assumed to `notices`."""
+    """Mapping of one side, "inputs" or "outputs"; errors go to `problems`, assumptions to `notices`."""
 
     def __init__(self, description: ModelDescription, robot: Robot, options: Signals, role: Role, side: str) -> None:
         self.description = description
@@ -35,7 +35,7 @@ class Resolver:
         own = (side.removesuffix("s"),)
         self.finder = Finder(description, own)
         self.terminals = [Finder(description, own, members) for members in description.terminals]
-        # A variable that the scenario names may also be one that the FMU does not call an output.
+        # A variable that the scenario names may also be a local one of the FMU.
         self.wide = self.finder if side == "inputs" else Finder(description, ("output", "local", "calculatedParameter"))
 
     def run(self) -> dict[str, Port]:
@@ -64,11 +64,11 @@ class Resolver:
                 self._problem(name, text.rstrip("; "))
 
     def _key(self, signal: Signal) -> str:
-        """The name under which the scenario speaks of a signal."""
+        """Return the scenario's key of a signal."""
         return _euler(signal.name) if _euler(signal.name) in self.given else signal.name
 
     def _signal(self, signal: Signal, key: str) -> Port | None:
-        """Return the port of one signal, None where the FMU has none and need not."""
+        """Return the port of one signal, None if it is optional and missing."""
         given = self.given.get(key)
         if given == NONE:
             if self._required(signal):
@@ -122,7 +122,7 @@ class Resolver:
         return found
 
     def _automatic(self, signal: Signal) -> Port | None:
-        """Look by the rules; the first that finds anything decides."""
+        """Search by the rules; the first match decides."""
         count, parts = self._count(signal), signal.components
         units = signal.units(count)
         for rule, found in (
@@ -148,7 +148,7 @@ class Resolver:
         return None
 
     def _halves(self, signal: Signal) -> list[Candidate]:
-        """What is a force and a moment by their names."""
+        """Return a force and a moment by their names."""
         found = [self.finder.named(name, 3, XYZ) for name in signal.halves]
         pairs = itertools.product(*found) if found else ()
         return [Candidate(tuple(each for half in pair for each in half.elements)) for pair in pairs]
@@ -162,7 +162,7 @@ class Resolver:
         return Port(signal.name, elements, conversion, euler=euler, rule=rule, source=source)
 
     def _ordered(self, signal: Signal | None, elements: Sequence[Element]) -> list[Element]:
-        """Sort the FMU's cables as the robot's."""
+        """Sort the FMU's cables in the robot's order."""
         if signal is None or signal.size or self.order is None:
             return list(elements)
         return [elements[number - 1] for number in self.order]
@@ -177,7 +177,7 @@ class Resolver:
     def _check_choice(self, ports: dict[str, Port]) -> None:
         choices = [signal for signal in self.signals if signal.need == "choice"]
         found = [signal.name for signal in choices if signal.name in ports]
-        wrong = any(self.given.get(signal.name, NONE) != NONE for signal in choices)  # told already
+        wrong = any(self.given.get(signal.name, NONE) != NONE for signal in choices)  # already reported
         if len(found) > 1:
             self.problems.append(
                 f"signals.{self.side}: the FMU has both {' and '.join(found)}; say `none` for one of them"
@@ -187,7 +187,7 @@ class Resolver:
             self.problems.append(f"signals.{self.side}: {kinds} is needed{self._near(choices[0].name)}")
 
     def _check_shared(self, ports: dict[str, Port]) -> None:
-        """Refuse that one number of the FMU stands for two."""
+        """Reject one number of the FMU for two signals."""
         owner: dict[tuple[int, int], str] = {}
         for name, port in ports.items():
             for element in port.elements:
@@ -202,7 +202,7 @@ class Resolver:
         return f"{what} with {count} numbers" if count > 1 else f"real {what}"
 
     def _near(self, name: str) -> str:
-        """List the variables whose names are closest, or the first few."""
+        """Return the variables with the most similar names, or the first few."""
         sizes = {variable.name: variable.size for variable in self.finder.variables.values()}
         near = nearest(name, list(sizes)[:COMPARED], 4, 0.5) or list(sizes)[:8]
         shown = ", ".join(each + (f" ({sizes[each]} numbers)" if sizes[each] > 1 else "") for each in near)

@@ -1,4 +1,4 @@
-"""The signals by which cdpr speaks with an FMU, by role: a plant, a winch for all cables, or a controller.
+"""Signals between cdpr and an FMU, by role: a plant, a winch for all cables, or a controller.
 
 Conventions are those of `cdpr.model`: SI, world axes at the platform's origin, quaternions w, x, y, z.
 """
@@ -20,18 +20,18 @@ FORCE_MOMENT = ("fx", "fy", "fz", "mx", "my", "mz")
 
 @dataclass(frozen=True)
 class Signal:
-    """One signal: `size` numbers, or one a cable where that is 0."""
+    """One signal: `size` numbers, or one per cable if that is 0."""
 
     name: str
     size: int
-    unit: str  # of all its numbers; "" where any may come; of the forces where it is a wrench
+    unit: str  # of all its numbers; "" for any; of the forces of a wrench
     need: Need = "optional"
     components: tuple[str, ...] = ()
-    synonyms: tuple[str, ...] = ()  # other names for it, believed only where length and unit agree
-    halves: tuple[str, ...] = ()  # a force and a moment that together are it: an array of FMI 3 has one unit
+    synonyms: tuple[str, ...] = ()  # other names, accepted only if length and unit agree
+    halves: tuple[str, ...] = ()  # a force and a moment that together form it: an array of FMI 3 has one unit
 
     def units(self, count: int) -> Sequence[str]:
-        """The SI unit of each number."""
+        """Return the SI unit of each number."""
         return ("N",) * 3 + ("N.m",) * 3 if self.components == FORCE_MOMENT else (self.unit,) * count
 
 

@@ -1,7 +1,7 @@
-"""Whose native code may run.
+"""Trust in native code of FMUs.
 
-An FMU brings native code, which can do whatever its user can. It runs only if the scenario pins its sha256, if it is in
-the user's list, or if the user said so for this run; nothing else in a scenario can allow it.
+An FMU contains native code with the permissions of its user. It runs only if the scenario contains its sha256, if it is
+in the user's list, or if the user allows it for this run; nothing else in a scenario can allow it.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from cdpr.problems import printable
 _allowed: ContextVar[bool] = ContextVar("trust_fmu", default=False)
 HEADER = "# FMUs whose native code cdpr may run: sha256, name. Written by 'cdpr fmu trust' and 'cdpr fmu export'."
 MOST = 2**22  # bytes of the list: fifty thousand FMUs
-LOCK_SECONDS = 10.0  # to wait for others who write the list; each takes milliseconds
+LOCK_SECONDS = 10.0  # longest wait for other writers of the list; each takes milliseconds
 
 
 @contextmanager
 def any_fmu() -> Iterator[None]:
-    """Trust every FMU inside the block: what `--trust-fmu` does."""
+    """Trust every FMU inside the block: the implementation of `--trust-fmu`."""
     token = _allowed.set(True)
     try:
         yield
@@ -38,16 +38,20 @@ def any_fmu() -> Iterator[None]:
 
 
 def list_path() -> Path:
-    """Where the user's list lies."""
+    """Return the path of the user's list."""
     root = os.environ.get("XDG_CONFIG_HOME")
     try:
         return (Path(root) if root else Path.home() / ".config") / "cdpr" / "trusted_fmus"
-    except RuntimeError as error:  # no HOME, and a uid that the system does not know
+    except RuntimeError as error:  # no HOME, and an unknown uid
         raise FmuError(f"there is no place for the list of trusted FMUs ({error}); set XDG_CONFIG_HOME") from None
 
 
 def trusted() -> dict[str, str]:
-    """Return the user's list, name by sha256. Raises FmuError where it cannot be read or is malformed."""
+    """Return the user's list, name by sha256.
+
+    Raises:
+        FmuError: if it cannot be read or is malformed.
+    """
     path = list_path()
     found = {}
     for number, line in enumerate(_lines(path), 1):
@@ -61,16 +65,25 @@ def trusted() -> dict[str, str]:
 
 
 def add(sha256: str, name: str) -> None:
-    """Put an FMU on the user's list. Raises FmuError where the list is malformed, OutputError where not writable."""
+    """Add an FMU to the user's list.
+
+    Raises:
+        FmuError: if the list is malformed.
+        OutputError: if it cannot be written.
+    """
     if sha256 in trusted():
         return
     with _locked() as path:
-        if sha256 not in trusted():  # another process may have been first
+        if sha256 not in trusted():  # another process may have added it
             _write(path, [*(_lines(path) or [HEADER]), f"{sha256}  {printable(name)}"])
 
 
 def remove(sha256: str) -> None:
-    """Take an FMU off the user's list. Raises FmuError where it is not there."""
+    """Remove an FMU from the user's list.
+
+    Raises:
+        FmuError: if it is not in the list.
+    """
     if sha256 not in trusted():
         raise FmuError(f"{sha256}: is not on the list of trusted FMUs, {list_path()}")
     with _locked() as path:
@@ -78,9 +91,10 @@ def remove(sha256: str) -> None:
 
 
 def require_trust(archive: Archive, pinned: str | None) -> None:
-    """Return if the native code of an FMU may run; `pinned` is the sha256 that the scenario gives.
+    """Return if the native code of an FMU may run; `pinned` is the scenario's sha256.
 
-    Raises FmuError otherwise, and wherever the file is not the one that is pinned.
+    Raises:
+        FmuError: otherwise, and always if the file differs from the pinned one.
     """
     if pinned is not None:
         if pinned.lower() == archive.sha256:
@@ -99,7 +113,7 @@ def require_trust(archive: Archive, pinned: str | None) -> None:
 
 
 def _lines(path: Path) -> list[str]:
-    """Return the lines of the list, none where there is none; what was opened is what is checked and read."""
+    """Return the lines of the list, none if it does not exist; checks and content use the same open file."""
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             if fault := _fault(os.fstat(file.fileno()), path.parent):
@@ -120,7 +134,7 @@ def _without_waiting(path: str, flags: int) -> int:
 
 
 def _fault(about: os.stat_result, folder: Path) -> str:
-    """Say what is wrong with the list and the folders on the way to it, "" if nothing."""
+    """Return what is wrong with the list and the folders above it, "" if nothing."""
     if not stat.S_ISREG(about.st_mode):
         return "the list of trusted FMUs is not a regular file"
     return ownership.fault_of(about, "the list of trusted FMUs") or ownership.fault(folder)
@@ -128,11 +142,11 @@ def _fault(about: os.stat_result, folder: Path) -> str:
 
 @contextmanager
 def _locked() -> Iterator[Path]:
-    """Keep other processes from writing the list, whose path this gives, until the end of the block."""
+    """Lock the list, and yield its path."""
     path = list_path()
     try:
         ownership.make_private(path.parent, path.parent)
-        # A file of its own: the list is replaced, and a lock on a folder is not to be had on NFS.
+        # A separate file: the list is replaced, and NFS cannot lock folders.
         file = open_to_lock(path.with_name(f"{path.name}.lock"), mode=0o600)
     except OSError as error:
         raise _unwritable(path, error) from None

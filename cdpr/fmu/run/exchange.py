@@ -1,4 +1,4 @@
-"""Signals between the arrays of cdpr and the values of an FMU, all of one array in one compiled call."""
+"""Signals between the arrays of cdpr and the values of an FMU, all signals of an array in one compiled call."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cdpr.native.bind import bind
 
 NEARLY = 2.0 * tolerances.UNIT  # of the square of a quaternion's length
 
-# Where the signals of a platform's state stand in it, and those of a desired state; as `cdpr.model` lays them out.
+# Positions of the signals in the state and the desired state of a platform, in the layout of `cdpr.model`.
 STATE = {"position": 0, "quaternion": 3, "velocity": 7, "angular_velocity": 10}
 DESIRED = {
     **{f"desired_{name}": place for name, place in STATE.items()},
@@ -24,7 +24,7 @@ DESIRED = {
 
 
 def reader(side: Side, layout: Mapping[str, int], values: Array, out: Array) -> Callable[[], object]:
-    """Return a function that writes into `out` the signals of `layout`, given by name and place, that the FMU has."""
+    """Return a function that writes the available signals of `layout`, given by name and position, into `out`."""
     plain, angles = _ports(side, layout)
     views = [(port, out[layout[port.signal] : layout[port.signal] + 4]) for port in angles]
     fast = bind("gather_signals", **_joined(plain, layout), values=values, signals=out)
@@ -40,7 +40,7 @@ def reader(side: Side, layout: Mapping[str, int], values: Array, out: Array) -> 
 
 
 def writer(side: Side, layout: Mapping[str, int], values: Array) -> Callable[[Array], None]:
-    """Return a function that puts the signals of `layout`, taken from an array, among the FMU's values."""
+    """Return a function that writes the signals of `layout` from an array into the FMU's values."""
     plain, angles = _ports(side, layout)
     joined = _joined(plain, layout)
     taken = np.zeros(int(joined["place"].max(initial=-1)) + 1)
@@ -57,7 +57,7 @@ def writer(side: Side, layout: Mapping[str, int], values: Array) -> Callable[[Ar
 
 
 def normaliser(state: Array) -> Callable[[], object]:
-    """Return the operation that scales the quaternion of `state` (13,) to length 1 if it is nearly so long."""
+    """Return the operation that normalises the quaternion of `state` (13,) if its length is near 1."""
     return bind("normalise_attitude", state=state, near=NEARLY)
 
 

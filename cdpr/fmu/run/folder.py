@@ -1,7 +1,7 @@
-"""Temporary folders into which FMUs are extracted, none of which outlives its process for long.
+"""Temporary folders for extracted FMUs, removed soon after the end of their process.
 
-A process that is killed cannot clean up. So each folder is locked while its process lives, and the next process that
-needs one first removes those of this user that nobody locks.
+A killed process cannot clean up. So each folder is locked while its process lives, and the next process that needs one
+first removes those of this user without a lock.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ FLAGS = os.O_RDONLY | os.O_DIRECTORY
 
 
 class Folder:
-    """A new folder of this process, removed with everything in it by `remove`, which may be called again.
+    """New folder of this process; `remove` removes it with its content, and may be called again.
 
-    Raises OutputError where none can be made.
+    Raises:
+        OutputError: if it cannot be created.
     """
 
     def __init__(self) -> None:
@@ -43,7 +44,7 @@ class Folder:
 
 
 def sweep(root: str) -> None:
-    """Remove the folders in `root` that processes of this user have left; what lives or is in doubt stays."""
+    """Remove the abandoned folders of this user in `root`; those in use or in doubt stay."""
     with suppress(OSError), os.scandir(root) as entries:
         for entry in entries:
             if entry.name.startswith(PREFIX):
@@ -54,12 +55,12 @@ _sweep_once = cache(sweep)
 
 
 def _made() -> tuple[str, int]:
-    """Return a new folder and the descriptor that locks it."""
+    """Return a new folder and the descriptor of its lock."""
     while True:
         path = tempfile.mkdtemp(prefix=PREFIX)
-        with suppress(FileNotFoundError):  # another process swept it before it was locked: once more
+        with suppress(FileNotFoundError):  # another process removed it before it was locked: try again
             file = open_to_lock(path, FLAGS)
-            # A sweep may be about to remove it; where there are no locks, nothing is swept.
+            # Another process may be about to remove it; without support for locks, none does.
             if lock(file) is not Lock.ANOTHERS and _is(path, file):
                 return path, file
             os.close(file)
@@ -68,7 +69,7 @@ def _made() -> tuple[str, int]:
 def _remove_left(path: str) -> None:
     try:
         file = open_to_lock(path, FLAGS)
-    except OSError:  # a link, no folder, not ours, gone
+    except OSError:  # a link, no folder, of another user, or gone
         return
     try:
         if os.fstat(file).st_uid == os.geteuid() and lock(file) is Lock.OURS and _is(path, file):
@@ -78,7 +79,7 @@ def _remove_left(path: str) -> None:
 
 
 def _is(path: str, descriptor: int) -> bool:
-    """Tell whether the folder at `path` is the one that is open."""
+    """Return whether the folder at `path` is the open one."""
     try:
         return os.path.samestat(os.lstat(path), os.fstat(descriptor))
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""A running FMU as the rest of cdpr sees it, in this process or in one of its own."""
+"""Interface of a running FMU, in this process or in a separate one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Value = float | int | bool | str
 
 @dataclass(frozen=True)
 class Plan:
-    """What to make an instance of; plain data, so that it can go to another process.
+    """Data for a new instance; plain, so that it can be sent to another process.
 
     `inputs` and `outputs` list variables of double precision as (value reference, number of elements).
     """
@@ -30,7 +30,7 @@ class Plan:
     outputs: tuple[tuple[int, int], ...]
     step: float  # communication step, s
     saves: bool  # whether it can save and restore its state
-    alone: bool = False  # whether a process may hold no second instance
+    alone: bool = False  # whether a process may hold only one instance
 
 
 @dataclass(frozen=True)
@@ -43,18 +43,20 @@ class Setting:
 
 
 class Instance(ABC):
-    """One co-simulation FMU with a constant communication step. It owns `folder`, into which it was extracted.
+    """One co-simulation FMU with a constant communication step. It owns `folder`, its extracted files.
 
-    The caller writes `inputs`, which are held over the next steps, and reads `outputs`, both in the FMU's own units
+    The caller writes `inputs`, which are constant over the next steps, and reads `outputs`, both in the FMU's own units
     and order. The arrays are made here and never replaced.
-
-    Every method raises FmuError where the FMU cannot be used, BackendDied where it fails or its process ends, and
-    PlantEnded where it asks for the end of the simulation; after either the instance can only be closed.
 
     Attributes:
         inputs: (sum of the input sizes,).
         outputs: (sum of the output sizes,), live: current after `start`, `step`, `refresh` and `restore`.
         steps: number of steps since `start`.
+
+    Raises:
+        FmuError: by every method if the FMU cannot be used.
+        BackendDied: by every method if the FMU fails or its process ends; the instance can then only be closed.
+        PlantEnded: by every method if the FMU requests the end of the simulation; likewise.
     """
 
     def __init__(self, plan: Plan, folder: Folder | None) -> None:
@@ -66,12 +68,12 @@ class Instance(ABC):
 
     @property
     def time(self) -> float:
-        """The FMU's time, s: a product, for a sum of steps would drift."""
+        """Return the FMU's time, s: a product, because a sum of steps would drift."""
         return self.steps * self.plan.step
 
     @abstractmethod
     def start(self, settings: Sequence[Setting]) -> None:
-        """Go to time zero with these start values and the present inputs."""
+        """Initialise at time zero with these start values and the present inputs."""
 
     @abstractmethod
     def step(self, n: int) -> None:
@@ -79,19 +81,19 @@ class Instance(ABC):
 
     @abstractmethod
     def refresh(self) -> None:
-        """Read the outputs that follow from the present inputs without a step."""
+        """Read the outputs for the present inputs without a step."""
 
     @abstractmethod
     def save(self) -> int:
-        """Keep the present state and return its number."""
+        """Save the present state and return its number."""
 
     @abstractmethod
     def restore(self, number: int) -> None:
-        """Go back to a kept state; `inputs` stay as they are."""
+        """Restore a saved state; `inputs` do not change."""
 
     @abstractmethod
     def forget(self, number: int) -> None:
-        """Free a kept state."""
+        """Free a saved state."""
 
     def close(self) -> None:
         """Free everything, the folder included; may be called again."""

@@ -1,4 +1,4 @@
-"""Start values of an FMU's parameters: by name from a scenario, or from what cdpr knows in SI units."""
+"""Start values of an FMU's parameters, from a scenario by name or from cdpr in SI units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Known = tuple[ArrayLike, str]  # a value in SI units, and its unit
 def robot_parameters(
     robot: Robot, gravity: Array, physics_step: float, state: Array, order: Sequence[int] | None
 ) -> dict[str, Known]:
-    """Return what parameters may say of robot, step and initial state (13,), by the names that cdpr exports.
+    """Return values for parameters of robot, step and initial state (13,), by the names that cdpr exports.
 
     `order` holds the FMU's number, from 1, of each cable; the values are in the FMU's order.
     """
@@ -39,7 +39,7 @@ def robot_parameters(
 
 
 class Parameters:
-    """Values of some variables, whole arrays, begun with the start values of the FMU."""
+    """Values of some variables, whole arrays, initially the start values of the FMU."""
 
     def __init__(self, description: ModelDescription) -> None:
         self.description = description
@@ -47,14 +47,18 @@ class Parameters:
         self._variables: dict[int, Variable] = {}
 
     def settings(self) -> list[Setting]:
-        """Return what was set, by value reference."""
+        """Return the changed values, by value reference."""
         return [
             Setting(self._variables[reference].kind, reference, tuple(values))
             for reference, values in sorted(self._values.items())
         ]
 
     def give(self, values: Mapping[str, Value | Sequence[Value]]) -> None:
-        """Set variables by name, in the FMU's units; an element of an array is named like x[2]. Raises FmuError."""
+        """Set variables by name, in the FMU's units; an element of an array has a name like x[2].
+
+        Raises:
+            FmuError: if a name or a value is invalid.
+        """
         for name, value in values.items():
             found = self.description.find(name)
             variable = found.variable if isinstance(found, Element) else found
@@ -73,7 +77,11 @@ class Parameters:
     def fill(self, name: str, value: ArrayLike, unit: str) -> bool:
         """Set the parameter `name`, an array or scalars name[i] or name[i,j], to a value in SI units.
 
-        Returns whether the FMU has such a parameter; raises FmuError where its unit is another kind of quantity.
+        Returns:
+            True if the FMU has such a parameter.
+
+        Raises:
+            FmuError: if its unit is of another kind of quantity.
         """
         array = np.asarray(value, dtype=np.float64)
         elements = self._elements(name, array.shape)
@@ -84,7 +92,7 @@ class Parameters:
         return True
 
     def _elements(self, name: str, shape: tuple[int, ...]) -> list[Element] | None:
-        """Return the real parameters that make up `name`, row by row; None where not all are there."""
+        """Return the real parameters of an array `name`, row by row; None if some are missing."""
         whole = self.description.by_name.get(name)
         if whole is not None and whole.size == math.prod(shape):
             return list(whole.elements) if _fillable(whole) else None
@@ -123,7 +131,7 @@ def _in_unit(variable: Variable, number: float, wanted: str) -> float:
 
 
 def _read(variable: Variable, text: str) -> Value:
-    """Return a start value as the model description writes it."""
+    """Return a start value of the model description."""
     if variable.kind in FLOATS:
         return float(text)
     if variable.kind == "String":
@@ -134,7 +142,11 @@ def _read(variable: Variable, text: str) -> Value:
 
 
 def _typed(variable: Variable, value: Value, where: str) -> Value:
-    """Return the value in the type of the variable; FmuError where it is of another."""
+    """Return the value in the type of the variable.
+
+    Raises:
+        FmuError: if it has another type.
+    """
     if variable.kind in FLOATS and isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     expected: type = str if variable.kind == "String" else bool if variable.kind == "Boolean" else int
@@ -146,7 +158,7 @@ def _typed(variable: Variable, value: Value, where: str) -> Value:
 
 
 def _fits(kind: str, value: int) -> bool:
-    """Tell whether a whole number fits: what does not would be cut to its last bits without a word."""
+    """Return whether an integer fits: one that does not would be truncated silently."""
     bits = int(re.sub(r"\D", "", kind) or (32 if kind == "Integer" else 64))
     if kind.startswith("U"):
         return 0 <= value < 1 << bits

@@ -1,4 +1,4 @@
-"""An FMU in a process of its own: whatever it does, here it is at most an error of one line."""
+"""FMU in a separate process, whose failures are errors of one line here."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from cdpr.fmu.run.folder import Folder
 from cdpr.fmu.run.instance import Instance, Plan, Setting
 from cdpr.fmu.run.worker import DONE, FAILED, FORGET, HEAD, MOST, REFRESH, RESTORE, SAVE, START, STEP
 
-START_SECONDS = 30.0  # for starting the process, loading, instantiating and initialising
-CLOSE_SECONDS = 0.5  # for the FMU to end by itself
-LINES = 5  # of what it printed and logged that are kept
+START_SECONDS = 30.0  # s, to start the process, load, instantiate and initialise
+CLOSE_SECONDS = 0.5  # s, for the FMU to end by itself
+LINES = 5  # kept lines of its output and log
 LINE = 300  # bytes of each
 CHUNK = 2**16
 
 ERRORS: dict[str, type[CdprError]] = {kind.__name__: kind for kind in (BackendDied, FmuError, PlantEnded)}
-# The modules of this process, wherever they were found, and nothing from the folder of the FMU.
+# Uses the modules of this process, wherever they were found, and nothing from the folder of the FMU.
 BOOT = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from cdpr.fmu.run import worker; worker.main(*json.loads(sys.argv[2]))"
@@ -41,11 +41,11 @@ BOOT = (
 
 
 class Process(Instance):
-    """An instance in a worker process, which ends with it.
+    """Instance in a worker process.
 
     Args:
-        plan: what to make.
-        folder: into which the FMU was extracted.
+        plan: data for the instance.
+        folder: folder with the extracted FMU.
         timeout: longest wall time of a call of `step`, `refresh` and the like, s.
     """
 
@@ -85,11 +85,11 @@ class Process(Instance):
 
     @property
     def pid(self) -> int:
-        """Number of the process."""
+        """Return the process id."""
         return self._process.pid
 
     def start(self, settings: Sequence[Setting]) -> None:
-        """Go to time zero with these start values and the present inputs."""
+        """Initialise at time zero with these start values and the present inputs."""
         self.steps = 0
         self._ask(START, 0, worker.encode(settings), "initialising", START_SECONDS)
 
@@ -99,27 +99,27 @@ class Process(Instance):
         self.steps += n
 
     def refresh(self) -> None:
-        """Read the outputs that follow from the present inputs without a step."""
+        """Read the outputs for the present inputs without a step."""
         self._ask(REFRESH)
 
     def save(self) -> int:
-        """Keep the present state, in the process, and return its number."""
+        """Save the present state, in the process, and return its number."""
         number = self._ask(SAVE)
         self._kept[number] = self.steps
         return number
 
     def restore(self, number: int) -> None:
-        """Go back to a kept state; `inputs` stay as they are."""
+        """Restore a saved state; `inputs` do not change."""
         self._ask(RESTORE, number)
         self.steps = self._kept[number]
 
     def forget(self, number: int) -> None:
-        """Free a kept state."""
+        """Free a saved state."""
         del self._kept[number]
         self._ask(FORGET, number)
 
     def end(self) -> None:
-        """End the process, by force where it does not want to; may be called again."""
+        """End the process, by force if necessary; may be called again."""
         if self._end.alive:
             with suppress(OSError):  # it is dead already
                 self._line.shutdown(socket.SHUT_WR)
@@ -127,7 +127,7 @@ class Process(Instance):
             self._end()
 
     def _ask(self, operation: bytes, number: int = 0, more: bytes = b"", what: str = "", seconds: float = 0.0) -> int:
-        """Send a request and return the number in the answer, whose outputs become ours."""
+        """Send a request, copy the outputs of the answer and return its number."""
         if not self._end.alive:
             self._fail("is closed")
         request = HEAD.pack(operation, number) + self.inputs.tobytes() + more
@@ -140,7 +140,7 @@ class Process(Instance):
     def _wait(self, what: str, seconds: float) -> int:
         answer = self._answer(seconds)
         if not answer or answer[:1] != DONE:
-            self._drain()  # its last words
+            self._drain()  # last lines of the log
         if answer is None:
             self._end()
             self._fail(f"took more than {seconds:g} s for {what} and was ended")
@@ -158,7 +158,7 @@ class Process(Instance):
         return int(number)
 
     def _answer(self, seconds: float) -> bytes | None:
-        """Return the next packet, b"" where the process is gone, None where there is none in time."""
+        """Return the next packet, b"" if the process is gone, None after the timeout."""
         deadline = monotonic() + seconds
         while (left := deadline - monotonic()) > 0.0:
             for descriptor, _ in self._poll.poll(1e3 * left):
@@ -172,10 +172,10 @@ class Process(Instance):
         return None
 
     def _drain(self) -> None:
-        """Take what the FMU printed and logged since."""
+        """Read new output and log messages of the FMU."""
         with suppress(BlockingIOError):
             text = os.read(self._pipe, CHUNK)
-            if not text and self._open:  # nobody can write any more; the answer tells what became of the process
+            if not text and self._open:  # nobody can write any more; the answer shows the state of the process
                 self._poll.unregister(self._pipe)
                 self._open = False
             lines = (self._partial + text).split(b"\n")
@@ -193,7 +193,7 @@ class Process(Instance):
 
 
 def _end(process: subprocess.Popen[bytes], line: socket.socket, pipe: int) -> None:
-    """Kill the process and all that it started, and close what leads to it."""
+    """Kill the process and all that it started, and close the connections."""
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)  # not yet waited for, so the number is still its own
     process.wait()

@@ -1,4 +1,4 @@
-"""From a checked and trusted archive to a running instance."""
+"""Running instance of a checked and trusted archive."""
 
 from __future__ import annotations
 
@@ -24,23 +24,25 @@ Isolation = Literal["process", "inproc"]
 
 
 class RunningFmu:
-    """One FMU in one role for one robot: mapped, with an instance, still to be started.
+    """One FMU in one role for one robot: mapped, with an instance, not yet started.
 
     Args:
-        archive: the FMU; whether its code may run was decided before.
-        name: what to call it in messages.
-        role: what it is to be.
-        robot: whose signals it exchanges.
+        archive: FMU; its trust was checked before.
+        name: name for messages.
+        role: role of the FMU.
+        robot: robot with the exchanged signals.
         step: communication step, s.
-        options: what the scenario says of it.
-        isolation: where it runs unless the options say so.
+        options: options of the scenario.
+        isolation: default isolation, used if the options have none.
 
     Attributes:
-        mapping: which of its variables are which signals.
-        instance: where it runs.
+        mapping: variables by signal.
+        instance: running instance.
         filled: names of the parameters that `start` filled in.
 
-    Raises FmuError where the FMU cannot be used so, BackendDied where it fails.
+    Raises:
+        FmuError: if the FMU cannot be used in this role.
+        BackendDied: if it fails.
     """
 
     def __init__(
@@ -59,14 +61,14 @@ class RunningFmu:
         self.instance.inputs[:] = self.mapping.inputs.start()
 
     def start(self, known: MappingType[str, Known]) -> None:
-        """Start it anew with the parameters of the scenario, and those among `known` that it has."""
+        """Restart it with the parameters of the scenario, and its parameters among `known`."""
         parameters = Parameters(self.archive.description)
         self.filled = [name for name, (value, unit) in known.items() if parameters.fill(name, value, unit)]
         parameters.give(self.options.parameters)
         self.instance.start(parameters.settings())
 
     def describe(self) -> dict[str, Any]:
-        """Return plain data for the record of a run."""
+        """Return plain data for the metadata of a run."""
         about = self.archive.description
         return {
             "file": str(self.archive.path),
@@ -81,7 +83,7 @@ class RunningFmu:
         }
 
     def close(self) -> None:
-        """End it, its process and its folder; may be called again."""
+        """Close instance, process and folder; may be called again."""
         self.instance.close()
 
     def _instance(self, step: float) -> Instance:
@@ -115,7 +117,7 @@ class RunningFmu:
 
 
 def check_step(archive: Archive, step: float) -> None:
-    """Refuse a communication step that the FMU cannot do, and warn of one that it may not do."""
+    """Reject a communication step that the FMU does not support, and warn of a doubtful one."""
     about = archive.description
     internal = about.capabilities.fixed_internal_step
     if internal is not None and not _multiple(step, internal):

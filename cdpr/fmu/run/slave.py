@@ -1,7 +1,7 @@
-"""An FMU in this process: the only module that touches FMPy, for its declarations of the FMI functions.
+"""FMU in this process: the only module that uses FMPy, for its declarations of the FMI functions.
 
-FMPy's own classes demand all 75 functions of FMI 3, make objects at each call and keep a pointer to what they have
-freed. Here only what is used is bound, by the signatures that FMPy declares, and a step makes no new array.
+FMPy's own classes require all 75 functions of FMI 3, create objects in each call and keep a pointer to freed memory.
+This module binds only the functions in use, with the signatures of FMPy, and a step allocates no array.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, FATAL = 1, 2, 4
 TERMINATED = 3  # of fmi2StatusKind
 
-TIME_TOLERANCE = 1e-9  # share of the time, at least of 1 s: an FMU may add up its steps
+TIME_TOLERANCE = 1e-9  # relative to the time, at least to 1 s: an FMU may add up its steps
 
-LINES = 5  # of the log that are kept
-LINE = 300  # letters of one message that are kept
+LINES = 5  # kept messages of the log
+LINE = 300  # kept characters of one message
 
 NEEDED = ("FreeInstance", "EnterInitializationMode", "ExitInitializationMode", "Terminate", "Reset", "DoStep")
 
@@ -40,26 +40,26 @@ NEEDED = ("FreeInstance", "EnterInitializationMode", "ExitInitializationMode", "
 def make(plan: Plan, folder: Folder | None = None, hear: Callable[[str], None] | None = None) -> Slave:
     """Load the library of an extracted FMU and make an instance.
 
-    It owns `folder`, if any; `hear` takes each line that the FMU logs, instead of the attribute `log`.
+    It owns `folder`, if given; `hear` receives each line that the FMU logs, instead of the attribute `log`.
     """
     return (Slave3 if plan.fmi == "3.0" else Slave2)(plan, folder, hear)
 
 
 class Slave(Instance):
-    """What both versions of the standard share; `make` chooses the class.
+    """Base class for both versions of the standard; `make` chooses the class.
 
     Attributes:
-        log: the last lines that the FMU logged.
+        log: last lines that the FMU logged.
     """
 
-    declared: type  # where FMPy declares the functions
+    declared: type  # module of FMPy with the functions
     prefix: str
     real: str
     needed: tuple[str, ...]
     kinds: tuple[str, ...]
     other: tuple[str, ...] = ()
-    integers: str  # what enumerations are
-    state: str  # how the standard writes FMUState
+    integers: str  # type of enumerations
+    state: str  # name of FMUState in the standard
 
     def __init__(self, plan: Plan, folder: Folder | None, hear: Callable[[str], None] | None) -> None:
         super().__init__(plan, folder)
@@ -89,11 +89,11 @@ class Slave(Instance):
 
     @property
     def last_words(self) -> str:
-        """The last lines of the log, to go after a message."""
+        """Return the last lines of the log, to append to a message."""
         return f"; it logged: {' | '.join(self.log)}" if self.log else ""
 
     def start(self, settings: Sequence[Setting]) -> None:
-        """Go to time zero with these start values and the present inputs."""
+        """Initialise at time zero with these start values and the present inputs."""
         if self._started:
             self._call("Reset")
         self.steps, self._started = 0, True
@@ -115,32 +115,32 @@ class Slave(Instance):
         self._read()
 
     def refresh(self) -> None:
-        """Read the outputs that follow from the present inputs without a step."""
+        """Read the outputs for the present inputs without a step."""
         self._check_running()
         self._write()
         self._read()
 
     def save(self) -> int:
-        """Keep the present state and return its number."""
+        """Save the present state and return its number."""
         state, number = ctypes.c_void_p(), next(self._numbers)
         self._call(f"Get{self.state}", ctypes.byref(state))
         self._kept[number] = state, self.steps
         return number
 
     def restore(self, number: int) -> None:
-        """Go back to a kept state; `inputs` stay as they are."""
+        """Restore a saved state; `inputs` do not change."""
         state, steps = self._kept[number]
         self._call(f"Set{self.state}", state)
         self.steps = steps
         self._read()
 
     def forget(self, number: int) -> None:
-        """Free a kept state."""
+        """Free a saved state."""
         state, _ = self._kept.pop(number)
         self._call(f"Free{self.state}", ctypes.byref(state))
 
     def end(self) -> None:
-        """Free instance and library; may be called again. After Fatal nothing of the FMU may be called any more."""
+        """Free instance and library; may be called again. After Fatal no function of the FMU is called any more."""
         library, self._library = self._library, None
         instance, self._instance = self._instance, None
         running, self._running = self._running, False
@@ -158,7 +158,7 @@ class Slave(Instance):
 
     @abstractmethod
     def _instantiate(self) -> int | None:
-        """Return the pointer to a new instance, None where the FMU makes none."""
+        """Return the pointer to a new instance, None if the FMU makes none."""
 
     @abstractmethod
     def _initialize(self) -> None:
@@ -210,7 +210,7 @@ class Slave(Instance):
         return transfer if variables else lambda: None
 
     def _sizes(self, size: int) -> tuple[int, ...]:
-        """What follows the values: their number, in FMI 3."""
+        """Return the arguments after the values: their number, in FMI 3."""
         return ()
 
     def _check_running(self) -> None:
@@ -238,7 +238,7 @@ class Slave(Instance):
 
 
 class Slave2(Slave):
-    """FMI 2.0."""
+    """Instance of FMI 2.0."""
 
     declared = fmi2.FMU2Slave
     prefix, real, integers, state = "fmi2", "Real", "Integer", "FMUstate"
@@ -252,7 +252,7 @@ class Slave2(Slave):
         callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
         callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
         callbacks.componentEnvironment = self._environment
-        addLoggerProxy(ctypes.byref(callbacks))  # it formats messages, whose arguments ctypes cannot take
+        addLoggerProxy(ctypes.byref(callbacks))  # it formats messages, with arguments that ctypes does not support
         name, token = self.plan.name.encode(), self.plan.token.encode()
         uri = Path(self.plan.resources).as_uri().encode()
         pointer: int | None = self._functions["Instantiate"](
@@ -279,7 +279,7 @@ class Slave2(Slave):
 
 
 class Slave3(Slave):
-    """FMI 3.0, without event mode and early return: steps are equidistant, as controllers need them."""
+    """Instance of FMI 3.0, without event mode and early return: steps are equidistant, as controllers require."""
 
     declared = fmi3.FMU3Slave
     prefix, real, integers, state = "fmi3", "Float64", "Int64", "FMUState"
@@ -331,14 +331,14 @@ def signature(declared: type, name: str) -> tuple[list[Any], Any]:
 
 
 def _hear(environment: int | None, status: int, message: bytes | None) -> None:
-    """Keep a message; called by an FMU, from any thread and at any time."""
+    """Store a message; called by an FMU, from any thread and at any time."""
     slave = _open.get(environment or 0)
     if slave is not None:
         text = " ".join((message or b"")[:LINE].decode(errors="replace").split())
         slave.hear(f"{STATUS[status]}: {text}" if WARNING <= status < len(STATUS) else text)
 
 
-# One callback for all FMUs, told apart by their environment: FMPy's proxy keeps a single logger, that of the last FMU.
+# One callback for all FMUs, identified by their environment: FMPy's proxy keeps a single logger, that of the last FMU.
 _heard_2 = fmi2.fmi2CallbackLoggerTYPE(lambda e, name, status, category, message: _hear(e, status, message))
 _heard_3 = fmi3.fmi3LogMessageCallback(lambda e, status, category, message: _hear(e, status, message))
 _open: WeakValueDictionary[int, Slave] = WeakValueDictionary()

@@ -1,10 +1,10 @@
-"""A process of its own for one FMU: it obeys `cdpr.fmu.run.process` over a socket until that closes.
+"""Worker process for one FMU: it serves `cdpr.fmu.run.process` over a socket until that closes.
 
 A message is one packet. Request: an operation, a number (int64), then the inputs (doubles), or JSON for `START`.
-Answer: `DONE`, a number (int64) and the outputs (doubles); or the name of an error and its text. Nothing is pickled,
-so that native code which took over this process could at most send wrong numbers.
+Answer: `DONE`, a number (int64) and the outputs (doubles); or the name of an error and its text. Nothing is pickled, so
+that hostile native code in this process can at most send wrong numbers.
 
-What the FMU prints or logs goes to the standard error stream, which the parent reads.
+The parent reads the FMU's output and log from the standard error stream.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ MOST = 200_000  # bytes of a packet: what Linux sends at once
 
 
 def encode(settings: Sequence[Setting]) -> bytes:
-    """Settings as JSON."""
+    """Return settings as JSON."""
     return json.dumps([dataclasses.astuple(setting) for setting in settings]).encode()
 
 
 def decode(content: bytes) -> list[Setting]:
-    """Settings from JSON."""
+    """Return settings from JSON."""
     return [Setting(kind, reference, tuple(values)) for kind, reference, values in json.loads(content)]
 
 
@@ -47,7 +47,7 @@ def main(descriptor: int, parent: int, plan: dict[str, Any]) -> None:
         instance = _made(line, plan)
         if instance is not None:
             _serve(line, instance)
-    os._exit(0)  # whatever the FMU left running or registered for the end
+    os._exit(0)  # threads or exit handlers of the FMU do not run
 
 
 def _made(line: socket.socket, plan: dict[str, Any]) -> Instance | None:
@@ -64,7 +64,7 @@ def _made(line: socket.socket, plan: dict[str, Any]) -> Instance | None:
 
 
 def _serve(line: socket.socket, instance: Instance) -> None:
-    """Answer requests until there are no more."""
+    """Answer requests until the socket closes."""
     request = bytearray(MOST)
     answer = bytearray(HEAD.size + instance.outputs.nbytes)
     inputs, outputs = instance.inputs.view(np.uint8), instance.outputs.view(np.uint8)
