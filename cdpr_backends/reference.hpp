@@ -1,8 +1,8 @@
-// Reference integrator of free platforms: classical Runge-Kutta, the cables evaluated at every stage.
+// Reference integrator of free platforms: classical Runge-Kutta with cables evaluated at every stage.
 // SPDX-License-Identifier: Apache-2.0
 //
 // The variables are position, attitude and velocity of the body frame at the centre of mass, and the angular momentum L
-// about it in world axes, where a torque-free body does not change it. Rates: v, omega q / 2, force / mass + g, moment;
+// about it in world axes, which is constant for a torque-free body. Rates: v, omega q / 2, force / mass + g, moment;
 // omega = R I^-1 R^T L. `inertial` (4): mass, kg, and principal moments, kg m^2.
 #pragma once
 
@@ -41,7 +41,7 @@ template <class T> CDPR_INLINE Vector<T> angular_velocity(const T* moments, Quat
 template <class T> struct ReferenceBegin {
     const T* offset;   // (7), body_frame.hpp
     const T* moments;  // (3), kg m^2
-    T* state;          // (13), of the platform; written back as the body state gives it
+    T* state;          // (13), of the platform; overwritten by that of the body state
     T* body;           // (13)
     T* momentum;       // (3), kg m^2/s
     static constexpr char fields[] = "offset(7), moments(3), both state(13), body(13), momentum(3)";

@@ -1,4 +1,4 @@
-// The engines' scheme: semi-implicit Euler, first order, the cables evaluated once a step, before it.
+// Scheme of the engines: semi-implicit Euler, first order, with cables evaluated once before each step.
 // SPDX-License-Identifier: Apache-2.0
 //
 // First the velocities from the accelerations at the start of the step, then the pose from these velocities.
@@ -16,8 +16,8 @@ template <class T> CDPR_INLINE void turn(Quaternion<T> q, Vector<T> w, T* body, 
     store(rotate(quaternion(body + 3), w), body + 10);
 }
 
-// A step of a free body, whose frame lies at its centre of mass along its principal axes: in body axes
-// w += h I^-1 (M - w x I w), then q <- q exp(h w); v += h (F / m + g), then x += h v.
+// Step of a free body, whose frame lies at its centre of mass along its principal axes: in body axes w += h I^-1 (M - w
+// x I w), then q <- q exp(h w); v += h (F / m + g), then x += h v.
 template <class T> struct EulerFreeStep {
     const T* inertial;  // (4), mass, kg, and principal moments, kg m^2
     const T* gravity;   // (3), m/s^2
@@ -43,7 +43,7 @@ template <class T> inline int euler_free_step(EulerFreeStep<T>& plant) {
     return 0;
 }
 
-// A step of a body that turns about its held origin: in body axes w += h J^-1 (M - w x J w), then q <- q exp(h w).
+// Step of a body that turns about its held origin: in body axes w += h J^-1 (M - w x J w), then q <- q exp(h w).
 template <class T> struct EulerSphericalStep {
     const T* packed;   // (21), spherical.hpp
     const T* gravity;  // (3), m/s^2
@@ -65,7 +65,7 @@ template <class T> inline int euler_spherical_step(EulerSphericalStep<T>& plant)
     return 0;
 }
 
-// A step of a platform on a guide: u += h u', then q += h u, for the guide's coordinates q.
+// Step of a platform on a guide: u += h u', then q += h u, for the guide's coordinates q.
 template <class T> struct EulerGuidedStep {
     const T* guide;     // (6), guide.hpp
     const T* inertial;  // (13), guide.hpp

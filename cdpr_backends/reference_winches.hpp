@@ -1,4 +1,4 @@
-// The reference integrator for cables on winches. SPDX-License-Identifier: Apache-2.0
+// Reference integrator of cables on winches. SPDX-License-Identifier: Apache-2.0
 //
 // Classical Runge-Kutta of order four in body, work of the cables, and winches, for free and guided platforms.
 #pragma once
@@ -17,7 +17,7 @@ template <class T> struct WinchRungeKutta {
     int64_t steps;
     static constexpr auto fields = extended(Plant<T>::fields, "state(13), work points(4, 2*m + 14), step, steps");
 
-    // Places in a point: body (13), work of the cables, winches (2 m), without these where no cable stretches.
+    // Positions in a point: body (13), work of the cables, winches (2 m), omitted without elastic cables.
     static constexpr int WORK = 13, WINCH = 14;
 
     CDPR_INLINE T* point(int64_t k) const { return points + k * (WINCH + 2 * plant.m); }
@@ -58,7 +58,7 @@ template <class T> inline void write_slopes(const Plant<T>& plant, PlatformDynam
     }
 }
 
-// Advance body, winches and work by one step. The plant is settled at its start: the first stage is evaluated already.
+// Advance body, winches and work by one step. The plant is settled at its start: the first stage is already evaluated.
 template <class T> inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics) {
     Plant<T>& plant = problem.plant;
     T *start = problem.point(0), *point = problem.point(1), *slope = problem.point(2), *total = problem.point(3);
@@ -93,7 +93,7 @@ template <class T> inline int winch_runge_kutta(WinchRungeKutta<T>& problem) {
     Plant<T>& plant = problem.plant;
     for (int64_t k = 0; k < problem.steps; k++) {
         PlatformDynamics<T> dynamics;
-        settle(plant, dynamics);  // where the winches start, their states are known only then
+        settle(plant, dynamics);  // at the start of the winches, their states are known only then
         advance(problem, dynamics);
     }
     PlatformDynamics<T> dynamics;

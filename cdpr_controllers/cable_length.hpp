@@ -15,7 +15,7 @@ struct CableLengthControl {
     const double* limits;   // (2, m), N
     const double* scale;    // (n), as of ForwardKinematics
     double* pose;           // (7): the estimate
-    double* tracking;       // (1), 1 if the estimate fits the lengths of the step before
+    double* tracking;       // (1), 1 if the estimate fits the lengths of the previous step
     double* integral;       // (m), N
     double* command;        // (m), N
     double* measured;       // (2, m), work space: lengths and rates
@@ -26,8 +26,8 @@ struct CableLengthControl {
     double* normal_matrix;  // (n, n)
     double* gradient;       // (n)
     double* step;           // (n)
-    int64_t senses;         // 1: `sensed` are the measurements; 0: they are computed from the state
-    int64_t estimates;      // 1: estimate the pose from the lengths; 0: hold the platform up at the desired pose
+    int64_t senses;         // 1: `sensed` contains the measurements; 0: they are computed from the state
+    int64_t estimates;      // 1: estimate the pose from the lengths; 0: compute the feed-forward at the desired pose
     static constexpr auto fields = extended(
         Holding::fields,
         "state(13), desired(19), sensed(2, m), gains(4, m), limits(2, m), scale(n), both pose(7), both tracking(1), "
@@ -52,8 +52,8 @@ inline void measure(const CableLengthControl& p) {
     geometry(then);
 }
 
-// Write the pose at which the platform is held up: the one that fits the lengths, with the pose before as its start, or
-// the desired one at first, after a fit that failed, and where it is not to be estimated.
+// Write the pose of the feed-forward: the fit to the lengths, with the previous pose as its start; or the desired pose
+// at first, after a failed fit, and without estimation.
 inline void estimate(const CableLengthControl& p) {
     if (*p.tracking == 0.0)
         for (int i = 0; i < 7; i++) p.pose[i] = p.desired[i];
@@ -63,8 +63,8 @@ inline void estimate(const CableLengthControl& p) {
         for (int i = 0; i < 7; i++) p.pose[i] = p.desired[i];
 }
 
-// Write the commands and advance the integrals. An integral does not grow while its cable is at the limit of tension
-// that it pushes against.
+// Write the commands and advance the integrals. An integral does not grow while its cable is at the tension limit in
+// that direction.
 inline void write_commands(const CableLengthControl& p) {
     const int64_t m = p.holding.m;
     for (int64_t i = 0; i < m; i++) {

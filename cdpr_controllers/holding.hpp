@@ -1,8 +1,9 @@
-// Tensions that hold the platform up at a pose: the feed-forward of cable_length. SPDX-License-Identifier: Apache-2.0
+// Tensions that hold the platform still at a pose: the feed-forward of cable_length. SPDX-License-Identifier:
+// Apache-2.0
 //
-// They balance the weight within the limits, as close to a pretension in each cable as that allows. With pretension 0
-// that is the distribution of least norm. Where no tensions within the limits balance the weight, they are those of the
-// nearest wrench (box_least_squares.hpp, which differs from the exact answer by 1e-5 of the load).
+// They balance the weight within the limits, as near as possible to a pretension in each cable. Pretension 0 gives the
+// distribution of least norm. If no tensions within the limits balance the weight, they are those of the nearest wrench
+// (box_least_squares.hpp, which differs from the exact answer by 1e-5 of the load).
 #pragma once
 
 #include <cdpr/box_least_squares.hpp>
@@ -12,14 +13,14 @@
 namespace cdpr::CDPR_TARGET {
 
 struct Holding {
-    const double* lines;     // (m, w), as of Geometry
+    const double* lines;     // (m, w), as in Geometry
     const int64_t* rows;     // (n), degrees of freedom: rows of the wrench matrix (6, m)
     const double* weights;   // (n): 1 for forces and 1 / characteristic length, 1/m, for moments
-    const double* low;       // (m), N: limits less the pretension
+    const double* low;       // (m), N: limits minus the pretension
     const double* high;      // (m), N
     const double* inertial;  // (13), `Robot.inertial`
     const double* gravity;   // (3), m/s^2, world
-    double* feed;            // (m), N: the tensions; as before where none are found
+    double* feed;            // (m), N: the tensions; unchanged if none are found
     double* still;           // (13), work space: the pose at rest
     double* whole_matrix;    // (6, m), work space
     double* lengths;         // (2, m), work space
@@ -53,8 +54,8 @@ struct Holding {
     }
 };
 
-// Write the wrench matrix and the platform's weight less what the pretension balances, at a pose (7); of all
-// directions, and of the degrees of freedom.
+// Write the wrench matrix and the platform's weight minus the wrench of the pretension, at a pose (7); for all
+// directions, and for the degrees of freedom.
 inline void write_load(const Holding& p, const double* pose) {
     for (int i = 0; i < 13; i++) p.still[i] = i < 7 ? pose[i] : 0.0;
     Geometry<double> cables = p.cables();
@@ -72,7 +73,7 @@ inline void write_load(const Holding& p, const double* pose) {
     }
 }
 
-// Write the tensions for a pose (7): position, m, and quaternion. Where none are found, those before are kept.
+// Write the tensions for a pose (7): position, m, and quaternion. If none are found, the previous ones are kept.
 inline void hold(const Holding& p, const double* pose) {
     write_load(p, pose);
     if (bounded::find(p.nearest()) < 0) return;

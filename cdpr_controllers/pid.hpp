@@ -23,8 +23,8 @@ template <class T> struct PidControl {
         "wrench(6)";
 };
 
-// Advance the integral z by one control step. It stays within its limits; where the cables did not deliver the previous
-// wrench, it only moves towards zero.
+// Advance the integral z by one control step, within its limits. If the cables did not exert the previous wrench, it
+// only moves towards zero.
 template <class T> CDPR_INLINE void integrate(const PidControl<T>& control, int i, T error) {
     const Truth<T> delivered = control.report[0] == T(double(OK));
     const T limit = control.per_step[6 + i], z = control.integral[i], change = control.per_step[i] * error;

@@ -1,7 +1,7 @@
-// The analytic centre of the admissible tensions. SPDX-License-Identifier: Apache-2.0
+// Analytic centre of the admissible tensions. SPDX-License-Identifier: Apache-2.0
 //
-// min -sum w_i [log(t_i - t_min,i) + log(t_max,i - t_i)] with W t = wrench. A set that is as good as flat is left by
-// the cables across it: they are locked, and the rest has a centre of its own. See the docstring of the module.
+// min -sum w_i [log(t_i - t_min,i) + log(t_max,i - t_i)] with W t = wrench. In a practically flat set, the cables
+// across it are locked, and the others have a centre of their own. See the docstring of the module.
 #pragma once
 
 #include <cdpr/null_space.hpp>
@@ -12,22 +12,22 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A set of admissible tensions thinner than this share of the largest tension is as good as flat: the cables across it
-// have the tensions of the largest ball's centre, which differ by no more from any others. Some hundred times the
-// round-off of the tensions themselves.
+// A set of admissible tensions thinner than this share of the largest tension is practically flat: the cables across it
+// have the tensions of the largest ball's centre, and all admissible tensions differ from these by no more. Some
+// hundred times the round-off of the tensions themselves.
 constexpr double THIN = 1e-12;
 
-// The range of a tension across such a set: the ball's diameter, and some more where limits meet at an angle.
+// Range of a tension across such a set: the ball's diameter, or more if limits meet at an angle.
 constexpr double WIDEST = 100.0;
 
-// Below this share it may be so much longer than wide that the Hessian, made of inverse squares of distances, loses the
-// long directions to round-off, unless the basis is turned to tell them apart.
+// Below this share the set may be so much longer than wide that the Hessian, made of inverse squares of distances,
+// loses the long directions to round-off, unless the basis is rotated to separate them.
 constexpr double FLAT = 1e-4;
 
 struct AnalyticCentre {
     TensionProblem<double> problem;
     const double* weights;  // (m), of the cables in the barrier, positive
-    double* turned;         // (m + 1, m), work space: N and x, which turns along
+    double* turned;         // (m + 1, m), work space: N and x, rotated together
     double* limits;         // (3, m), work space: the limits, with more cables locked, and the centre
     double* space;          // (4 m + 17, 2 m + 1), work space
     static constexpr auto fields =
@@ -38,7 +38,7 @@ struct AnalyticCentre {
     CDPR_INLINE double* high() const { return limits + problem.m; }
     CDPR_INLINE double* x() const { return turned + problem.m * problem.m; }
 
-    // The problem with more cables locked.
+    // Return the problem with more cables locked.
     CDPR_INLINE TensionProblem<double> locked() const {
         TensionProblem<double> inner = problem;
         inner.tension_min = low();
@@ -69,8 +69,8 @@ inline double AnalyticCentre::move_to_ball(const TensionProblem<double>& inner, 
     return largest;
 }
 
-// Move x from zero to the centre; return whether it was reached. A set that is not `flat` here may be so elsewhere,
-// where a limit is very far.
+// Move x from zero to the centre; return whether it was reached. A set that is not `flat` here may be flat elsewhere,
+// with a very distant limit.
 inline bool AnalyticCentre::reach_centre(const TensionProblem<double>& inner, int64_t r, bool flat) const {
     const Matrix<double> rows = {space, 2 * inner.m + 1};
     const Barrier barrier = {inner.N(), inner.center(), inner.low(), inner.high(), weights,
@@ -81,8 +81,8 @@ inline bool AnalyticCentre::reach_centre(const TensionProblem<double>& inner, in
     return barrier.minimise(true);
 }
 
-// Write the admissible tensions, into row 2 of the space, where sign times that of one cable is least; return as
-// `extreme`. x stays.
+// Write the admissible tensions, into row 2 of the space, with the smallest value of sign times that of one cable;
+// return as `extreme`. x does not change.
 inline int64_t AnalyticCentre::go_to_end(const TensionProblem<double>& inner, int64_t r, int64_t i, double sign) const {
     const Matrix<double> rows = {space, 2 * inner.m + 1};
     const Matrix<const double> N = {inner.basis, inner.m};
@@ -92,7 +92,7 @@ inline int64_t AnalyticCentre::go_to_end(const TensionProblem<double>& inner, in
     return extreme(set, active, rows[0]);
 }
 
-// Return whether some tension has no end where its limit is infinite: the farther, the lower the barrier.
+// Return whether some tension is unbounded towards an infinite limit: the barrier then has no minimum.
 inline bool AnalyticCentre::endless(const TensionProblem<double>& inner, int64_t r) const {
     for (int64_t i = 0; i < inner.m; i++) {
         if (inner.low()[i] == -INFINITE && go_to_end(inner, r, i, 1.0) == -UNSUPPORTED) return true;
@@ -101,8 +101,8 @@ inline bool AnalyticCentre::endless(const TensionProblem<double>& inner, int64_t
     return false;
 }
 
-// Lock the cables whose tensions can change by no more than round-off where they are; return whether there are any.
-// A set that is as good as flat may still be long: its centre is that of the other cables. `thin` is in N.
+// Lock the cables with tensions that can change by no more than round-off; return whether there are any. A practically
+// flat set may still be long: its centre is that of the other cables. `thin` is in N.
 inline bool AnalyticCentre::lock(const TensionProblem<double>& inner, int64_t r, double thin) const {
     const Matrix<const double> N = {inner.basis, inner.m};
     const double* point = Matrix<double>{space, 2 * inner.m + 1}[2];
@@ -133,7 +133,7 @@ inline double AnalyticCentre::find() const {
         high()[i] = problem.tension_max[i];
     }
     double status = NOT_FOUND;
-    for (int64_t round = 0; round < m; round++) {  // each time at least one cable more is locked
+    for (int64_t round = 0; round < m; round++) {  // each round locks at least one more cable
         const int64_t r = reduce(inner);
         if (r < 0) return round > 0 ? status : double(-r);
         const double radius = safest_point(true, polytope_of<double>(inner, r, x(), nullptr), space);

@@ -8,17 +8,17 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Newton's decrement, a length relative to the distance from the limits, below which its full step is the last one:
-// the method being quadratic, the error after it is about the square, which is round-off.
+// Newton decrement, a length relative to the distance from the limits, below which the full step is the last one: with
+// quadratic convergence the error after it is about the square, which is round-off.
 constexpr double BARRIER_CONVERGED = 1e-8;
 
-// Below this decrement Newton's full step stays within the limits and converges quadratically (self-concordance).
+// Below this decrement the full Newton step stays within the limits and converges quadratically (self-concordance).
 constexpr double BARRIER_FULL_STEP = 0.25;
 
-// Steps that no sound problem needs: ten are usual, from the centre of the largest ball.
+// Steps that no regular problem needs: ten are typical, from the centre of the largest ball.
 constexpr int BARRIER_MOST_STEPS = 200;
 
-// Below this decrement one that is not half of the one before is made of round-off: it cannot get better.
+// Below this decrement one that is not half of the previous one is round-off: no further improvement is possible.
 constexpr double BARRIER_NOISE = 1e-3, BARRIER_SHRINKING = 0.5;
 
 // -sum w_i [log(c_i + N_i x - low_i) + log(high_i - c_i - N_i x)].
@@ -39,7 +39,7 @@ struct Barrier {
     CDPR_INLINE double below(int64_t i) const { return c[i] - low[i]; }
     CDPR_INLINE double above(int64_t i) const { return high[i] - c[i]; }
 
-    // Turn the basis, and x with it, so that its first columns are the directions in which the limits are nearest.
+    // Rotate the basis, and x with it, so that its first columns are the directions with the nearest limits.
     inline void align() const {
         for (int64_t k = 0; k < r - 1; k++) {
             int64_t nearest = -1;
@@ -47,7 +47,7 @@ struct Barrier {
             for (int64_t i = 0; i < m; i++) {
                 const double s = change(i, x);
                 const double length = square_root(sum(0.0, k, r, [&](int64_t a) { return N(i, a) * N(i, a); }));
-                // The rest of a row after the turns before may be their round-off.
+                // The remainder of a row after the previous rotations may be their round-off.
                 if (!(length > ROUNDING)) continue;
                 const double rate = length / smaller(below(i) + s, above(i) - s);
                 if (rate > closest) {
@@ -61,7 +61,7 @@ struct Barrier {
         }
     }
 
-    // Write minus the gradient as the step, and the lower half of the Hessian.
+    // Write the negative gradient as the step, and the lower half of the Hessian.
     inline void differentiate() const {
         for (int64_t a = 0; a < r; a++) {
             step[a] = 0.0;
@@ -79,7 +79,7 @@ struct Barrier {
         }
     }
 
-    // Replace minus the gradient by Newton's step; return the square of its decrement.
+    // Replace the negative gradient by the Newton step; return the square of its decrement.
     inline double write_step() const {
         double square = 0.0;
         for (int64_t a = 0; a < r; a++) {
@@ -95,8 +95,7 @@ struct Barrier {
         return square;
     }
 
-    // Return whether x + length step is within the limits and the barrier still falls there in the direction of the
-    // step.
+    // Return whether x + length step is within the limits and the barrier still decreases there along the step.
     inline bool downhill(double length) const {
         double slope = 0.0;
         for (int64_t i = 0; i < m; i++) {
@@ -109,23 +108,23 @@ struct Barrier {
         return slope < 0.0;
     }
 
-    // Return how much of Newton's step is taken.
+    // Return the length of the damped Newton step.
     inline double damped(double decrement) const {
         if (!(decrement > BARRIER_FULL_STEP)) return 1.0;
-        double length = 1.0 / (1.0 + decrement);  // surely within the limits, and lower
-        // Along a long set that is next to nothing: as long as it goes on downhill, twice as far.
+        double length = 1.0 / (1.0 + decrement);  // within the limits, and lower, by theory
+        // Along a long, thin set: double the step as long as the barrier decreases.
         while (downhill(2.0 * length)) length *= 2.0;
         return length;
     }
 
-    // Move x from where all is within the limits to the minimum; return whether it was reached.
+    // Move x from inside the limits to the minimum; return whether it was reached.
     inline bool minimise(bool flat) const {
         double lightest = INFINITE, previous = INFINITE;
         for (int64_t i = 0; i < m; i++) lightest = smaller(lightest, weights[i]);
         for (int trial = 0; trial < BARRIER_MOST_STEPS; trial++) {
             if (flat) align();
             differentiate();
-            // Of the barrier scaled so that its smallest weight is 1.
+            // Decrement of the barrier scaled so that its smallest weight is 1.
             const double decrement = square_root(write_step() / lightest);
             if (!(decrement < INFINITE)) return false;  // NaN, too
             const double length = damped(decrement);

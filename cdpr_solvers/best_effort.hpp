@@ -1,12 +1,11 @@
-// The tensions within the limits that come nearest to the wrench, whether they balance it or not.
-// SPDX-License-Identifier: Apache-2.0
+// Tensions within the limits with the wrench nearest to the required one. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/box_least_squares.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Return whether tensions of least norm balance the wrench within the limits; they are written then. BAD_INPUT as
+// Return whether tensions of least norm balance the wrench within the limits, and write them then; BAD_INPUT as
 // `reduce`.
 CDPR_INLINE int balance(const BoxLeastSquares& p) {
     const TensionProblem<double> problem = p.problem(p.wrench, p.tension);
@@ -17,8 +16,8 @@ CDPR_INLINE int balance(const BoxLeastSquares& p) {
     return steps < 0 ? int(-steps) : int(verdict(problem, r, p.x()));
 }
 
-// Write the nearest tensions; return OK, INFEASIBLE, UNSUPPORTED, NOT_FOUND or BAD_INPUT. Where the wrench can be
-// balanced the answer is that of `minimum_norm`.
+// Write the nearest tensions; return OK, INFEASIBLE, UNSUPPORTED, NOT_FOUND or BAD_INPUT. For a feasible wrench they
+// are those of `minimum_norm`.
 inline int best_effort(BoxLeastSquares& p) {
     int status = balance(p);
     *p.steps = 0.0;

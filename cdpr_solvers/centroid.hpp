@@ -1,4 +1,4 @@
-// The centroid of the admissible tensions, for one or two redundant cables. SPDX-License-Identifier: Apache-2.0
+// Centroid of the admissible tensions, for one or two redundant cables. SPDX-License-Identifier: Apache-2.0
 //
 // Mikelsons, Bruckmann, Schramm and Hiller (2008); Gouttefarde, Lamaury, Reichert and Bruckmann (2015). See the
 // docstring of the module.
@@ -36,7 +36,7 @@ struct Centroid {
 
     inline double choose(int64_t r) const {
         if (r > 2) return UNSUPPORTED;
-        for (int64_t i = 0; i < problem.m; i++)  // the set may be unbounded, and then has no centroid
+        for (int64_t i = 0; i < problem.m; i++)  // the set may be unbounded, without a centroid
             if (!(problem.tension_max[i] - problem.tension_min[i] < INFINITE)) return UNSUPPORTED;
         double x[2];
         if (!write_centre(r, x)) return INFEASIBLE;

@@ -1,4 +1,4 @@
-// The distribution closest to the middle of the limits. SPDX-License-Identifier: Apache-2.0
+// Distribution closest to the middle of the limits. SPDX-License-Identifier: Apache-2.0
 //
 // t = t_mid + W^+ (wrench - W t_mid): Pott, Bruckmann and Mikelsons (2009); thesis, equation 6.28, corrected. See the
 // docstring of the module.

@@ -1,8 +1,8 @@
 // Alternating projections between the solutions of W t = wrench and the limits. SPDX-License-Identifier: Apache-2.0
 //
-// Start in the middle of the limits; project on { W t = wrench }, then on the limits what this gave plus the correction
-// that the projection on the limits took away last time, and so on: Boyle and Dykstra (1986); of cables, Hassan and
-// Khajepour (2011). The affine set needs no correction. See the docstring of the module.
+// Start in the middle of the limits; alternately project on { W t = wrench } and, after adding the change of the last
+// projection on the limits, on the limits: Boyle and Dykstra (1986); for cables, Hassan and Khajepour (2011). The
+// affine set needs no correction. See the docstring of the module.
 #pragma once
 
 #include <cdpr/distribute.hpp>
@@ -12,8 +12,8 @@ namespace cdpr::CDPR_TARGET {
 
 struct Dykstra {
     TensionProblem<double> problem;
-    int64_t iterations;  // pairs of projections after which it gives up
-    double tolerance;    // how far from the limits an answer may be before it is moved onto them, share of the largest
+    int64_t iterations;  // largest number of pairs of projections
+    double tolerance;    // allowed violation of the limits before clipping, share of the largest
     static constexpr auto fields = extended(TensionProblem<double>::fields, "iterations, tolerance");
 
     inline double choose(int64_t r) const;
@@ -21,7 +21,7 @@ struct Dykstra {
     inline bool close(double largest) const;
 };
 
-// Write the point of the limits nearest to the tensions plus the correction, and the correction that it leaves.
+// Write the point of the limits nearest to the tensions plus the correction, and the next correction.
 inline void Dykstra::project_on_limits(double* correction) const {
     for (int64_t i = 0; i < problem.m; i++) {
         const double s = problem.tension[i] + correction[i];
@@ -30,7 +30,7 @@ inline void Dykstra::project_on_limits(double* correction) const {
     }
 }
 
-// Return whether the solution is as good as the point of the limits; `largest` is the largest limit, N.
+// Return whether the solution is close enough to the point of the limits; `largest` is the largest limit, N.
 inline bool Dykstra::close(double largest) const {
     double apart = 0.0;
     for (int64_t i = 0; i < problem.m; i++) apart = larger(apart, absolute(problem.tension[i] - problem.target()[i]));

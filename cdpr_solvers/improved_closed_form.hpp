@@ -1,4 +1,4 @@
-// The improved closed form: cables beyond their limits are fixed there, one by one. SPDX-License-Identifier: Apache-2.0
+// Improved closed form: cables beyond their limits are fixed there, one by one. SPDX-License-Identifier: Apache-2.0
 //
 // Pott (2013); thesis, equations 6.30 to 6.32. Fixing cable i at b is a step along n, the part of row i of N orthogonal
 // to the rows of the cables fixed before: t += N n (b - t_i) / |n|^2. See the docstring of the module.
@@ -10,18 +10,18 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A rest of a row of N shorter than this depends on the rows of the fixed cables.
+// A row of N depends on the rows of the fixed cables if its remainder is shorter than this.
 constexpr double FIXED_TOLERANCE = 1e-11;
 
-// The cable that is fixed next.
+// Next cable to fix.
 struct Worst {
     int64_t cable;  // -1: all are within their limits
-    double bound;   // N, the limit that it breaks
-    double size;    // length of what is left of its row of N; 0: nothing can bring it back
+    double bound;   // N, the violated limit
+    double size;    // length of the remainder of its row of N; 0: it cannot be changed
 };
 
-// Return the cable farthest beyond its limits: in newtons, or `scaled` by how much its row of N can change it. The
-// first `fixed` columns of N belong to the fixed cables.
+// Return the cable farthest beyond its limits: in newtons, or `scaled` by the remainder of its row of N. The first
+// `fixed` columns of N belong to the fixed cables.
 inline Worst farthest_beyond(const TensionProblem<double>& problem, int64_t fixed, int64_t r, bool scaled,
                              double tolerance) {
     const Matrix<double> N = problem.N();
@@ -42,7 +42,7 @@ inline Worst farthest_beyond(const TensionProblem<double>& problem, int64_t fixe
     return worst;
 }
 
-// Fix a cable at its limit, as number `fixed`; the others share anew.
+// Fix a cable at its limit, as number `fixed`, and redistribute the others.
 inline void fix(const TensionProblem<double>& problem, int64_t fixed, int64_t r, const Worst& worst) {
     const Matrix<double> N = problem.N();
     turn(N, problem.m, r, fixed, worst.cable, worst.size, problem.target());
@@ -68,7 +68,8 @@ inline double closed_form_within_limits(const TensionProblem<double>& problem, i
 
 struct ImprovedClosedForm {
     TensionProblem<double> problem;
-    int64_t scaled;  // 1: the cable with the longest way back is fixed; 0: the one farthest out, as published
+    int64_t scaled;  // 1: the cable with the largest scaled violation is fixed; 0: the one with the largest violation,
+                     // as published
     static constexpr auto fields = extended(TensionProblem<double>::fields, "scaled");
 
     CDPR_INLINE double choose(int64_t r) const { return closed_form_within_limits(problem, r, scaled != 0); }

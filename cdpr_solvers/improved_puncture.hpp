@@ -1,6 +1,6 @@
-// The improved puncture method: low tensions, few misses. SPDX-License-Identifier: Apache-2.0
+// Improved puncture method: low tensions, few failures. SPDX-License-Identifier: Apache-2.0
 //
-// As puncture.hpp, but towards the improved closed form. See the docstring of the module.
+// Like puncture.hpp, but towards the improved closed form. See the docstring of the module.
 #pragma once
 
 #include <cdpr_solvers/improved_closed_form.hpp>

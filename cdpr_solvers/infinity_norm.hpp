@@ -1,7 +1,7 @@
 // Minimum infinity norm within the limits, a linear program. SPDX-License-Identifier: Apache-2.0
 //
-// min s with t = c + N x within its limits and -s <= t <= s; of several optima that of least 2-norm. See the docstring
-// of the module.
+// min s with t = c + N x within its limits and -s <= t <= s; if there are several optima, that of least 2-norm. See the
+// docstring of the module.
 #pragma once
 
 #include <cdpr/distribute.hpp>
@@ -23,7 +23,7 @@ struct MinimumLargest {
             const double c = problem.center()[i], low = problem.low()[i], high = problem.high()[i];
             if (low != high) program.add(N, i, 0.0, c, low, high);
             program.add(N, i, -1.0, c, -INFINITE, 0.0);               // t <= s
-            if (low < 0.0) program.add(N, i, 1.0, c, 0.0, INFINITE);  // -t <= s, where it may be negative
+            if (low < 0.0) program.add(N, i, 1.0, c, 0.0, INFINITE);  // -t <= s, if it may be negative
         }
         const int64_t steps = program.solve(1.0);
         if (steps < 0) return double(-steps);

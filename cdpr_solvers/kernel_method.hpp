@@ -1,6 +1,6 @@
-// The kernel method: one redundant cable, and a null vector that tightens all. SPDX-License-Identifier: Apache-2.0
+// Kernel method: one redundant cable, and a null vector that tightens all cables. SPDX-License-Identifier: Apache-2.0
 //
-// t = t_0 + lambda h with the least lambda that brings all cables to their lower limits; t_0 = W^+ wrench (thesis,
+// t = t_0 + lambda h with the smallest lambda that brings all cables to their lower limits; t_0 = W^+ wrench (thesis,
 // equations 6.33 to 6.35, corrected). See the docstring of the module.
 #pragma once
 
@@ -16,7 +16,7 @@ struct KernelMethod {
         for (int64_t i = 0; i < problem.m; i++) {
             if (!(problem.low()[i] < problem.high()[i])) continue;
             const double h = problem.N()(i, 0);
-            // A cable that h leaves alone has no sign, but for round-off.
+            // The entry of a cable independent of h is round-off.
             if (absolute(h) <= RANK_TOLERANCE || h * sign < 0.0) return false;
             sign = h;
         }

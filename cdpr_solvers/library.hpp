@@ -1,4 +1,4 @@
-// The problem as libraries take it best, and the check of their answers. SPDX-License-Identifier: Apache-2.0
+// Problem in the form for libraries, and the check of their answers. SPDX-License-Identifier: Apache-2.0
 //
 // low <= N x <= high in the null space, t = c + N x, in units of the largest limit. See the docstring of the module.
 #pragma once
@@ -9,11 +9,11 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// An answer of a library may break the limits by this share of the largest one: by more than the tolerances that
-// libraries are given, by less than anyone could measure.
+// Accepted violation of the limits by a library's answer, as a share of the largest limit: above the tolerances given
+// to libraries, below anything measurable.
 constexpr double BELIEVED = 2.0 * VERTEX_TOLERANCE;
 
-// A limit so many times farther off than any optimum is cut off there: far enough that no method comes near it.
+// A limit beyond this multiple of any optimum is reduced to it: far enough not to affect any method.
 constexpr double BEYOND = 16.0;
 
 struct LibraryProblem {
@@ -31,7 +31,7 @@ struct LibraryProblem {
     double* factors;            // (n + 5, n + m), work space
     double* search;             // (2 m + 8, m), work space: active set
     double* vectors;            // (2, m), work space: x, and which limits are active
-    double wider;               // by which share of the largest limit the bounds are wider than the limits
+    double wider;               // share of the largest limit by which the bounds are wider than the limits
     int64_t n;
     int64_t m;
     static constexpr char fields[] =
@@ -39,13 +39,13 @@ struct LibraryProblem {
         "redundancy(1), unit(1), basis(m, m), box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), "
         "work vectors(2, m), wider, n, m";
 
-    // Without a place for the status.
+    // Return the problem, without an output for the status.
     CDPR_INLINE TensionProblem<double> problem() const {
         return {matrix, wrench, tension_min, tension_max, tension, nullptr, basis, box, factors, n, m};
     }
 };
 
-// The largest power of two that is not above x > 0, division by which rounds nothing; 1 for 0.
+// Return the largest power of two that is not above x > 0, division by which is exact; 1 for 0.
 inline double power_of_two(double x) {
     int exponent = 0;
     if (!(x > 0.0)) return 1.0;
@@ -60,9 +60,9 @@ CDPR_INLINE bool moves(const Matrix<double>& N, int64_t i, int64_t r) {
     return false;
 }
 
-// Return the largest limit, N, that can matter: no optimum, of the norm or the sum, has a tension beyond 1 / BEYOND of
-// it; of limits farther off, as good as none, the library would take its unit, and have lost the tensions. 0 where
-// there are no tensions at all. Locked cables are none of the library's business.
+// Return the largest relevant limit, N: no optimum, of the norm or the sum, has a tension beyond 1 / BEYOND of it.
+// Larger limits would determine the library's unit, and the tensions would be lost in its tolerance. 0 without any
+// tensions. Locked cables are not passed to the library.
 inline double reach(const LibraryProblem& p) {
     double largest = 0.0, lowest = 0.0, square = 0.0, spare = 0.0;
     for (int64_t i = 0; i < p.m; i++) {
@@ -88,8 +88,8 @@ inline void write_bounds(const LibraryProblem& p, int64_t r, double largest) {
     }
 }
 
-// Write the problem. Return OK and r; r = 0 where nothing is left to choose. Else INFEASIBLE where no tensions are
-// admissible, NOT_FOUND or BAD_INPUT.
+// Write the problem. Return OK and r; r = 0 if the solution is unique. Else INFEASIBLE without admissible tensions,
+// NOT_FOUND or BAD_INPUT.
 inline int library_problem(LibraryProblem& p) {
     *p.redundancy = 0.0;
     for (int64_t i = 0; i < p.m; i++)
@@ -103,18 +103,18 @@ inline int library_problem(LibraryProblem& p) {
     const int status = int(verdict(problem, r, p.vectors));
     if (status != OK) return status;
     const double largest = reach(p);
-    if (largest == 0.0) return OK;  // no tensions at all: nothing is less
+    if (largest == 0.0) return OK;  // all tensions are zero, the smallest ones
     write_bounds(p, r, largest);
     *p.redundancy = double(r);
     return OK;
 }
 
 struct LibraryAnswer {
-    const double* matrix;       // (n, m), as of LibraryProblem, and so on
+    const double* matrix;       // (n, m), as in LibraryProblem, and so on
     const double* wrench;       // (n)
     const double* tension_min;  // (m)
     const double* tension_max;  // (m)
-    const double* x;            // (m), what the library found in its first r entries, units
+    const double* x;            // (m), the library's solution in its first r entries, units
     const double* redundancy;   // (1), r
     const double* unit;         // (1)
     double* tension;            // (m), N, the admissible tensions of least norm, then the answer
@@ -137,14 +137,14 @@ struct LibraryAnswer {
     }
 };
 
-// Return whether the library's tensions are those of least norm but for round-off.
+// Return whether the library's tensions are those of least norm except for round-off.
 inline bool is_least(const LibraryAnswer& p) {
     bool same = true;
     for (int64_t i = 0; i < p.m; i++) same = same && absolute(p.point()[i] - p.tension[i]) <= BELIEVED * *p.unit;
     return same;
 }
 
-// Return whether the library's tensions break a limit by more than round-off; also where one is NaN.
+// Return whether the library's tensions violate a limit by more than round-off; also for NaN.
 inline bool breaks_limits(const LibraryAnswer& p, int64_t r) {
     const Matrix<double> N = {p.basis, p.m};
     for (int64_t i = 0; i < p.m; i++) {
@@ -154,7 +154,7 @@ inline bool breaks_limits(const LibraryAnswer& p, int64_t r) {
     return false;
 }
 
-// Write the admissible tensions nearest to the library's answer; return OK, or NOT_FOUND where it breaks the limits.
+// Write the admissible tensions nearest to the library's answer; return OK, or NOT_FOUND if it violates the limits.
 inline int library_answer(LibraryAnswer& p) {
     const int64_t r = int64_t(*p.redundancy);
     if (!(r >= 0 && r <= p.m)) return BAD_INPUT;

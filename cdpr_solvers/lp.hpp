@@ -1,6 +1,6 @@
 // Minimum 1-norm within the limits, a linear program (thesis, equation 6.24). SPDX-License-Identifier: Apache-2.0
 //
-// min sum w_i t_i; of several optima that of least 2-norm.
+// min sum w_i t_i; if there are several optima, that of least 2-norm.
 #pragma once
 
 #include <cdpr/distribute.hpp>
@@ -15,7 +15,7 @@ struct MinimumSum {
     double* space;          // (2 m + 11, m), work space
     static constexpr auto fields = extended(TensionProblem<double>::fields, "weights(m), work space(2*m + 11, m)");
 
-    // Write what x (r) costs, g . x: 0 where that is round-off, where no solution costs more than another.
+    // Write the cost of x (r), g . x: 0 for round-off, if all solutions have the same cost.
     inline void write_cost(int64_t r, double* g) const {
         const Matrix<double> N = problem.N();
         for (int64_t k = 0; k < r; k++) {

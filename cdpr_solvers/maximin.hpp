@@ -1,7 +1,7 @@
-// The distribution farthest from the limits. SPDX-License-Identifier: Apache-2.0
+// Distribution farthest from the limits. SPDX-License-Identifier: Apache-2.0
 //
-// max s with W t = wrench and t_min + s d <= t <= t_max - s d: of largest slack (Borgstrom et al. 2009), or the centre
-// of the largest ball. See the docstring of the module.
+// max s with W t = wrench and t_min + s d <= t <= t_max - s d: with the largest slack (Borgstrom et al. 2009), or the
+// centre of the largest ball. See the docstring of the module.
 #pragma once
 
 #include <cdpr/distribute.hpp>
@@ -21,7 +21,7 @@ struct Maximin {
         double* x = problem.spare();
         const double margin = safest_point(ball != 0, polytope_of<double>(problem, r, x, nullptr), space);
         if (margin != margin) return NOT_FOUND;
-        if (margin == INFINITE && r > 0) return UNSUPPORTED;  // there is no largest
+        if (margin == INFINITE && r > 0) return UNSUPPORTED;  // unbounded
         write_solution(problem, r, x);
         return clip_to_limits(problem);
     }

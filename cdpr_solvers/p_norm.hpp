@@ -1,4 +1,4 @@
-// The p-norm about the middle of the limits. SPDX-License-Identifier: Apache-2.0
+// p-norm about the middle of the limits. SPDX-License-Identifier: Apache-2.0
 //
 // min sum u_i^p with W t = wrench, u_i the offset of t_i from the middle of its limits in half ranges (Gosselin and
 // Grenier, Meccanica 46, 2011). Newton's method in the null space, for p = 2, 4, 8, ... up to p, with a line search;
@@ -12,11 +12,12 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Newton's step, in half ranges or of the largest offset if that is more, with which it ends: the method being
-// quadratic, the error after it is round-off. On the way to p a rough answer will do.
+// Final Newton step, in half ranges or of the largest offset if that is more: with quadratic convergence, the error
+// after it is round-off. For intermediate p a rough solution is enough.
 constexpr double P_CONVERGED = 1e-10, P_ROUGHLY = 1e-2;
 
-// A step below the first that is not half as long as the one before is made of round-off: it cannot get better.
+// A step below the first value that is not half as long as the previous one is round-off: no further improvement is
+// possible.
 constexpr double P_NOISE = 1e-6, P_SHRINKING = 0.5;
 
 // Steps that no sound problem needs for one exponent: ten are many.

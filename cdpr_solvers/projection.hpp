@@ -1,4 +1,4 @@
-// The solution of W t = wrench nearest to a point, and its verdict. SPDX-License-Identifier: Apache-2.0
+// Solution of W t = wrench nearest to a point, and its check. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/null_space.hpp>
@@ -7,16 +7,16 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// How far round-off may move a solution, as a share of it, where W is as ill-conditioned as `reduce` lets pass.
+// Largest effect of round-off on a solution, as a share of it, for the most ill-conditioned W that `reduce` accepts.
 constexpr double PROJECTION_ROUND_OFF = 1e-6;
 
-// Allowed residual of a solution, as a share of the largest row: half of what is exact.
+// Allowed residual of a solution, as a share of the largest row: half of the tolerance of an exact solution.
 constexpr double BALANCED = 5e-10;
 
 template <class T> CDPR_INLINE T square(T a) { return a * a; }
 
-// Write t = c + N N^T target, of all solutions the one nearest to the target. It is target + W^+ (wrench - W target),
-// computed without a cancellation: c is orthogonal to N.
+// Write t = c + N N^T target, the solution nearest to the target. It is target + W^+ (wrench - W target), computed
+// without cancellation: c is orthogonal to N.
 template <class T> CDPR_INLINE void nearest_solution(const TensionProblem<T>& problem, int64_t r) {
     const Matrix<T> N = problem.N();
     for (int64_t i = 0; i < problem.m; i++) problem.tension[i] = problem.center()[i];
@@ -26,10 +26,10 @@ template <class T> CDPR_INLINE void nearest_solution(const TensionProblem<T>& pr
     }
 }
 
-// Write the solution nearest to the middle of the limits. Return UNSUPPORTED where a limit is infinite: there is no
-// middle; INFEASIBLE where the solution is farther from it than the corners of the limits; else OK. All admissible
+// Write the solution nearest to the middle of the limits. Return UNSUPPORTED for an infinite limit, which has no
+// middle; INFEASIBLE if the solution is farther from it than the corners of the limits; else OK. All admissible
 // tensions lie in the ball through the corners, of radius |t_max - t_min| / 2. (Thesis 6.29 prints t_m / 2, half the
-// middle, for (t_max - t_min) / 2; most feasible wrenches would be rejected.)
+// middle, for (t_max - t_min) / 2; it would reject most feasible wrenches.)
 template <class T> CDPR_INLINE T nearest_to_middle(const TensionProblem<T>& problem, int64_t r) {
     Truth<T> bounded = true;
     for (int64_t i = 0; i < problem.m; i++) {
@@ -47,8 +47,8 @@ template <class T> CDPR_INLINE T nearest_to_middle(const TensionProblem<T>& prob
     return select(bounded, select(far, T(double(INFEASIBLE)), T(double(OK))), T(double(UNSUPPORTED)));
 }
 
-// Clip a solution to the limits; return OK, NOT_FOUND, or INFEASIBLE if it is the only one (r = 0). NOT_FOUND also
-// where, moved onto limits, it no more balances the wrench as exactly as these methods promise.
+// Clip a solution to the limits; return OK, NOT_FOUND, or INFEASIBLE if it is the only one (r = 0). NOT_FOUND also if
+// the clipped solution no longer balances the wrench as exactly as these methods promise.
 template <class T> CDPR_INLINE T admitted(const TensionProblem<T>& problem, int64_t r) {
     const T status = clip_to_limits(problem);
     if (r <= 0) return status;

@@ -1,6 +1,6 @@
-// The distribution of least 2-norm, without limits (thesis, equation 6.26). SPDX-License-Identifier: Apache-2.0
+// Distribution of least 2-norm, without limits (thesis, equation 6.26). SPDX-License-Identifier: Apache-2.0
 //
-// t = W^+ wrench. Tensions may be negative; locked cables keep what they have.
+// t = W^+ wrench. Tensions may be negative; locked cables keep their tensions.
 #pragma once
 
 #include <cdpr/distribute.hpp>

@@ -1,4 +1,4 @@
-// The puncture method: low tensions in closed form. SPDX-License-Identifier: Apache-2.0
+// Puncture method: low tensions in closed form. SPDX-License-Identifier: Apache-2.0
 //
 // t = t_0 + s (t_c - t_0) with the smallest s in [0, 1] within the limits; t_0 = W^+ wrench, and t_c the closed form
 // (Mueller, Reichert and Bruckmann 2015). See the docstring of the module.
@@ -16,7 +16,7 @@ inline double least_step(const TensionProblem<double>& problem, int64_t r, const
     for (int64_t i = 0; i < problem.m; i++) size = larger(size, absolute(end[i]));
     for (int64_t i = 0; i < problem.m; i++) {
         const double lacking = larger(problem.low()[i] - start[i], 0.0) + smaller(problem.high()[i] - start[i], 0.0);
-        // A step that `settle` does not require would be round-off over round-off.
+        // A step that `settle` does not require would be a quotient of round-off.
         if (absolute(lacking) > VERTEX_TOLERANCE * size && lacking * (end[i] - start[i]) > 0.0)
             s = larger(s, lacking / (end[i] - start[i]));
     }

@@ -1,8 +1,8 @@
-// The distribution of least 2-norm within the limits, or nearest to a reference. SPDX-License-Identifier: Apache-2.0
+// Distribution of least 2-norm within the limits, or nearest to a reference. SPDX-License-Identifier: Apache-2.0
 //
 // min sum w_i (t_i - ref_i)^2 with W t = wrench, t_min <= t <= t_max: a convex quadratic program (Bruckmann et al.
-// 2006). With t = c + N x the optimum is the point of least norm in a polytope. A reference moves the origin to
-// N^T ref; weights scale the cables: with D = diag(sqrt(w)), D t solves the problem of W D^-1.
+// 2006). With t = c + N x the optimum is the point of least norm in a polytope. A reference moves the origin to N^T
+// ref; weights scale the cables: with D = diag(sqrt(w)), D t solves the problem of W D^-1.
 #pragma once
 
 #include <cdpr/active_set.hpp>
@@ -12,11 +12,11 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Target that the tensions shall be near.
+// Target of the tensions.
 enum About { ZERO, MIDDLE, PREVIOUS, GIVEN };
 
-// A reference this many times as large as the tensions makes its round-off count (2^-52 of it, against the share of the
-// wrench that answers may leave); of a nearer one it does not, and where it finds nothing there is nothing.
+// The round-off of a reference this many times as large as the tensions matters (2^-52 of it, compared with the allowed
+// residual). For a nearer reference it does not, and a failed search proves infeasibility.
 constexpr double FAR_REFERENCE = 1e3;
 
 template <class T> struct MinimumNorm {
@@ -25,16 +25,16 @@ template <class T> struct MinimumNorm {
     const T* tension_min;  // (m), N
     const T* tension_max;  // (m), N
     const T* reference;    // (m), N, for GIVEN
-    const T* root;         // (m), roots of the weights, where `weighted`
-    T* tension;            // (m), N, of the step before, NaN where there is none, then the answer
+    const T* root;         // (m), roots of the weights, if `weighted`
+    T* tension;            // (m), N, of the previous step, NaN if there is none, then the answer
     T* status;             // (1), a Status
     T* basis;              // (m, m), work space: N
     T* box;                // (4, m), work space: a solution, the limits, a target
     T* factors;            // (n + 5, n + m), work space
     T* search;             // (2 m + 8, m), work space: active set
     T* vectors;            // (2, m), work space: x, and which limits are active
-    T* scaled;             // (n + 2, m), work space: W and the limits as scaled by the weights
-    double change;         // N, of a tension from the step before at most; infinite: any
+    T* scaled;             // (n + 2, m), work space: W and the limits, scaled by the weights
+    double change;         // N, largest change of a tension in a step; may be infinite
     int64_t about;         // About
     int64_t weighted;      // whether there are weights
     int64_t n;
@@ -58,18 +58,18 @@ template <class T> struct MinimumNorm {
     }
 };
 
-// Return whether all tensions of the step before are known.
+// Return whether all tensions of the previous step are known.
 template <class T> CDPR_INLINE Truth<T> follows(const MinimumNorm<T>& p) {
     Truth<T> known = true;
     for (int64_t i = 0; i < p.m; i++) known = known & finite(p.tension[i]);
     return known;
 }
 
-// Question about a problem. A first step has nothing previous: then it is about zero and any change is allowed.
+// Variant of a problem. The first step has no previous one: its target is zero and any change is allowed.
 struct Question {
     int64_t about;
-    bool window;  // whether tensions may change by no more than p.change
-    bool plain;   // of least norm within the limits, no more
+    bool window;  // whether changes of tensions are limited to p.change
+    bool plain;   // least norm within the limits only
 };
 
 CDPR_INLINE Question question_of(const MinimumNorm<double>& p) {
@@ -82,7 +82,7 @@ CDPR_INLINE Question question_of(const MinimumNorm<double>& p) {
     return {about, window, !(p.weighted || window || about != ZERO || many_cables(p.n, p.m))};
 }
 
-// Write W, the limits and the target as scaled by the weights, and the limits narrowed to the window. Return a status.
+// Write W, the limits and the target, scaled by the weights, with the limits narrowed to the window. Return a status.
 CDPR_INLINE int scale(const MinimumNorm<double>& p, const Question& asked) {
     double *low = p.low(), *high = p.high(), *target = p.target();
     for (int64_t i = 0; i < p.m; i++) {
@@ -117,7 +117,7 @@ CDPR_INLINE void move_origin(const MinimumNorm<double>& p, int64_t r) {
     for (int64_t i = 0; i < p.m; i++) p.box[i] = sum(p.box[i], 0, r, [&](int64_t k) { return N(i, k) * p.x()[k]; });
 }
 
-// Turn what was found of the scaled problem back to newtons.
+// Convert the result of the scaled problem back to newtons.
 CDPR_INLINE void unscale(const MinimumNorm<double>& p, int64_t r) {
     for (int64_t i = 0; i < p.m; i++) {
         p.tension[i] = smaller(larger(p.tension[i] / p.root[i], p.tension_min[i]), p.tension_max[i]);
@@ -126,13 +126,13 @@ CDPR_INLINE void unscale(const MinimumNorm<double>& p, int64_t r) {
     }
 }
 
-// Of a trial: what was found, and whether there is no more to ask.
+// Result of a trial: the status, and whether it is final.
 struct Trial {
     int status;
     bool found, last;
 };
 
-// Answer in null-space form.
+// Solve in null-space form.
 inline Trial try_null_space(const MinimumNorm<double>& p, const Question& asked) {
     const TensionProblem<double> problem = p.problem(), reduced = asked.plain ? problem : p.scaled_problem();
     Factors<double> f = factors_of(reduced);
@@ -141,7 +141,7 @@ inline Trial try_null_space(const MinimumNorm<double>& p, const Question& asked)
     const Polytope<double> polytope = polytope_of(reduced, r, p.x(), p.active());
     if (asked.plain) {
         const Excess<double> reach = least(polytope);
-        if (reach.most <= FEASIBILITY_TOLERANCE * reach.scale)  // as mostly: nothing is in the way, and N not needed
+        if (reach.most <= FEASIBILITY_TOLERANCE * reach.scale)  // the usual case: no limit is active, and N not needed
             return {int(verdict(problem, 0, p.x())), true, true};
     }
     complete(reduced, f);
@@ -153,7 +153,7 @@ inline Trial try_null_space(const MinimumNorm<double>& p, const Question& asked)
     return {int(verdict(problem, r, p.x())), true, false};
 }
 
-// Answer in the row space where cables are many, else or where that leaves the question open in null-space form.
+// Solve in the row space for many cables; else, or without a decision there, in null-space form.
 CDPR_INLINE Trial attempt(const MinimumNorm<double>& p, const Question& asked) {
     if (many_cables(p.n, p.m)) {
         const int status = nearest_by_rows(p.scaled_problem());
@@ -163,7 +163,7 @@ CDPR_INLINE Trial attempt(const MinimumNorm<double>& p, const Question& asked) {
     return try_null_space(p, asked);
 }
 
-// Return the status of the tensions that are written.
+// Return the status of the written tensions.
 CDPR_INLINE int find_minimum(const MinimumNorm<double>& p, const Question& asked) {
     if (!asked.plain) {
         const int status = scale(p, asked);
@@ -172,8 +172,8 @@ CDPR_INLINE int find_minimum(const MinimumNorm<double>& p, const Question& asked
     Trial trial = attempt(p, asked);
     if (trial.last || asked.about == ZERO || !(trial.status == INFEASIBLE || trial.status == NOT_FOUND))
         return trial.status;
-    // The round-off of a target far from the limits, such as the middle of one that is as good as none, may be as large
-    // as the tensions. What was found is near the optimum: asked about that, it is gone.
+    // The round-off of a target far from the limits, such as the middle of practically infinite ones, may be as large
+    // as the tensions. A second problem with the result as its target removes it.
     const int lost = trial.found ? OK : trial.status;
     double far = 0.0, size = 0.0;
     for (int64_t i = 0; i < p.m; i++) {
@@ -184,11 +184,11 @@ CDPR_INLINE int find_minimum(const MinimumNorm<double>& p, const Question& asked
     trial = attempt(p, asked);
     if (trial.last || lost == OK || trial.status != OK) return trial.status;
     for (int64_t i = 0; i < p.m; i++) size = larger(size, absolute(p.tension[i]));
-    return far > FAR_REFERENCE * size ? NOT_FOUND : lost;  // there are some, but the nearest ones are lost
+    return far > FAR_REFERENCE * size ? NOT_FOUND : lost;  // there are some, but the nearest ones are lost to round-off
 }
 
-// Write the distribution nearest to the reference; return OK, INFEASIBLE, BAD_INPUT, UNSUPPORTED where infinite limits
-// have no middle, or NOT_FOUND, also where none lies within the window.
+// Write the distribution nearest to the reference; return OK, INFEASIBLE, BAD_INPUT, UNSUPPORTED for the middle of
+// infinite limits, or NOT_FOUND, also if none lies within the window.
 inline int minimum_norm(MinimumNorm<double>& p) {
     const Question asked = question_of(p);
     const int found = find_minimum(p, asked);
@@ -198,13 +198,14 @@ inline int minimum_norm(MinimumNorm<double>& p) {
 }
 
 #ifdef CDPR_LANES
-// Return whether lanes ask for the least norm within their limits, no more.
+// Return whether lanes require only the least norm within their limits.
 CDPR_INLINE Mask plain_lanes(const MinimumNorm<Lanes>& p) {
     if (p.weighted || many_cables(p.n, p.m) || p.about == MIDDLE || p.about == GIVEN) return false;
     return p.about == PREVIOUS || finite(p.change) ? !follows(p) : Mask(true);
 }
 
-// Write the tensions of least norm of lanes that no limit holds up, as each would alone; return which these are.
+// Write the tensions of least norm for lanes without active limits, with the bits of each alone; return which these
+// are.
 CDPR_INLINE Mask unhindered(const MinimumNorm<Lanes>& p) {
     const Mask plain = plain_lanes(p);
     if (!any(plain)) return plain;
@@ -222,7 +223,7 @@ CDPR_INLINE Mask unhindered(const MinimumNorm<Lanes>& p) {
     return found;
 }
 
-// Answer the problem of one lane alone, in the lanes' work space.
+// Solve the problem of one lane alone, in the lanes' work space.
 inline void minimum_norm_alone(MinimumNorm<Lanes>& eight, int lane) {
     const int64_t n = eight.n, m = eight.m;
     Space space = {doubles(eight.factors), lane};
@@ -252,7 +253,7 @@ inline void minimum_norm_alone(MinimumNorm<Lanes>& eight, int lane) {
     eight.status->set(lane, status);
 }
 
-// Return the bits of the lanes whose status is not OK.
+// Return the bits of the lanes with a status other than OK.
 inline int minimum_norm(MinimumNorm<Lanes>& p) {
     const int found = bits(unhindered(p));
     *p.status = double(OK);

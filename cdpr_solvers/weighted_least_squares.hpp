@@ -1,12 +1,12 @@
-// Least squares whose weights span many decades. SPDX-License-Identifier: Apache-2.0
+// Least squares with weights over many decades. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/null_space.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// A direction in which all weighted rows are below this share of the largest is left alone: what its weights would make
-// of it drowns in the round-off of the others.
+// A direction in which all weighted rows are below this share of the largest is ignored: its effect is below the
+// round-off of the others.
 constexpr double UNSEEN = 1e-9;
 
 CDPR_INLINE double power(double base, int64_t exponent) {
@@ -19,12 +19,12 @@ CDPR_INLINE double power(double base, int64_t exponent) {
 }
 
 // min sum u_i^(p-2) (u + G d)_i^2. Modified Gram-Schmidt with column pivoting on the rows and the right-hand side,
-// which keeps the small rows accurate beside the large ones (Gulliksson, BIT 35, 1995). Its work space:
+// which keeps the small rows accurate beside the large ones (Gulliksson, BIT 35, 1995). With its work space:
 struct WeightedLeastSquares {
     Matrix<double> A;  // (r, m), each row a column of the problem
     Matrix<double> R;  // (r, r)
     double* y;         // (r)
-    double* column;    // (r), which one each row of A is
+    double* column;    // (r), column of each row of A
     double* b;         // (m)
     int64_t m, r;
 
@@ -59,7 +59,7 @@ struct WeightedLeastSquares {
         return R(k, k);
     }
 
-    // Make row k of A a unit vector, and the rows after it and b orthogonal to it.
+    // Normalise row k of A, and make the following rows and b orthogonal to it.
     inline void orthogonalise(int64_t k, double length) const {
         y[k] = sum(0.0, 0, m, [&](int64_t i) {
             A(k, i) /= length;

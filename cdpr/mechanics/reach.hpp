@@ -1,4 +1,4 @@
-// Limits of what cables do, such as lengths and winding speeds: counts of samples beyond them, for logs and the loop.
+// Limits of cables, such as lengths and winding speeds: counts of samples with violations, for logs and the loop.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,17 +8,17 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Limits of k kinds for m cables, c tables of them: the fields that both operations begin with.
+// Limits of k kinds for m cables, c tables of them: the first fields of both operations.
 struct CableLimits {
     enum Column { START, UPPER, MAGNITUDE, ROOM, COLUMNS };
 
     const int64_t* time;       // (1), column of the time, s
     const int64_t* kinds;      // (k, 4): first column of a row; whether it is an upper limit; whether the sign of the
                                // value is ignored; first column of the distance to the limits, or -1
-    const double* since;       // (c), s, from when on a table holds, increasing
-    const double* limits;      // (c, k, m), infinite where there is none
+    const double* since;       // (c), s, start of each table, increasing
+    const double* limits;      // (c, k, m), infinite without limit
     const double* tolerances;  // (k, m)
-    const double* until;       // (m), s, when cables break; INFINITE of those that do not
+    const double* until;       // (m), s, times at which cables break; INFINITE for others
     int64_t k;
     int64_t m;
     int64_t c;
@@ -35,7 +35,7 @@ struct CableLimits {
         return inside;
     }
 
-    // Return the limits (k, m) that hold at the time of a row.
+    // Return the limits (k, m) at the time of a row.
     CDPR_INLINE const double* present(const double* row) const {
         int64_t table = 0;
         while (table + 1 < c && since[table + 1] <= row[time[0]]) table++;
@@ -43,7 +43,7 @@ struct CableLimits {
     }
 };
 
-// By how much a cable is beyond its limit, 0 where it keeps it, and the value.
+// Excess of a cable over its limit, 0 within it, and the value.
 struct CableExcess {
     double beyond, value;
 };
@@ -60,7 +60,7 @@ CDPR_INLINE CableExcess excess(const CableLimits& cables, const double* now, con
     return {0.0, value};
 }
 
-// Return whether a live sample is beyond a limit.
+// Check whether a live sample is beyond a limit.
 struct BeyondLimits {
     CableLimits cables;
     const double* row;  // (width)
@@ -68,7 +68,7 @@ struct BeyondLimits {
     static constexpr auto fields = extended(CableLimits::fields, "row(width), width");
 };
 
-// Return 1 where it is, else 0; -1 where a column is outside of the row.
+// Return 1 if it is, else 0; -1 if a column is outside the row.
 inline int beyond_limits(BeyondLimits& sample) {
     const CableLimits& cables = sample.cables;
     if (!cables.fits(sample.width)) return -1;
@@ -79,15 +79,15 @@ inline int beyond_limits(BeyondLimits& sample) {
     return 0;
 }
 
-// Count of samples beyond limits, and the worst of them.
+// Count of samples beyond limits, and the worst excess.
 struct LimitViolations {
     CableLimits cables;
-    const double* sizes;  // (k, m), by which excesses are divided before they are compared
+    const double* sizes;  // (k, m), scales of the excesses for comparison
     const double* rows;   // (n, width), samples
-    double* worst;        // (k, m), the largest excess so far, divided; 0 at first
+    double* worst;        // (k, m), the largest scaled excess so far; 0 at first
     double* worst_value;  // (k, m), the value there
     double* worst_limit;  // (k, m), the limit there
-    double* samples;      // (2, k), how many samples are beyond, and the number of the first
+    double* samples;      // (2, k), number of samples beyond, and the number of the first
     int64_t counted;      // samples before these
     int64_t n;
     int64_t width;
@@ -116,7 +116,7 @@ inline bool LimitViolations::count_kind(const double* now, const double* row, in
     return found;
 }
 
-// Return 1 where one of the samples is beyond a limit, else 0; -1 where a column is outside of the rows.
+// Return 1 if one of the samples is beyond a limit, else 0; -1 if a column is outside the rows.
 inline int limit_violations(LimitViolations& counter) {
     const CableLimits& cables = counter.cables;
     if (!cables.fits(counter.width)) return -1;

@@ -7,12 +7,12 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Share of the largest tension up to which a cable is slack: it is at its lower limit of 0, and resists nothing.
+// Share of the largest tension up to which a cable is slack: it is at its lower limit of 0, and has no stiffness.
 constexpr double SLACK = 1e-9;
 
 struct Stiffness {
-    const double* lines;            // (m, w), as of Geometry
-    const double* axial_stiffness;  // (m), E A, N; 0 of cables that give no resistance of their own
+    const double* lines;            // (m, w), as in Geometry
+    const double* axial_stiffness;  // (m), E A, N; 0 for cables without stiffness of their own
     const double* inertial;         // (13), `Robot.inertial`
     const double* gravity;          // (3), m/s^2, world
     const double* poses;            // (k, 7): position, m, and quaternion
@@ -23,7 +23,7 @@ struct Stiffness {
     double* rates;                  // (6, 6, m), work space: of W, for a unit velocity along each direction
     double* length;                 // (m), work space
     double* spare;                  // (m), work space
-    int64_t unilateral;             // 1: cables that do not pull are slack, and no springs
+    int64_t unilateral;             // 1: cables without tension are slack, and no springs
     int64_t k;
     int64_t m;
     int64_t w;
@@ -46,7 +46,7 @@ inline void write_geometry(const Stiffness& held, const double* pose, double* W)
     }
 }
 
-// Return an entry of the cables' stiffness: W diag((E A + t) / l) W^T of those that are taut, and -(dW t).
+// Return an entry of the cables' stiffness: W diag((E A + t) / l) W^T of the taut ones, and -(dW t).
 inline double cable_stiffness(const Stiffness& held, const double* W, const double* t, double slack, int i, int j) {
     const int64_t m = held.m;
     const double *rate = held.rates + (6 * j + i) * m, *axial = held.axial_stiffness;
@@ -59,7 +59,7 @@ inline double cable_stiffness(const Stiffness& held, const double* W, const doub
     return total;
 }
 
-// Add the stiffness of the weight f at an arm c that turns: -d(c x f) = (c . f) dtheta - c (f . dtheta).
+// Add the stiffness of the weight f at a rotating arm c: -d(c x f) = (c . f) dtheta - c (f . dtheta).
 inline void add_weight(const Stiffness& held, const double* pose, double* K) {
     const Inertial<double> body = {held.inertial};
     double arm[3];

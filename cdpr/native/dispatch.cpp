@@ -1,6 +1,6 @@
-// Instruction sets of this library that the processor can run, by cpuid. SPDX-License-Identifier: Apache-2.0
+// Instruction sets of this library that the processor supports, by cpuid. SPDX-License-Identifier: Apache-2.0
 //
-// Not by __builtin_cpu_supports, which answers no to everything when compiled by zig.
+// __builtin_cpu_supports is not used: compiled by zig, it always returns false.
 #include "dispatch.h"
 
 #if defined(__x86_64__) && !defined(CDPR_ONE_TARGET)
@@ -33,7 +33,7 @@ unsigned saved_states() {
     return low;
 }
 
-// The level of the x86-64 psABI, 1 to 4 (2 counts as 1): its table 3.1 lists the features.
+// Level of the x86-64 psABI, 1 to 4 (2 counts as 1): its table 3.1 lists the features.
 int level() {
     Registers basic, extended, more;
     if (!__get_cpuid(1, &basic.a, &basic.b, &basic.c, &basic.d)) return 1;

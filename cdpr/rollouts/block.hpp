@@ -1,8 +1,8 @@
 // Closed loops side by side: their operations in lanes, step after step. SPDX-License-Identifier: Apache-2.0
 //
 // The arrays of the cases are the lanes of one block (M, 8). Each case has its own sample, time and events. An
-// operation that has no vector form, or does not serve a case, is run by that case's own program on its own arrays, up
-// to the operation before which it joins the others again.
+// operation without a vector form, or one that does not serve a case, is run by that case's own program on its own
+// arrays, up to the operation before which it rejoins the others.
 #pragma once
 
 #include <cdpr/simulation/proceed.hpp>
@@ -11,8 +11,8 @@ namespace cdpr::CDPR_TARGET {
 
 constexpr int CASES = 8;
 
-// How an operation is run: in lanes, where it returns the bits of the lanes it does not serve; by each case's own
-// program; the desired motion; the time of a sample; the end of a sample; the next time; events.
+// Kinds of operations: in lanes, with the bits of the unserved lanes as result; by each case's own program; the desired
+// motion; the time of a sample; the end of a sample; the next time; events.
 enum Way : int64_t { IN_LANES, ALONE, MOTION, TIME, COMPLETE, NEXT, EVENTS };
 
 // Row of the table of operations.
@@ -20,13 +20,13 @@ struct CommonAct {
     int64_t way;
     int64_t operation, place;  // in lanes
     int64_t lanes;             // bits of the lanes that need it
-    int64_t together;          // a case that is not served joins again after so many operations, this one included
+    int64_t together;          // an unserved case rejoins after this number of operations, this one included
 };
 
 // Progress of the block.
 struct CommonStanding {
-    int64_t steps;  // to do
-    int64_t alive;  // bits of the lanes that take part; at the end, of those that still do
+    int64_t steps;  // number of steps
+    int64_t alive;  // bits of the participating lanes; at the end, of those that still participate
     int64_t left;   // bits of the cases that Python must serve: their programs are before the operation in question
 };
 
@@ -47,14 +47,14 @@ struct Advance {
     const int64_t* programs;  // (8, 4), rows as CaseProgram
     const int64_t* arrays;    // (8, r, 3), rows as CaseArray: the arrays that steps change
     const int64_t* motions;   // (8, 2), operations that write the desired motions
-    const int64_t* desired;   // (8, 3), rows as CaseArray: where they write
-    const int64_t* counting;  // (2), operation that counts each complete sample, in lanes
+    const int64_t* desired;   // (8, 3), rows as CaseArray: outputs of these operations
+    const int64_t* counting;  // (2), operation that evaluates each complete sample, in lanes
     const int64_t* columns;   // (w), kept columns, as rows of the block
     const int64_t* kept;      // (8), addresses of the kept rows (n, w)
     const int64_t* alike;     // (1), 1 if the cases have the same motion
     double* block;            // (M, 8); its first row is the time of the sample, s
     double period;            // s
-    int64_t every;            // samples from one that is kept to the next; 0: none is
+    int64_t every;            // distance of kept samples; 0: none
     int64_t n;
     int64_t acts;
     int64_t r;
@@ -76,7 +76,7 @@ struct Advance {
 
 CDPR_INLINE double* numbers_at(int64_t address) { return reinterpret_cast<double*>(address); }
 
-// Call do(lane) for each lane of which the bit is set.
+// Call do(lane) for each lane whose bit is set.
 template <class F> CDPR_INLINE void each_lane(int64_t bits, F&& run) {
     for (int lane = 0; lane < CASES; lane++)
         if (bits >> lane & 1) run(lane);
@@ -109,7 +109,7 @@ struct Lane {
     static constexpr char fields[] = "arrays(r, 3), moved(3), both block(M, 8), r, M";
 };
 
-// Copy the first arrays of a case into a lane of the block, or from there; return 1 if there is no such lane or array.
+// Copy the first arrays of a case into a lane of the block, or back; return 1 if there is no such lane or array.
 inline int move_lane(Lane& moving) {
     const CaseArray* arrays = reinterpret_cast<const CaseArray*>(moving.arrays);
     const int64_t lane = moving.moved[0], count = moving.moved[2];
@@ -121,7 +121,7 @@ inline int move_lane(Lane& moving) {
     return 0;
 }
 
-// Let a case's own program run the operations of a sample up to `until`; return whether it got there.
+// Run the operations of a sample up to `until` by a case's own program; return whether it got there.
 CDPR_INLINE bool step_alone(const Advance& cases, int lane, int64_t act, int64_t until) {
     const CaseProgram& program = cases.program(lane);
     Standing& standing = cases.standing(lane);
@@ -135,7 +135,7 @@ CDPR_INLINE bool step_alone(const Advance& cases, int lane, int64_t act, int64_t
     return false;
 }
 
-// Write the desired motions; one motion at one time is computed once.
+// Write the desired motions; the same motion at the same time is computed once.
 CDPR_INLINE void follow(const Advance& cases, int64_t here) {
     const CaseArray* desired = reinterpret_cast<const CaseArray*>(cases.desired);
     const auto compute = [&cases](int lane) {
@@ -163,7 +163,7 @@ CDPR_INLINE void follow(const Advance& cases, int64_t here) {
     });
 }
 
-// Count a complete sample of each lane, and keep columns of some.
+// Evaluate a complete sample of each lane, and keep columns of some.
 CDPR_INLINE void complete(const Advance& cases, int64_t here) {
     call_at(cases.counting[0], cases.counting[1], 0.0);
     each_lane(here, [&](int lane) {
@@ -174,7 +174,7 @@ CDPR_INLINE void complete(const Advance& cases, int64_t here) {
     });
 }
 
-// Take the lanes that take part `steps` steps further, or fewer if a case needs Python: then to the end of that step.
+// Take the participating lanes `steps` steps further, or fewer if a case needs Python: then to the end of that step.
 inline int advance(Advance& cases) {
     const CommonAct* const acts = reinterpret_cast<const CommonAct*>(cases.table);
     CommonStanding& common = *reinterpret_cast<CommonStanding*>(cases.place);
@@ -197,7 +197,7 @@ inline int advance(Advance& cases) {
             const CommonAct& next = acts[act];
             const int64_t asked = next.lanes & here;
             if (asked == 0) continue;
-            int64_t missing = 0;  // bits of lanes that are not served
+            int64_t missing = 0;  // bits of unserved lanes
             if (next.way == IN_LANES) {
                 missing = asked == here ? call_at(next.operation, next.place, 0.0) & asked : asked;
             } else if (next.way == ALONE) {

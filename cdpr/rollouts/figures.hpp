@@ -1,4 +1,4 @@
-// Figures of a case, counted from all its samples. SPDX-License-Identifier: Apache-2.0
+// Figures of a case, accumulated over all its samples. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -11,12 +11,12 @@ namespace cdpr::CDPR_TARGET {
 // orientation, rad; least and largest tension, N; numbers of samples.
 enum Figure { POSITION = 0, ORIENTATION = 3, LOWEST = 6, HIGHEST, INFEASIBLE_SAMPLES, UNANSWERED_SAMPLES };
 
-// First columns in a row of what is counted, in the order of AT of figures.py.
+// First columns of the evaluated values in a row, in the order of AT of figures.py.
 enum { POSITION_AT, DESIRED_POSITION_AT, ORIENTATION_AT, DESIRED_ORIENTATION_AT, TENSION_AT, STATUS_AT };
 
 template <class T> struct CountSample {
     const T* row;       // (w), a sample; its first number is the time, s
-    const T* since;     // (m), s: from then on a cable's tension counts no more
+    const T* since;     // (m), s: time from which a cable's tension is ignored
     const int64_t* at;  // (6), the columns above
     T* figures;         // (10), as Figure
     int64_t w;
@@ -60,14 +60,14 @@ template <class T> inline int count_sample(CountSample<T>& sample) {
 }
 
 struct CountSamples {
-    const double* rows;      // (k, w), samples that follow one another
+    const double* rows;      // (k, w), consecutive samples
     const double* since;     // (m), s
     const int64_t* at;       // (6)
-    const int64_t* columns;  // (c), that are kept
+    const int64_t* columns;  // (c), kept ones
     double* figures;         // (10)
     double* kept;            // (n, c), columns of each `every`th sample
     int64_t first;           // number of the first sample, 0 or more
-    int64_t every;           // samples from one that is kept to the next
+    int64_t every;           // distance of kept samples
     int64_t k;
     int64_t w;
     int64_t m;
@@ -77,7 +77,7 @@ struct CountSamples {
         "rows(k, w), since(m), at(6), columns(c), both figures(10), both kept(n, c), first, every >= 1, k, w, m, c, n";
 };
 
-// Count samples, and keep columns of some.
+// Evaluate samples, and keep columns of some.
 inline int count_samples(CountSamples& samples) {
     for (int64_t i = 0; i < samples.k; i++) {
         const double* row = samples.rows + i * samples.w;

@@ -1,4 +1,4 @@
-// External wrench that events add up to. SPDX-License-Identifier: Apache-2.0
+// Sum of the external wrenches of events. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -7,8 +7,8 @@
 namespace cdpr::CDPR_TARGET {
 
 struct ExternalLoads {
-    // (k, 10): first sample; sample at which it has ended; angle per sample and first angle of the sine by which the
-    // amplitude is multiplied, rad (a quarter turn where it does not swing); amplitude (6), N and N m
+    // (k, 10): first sample; sample after the last; angle per sample and first angle of the sine that multiplies the
+    // amplitude, rad (a quarter turn for a constant load); amplitude (6), N and N m
     const double* loads;
     const int64_t* sample;  // (1)
     double* external;       // (6), N and N m, about the platform's origin, world axes
@@ -16,7 +16,7 @@ struct ExternalLoads {
     static constexpr char fields[] = "loads(k, 10), sample(1), external(6), k";
 };
 
-// Write the wrench of a sample; return 1 if it differs at the next, because a load swings.
+// Write the wrench of a sample; return 1 if an oscillating load changes it at the next one.
 inline int external_loads(ExternalLoads& events) {
     const double sample = double(events.sample[0]);
     bool swinging = false;

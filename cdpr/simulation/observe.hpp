@@ -7,39 +7,39 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// States that cannot be true; numbered as cdpr.simulation.faults.
+// Impossible states; numbered as cdpr.simulation.faults.
 enum Fault { NO_FAULT, NOT_FINITE, NO_UNIT, TOO_FAST, JUMPED, NO_LENGTH, NO_LENGTH_NOMINAL };
 
 // Faster than any cable robot by two orders: the run has diverged.
 constexpr double SPEED_MAX = 1e3;          // m/s
 constexpr double ANGULAR_SPEED_MAX = 1e4;  // rad/s
 
-// The direction of a shorter cable is rounding, m.
+// Round-off dominates the direction of a shorter cable, m.
 constexpr double LENGTH_MIN = 1e-9;
 
 // Engines normalise quaternions at each step; this is far above round-off, far below a usable attitude.
 constexpr double NORM_TOLERANCE = 1e-6;
 
-// A step of the pose may differ from the velocity after it by as much as the strongest acceleration allows, and by this
-// factor, for schemes that do not know the velocity in between; plus what round-off and attitude maps leave.
+// A step of the pose may differ from the velocity after it by the largest possible acceleration times this factor, for
+// schemes that do not know the velocity in between; plus round-off and errors of attitude maps.
 constexpr double JUMP_FACTOR = 2.0;
 constexpr double JUMP_SPEED = 1e-6;  // m/s and rad/s
 
 template <class T> struct Observation {
-    const T* lines;     // (m, w), as of Geometry
+    const T* lines;     // (m, w), as in Geometry
     const T* inertial;  // (13), `Robot.inertial`
     const T* gravity;   // (3), m/s^2, world
-    const T* bounds;    // (7), as of Bounds
+    const T* bounds;    // (7), as in Bounds
     const T* live;      // (13), state of the plant: position, m; quaternion; velocity, m/s; angular velocity, rad/s
-    const T* external;  // (6), wrench in the control period before, N and N m, about the platform's origin, world axes
-    const T* highest;   // (m), N: no tension was above it; of ideal cables their tensions
-    T* state;           // (13), as `live`: of the sample before, then of this one
+    const T* external;  // (6), wrench in the previous period, N and N m, about the platform's origin, world axes
+    const T* highest;   // (m), N: upper bound of each tension; for ideal cables the tension
+    T* state;           // (13), as `live`: of the previous sample, then of this one
     T* matrix;          // (6, m), wrench matrix
-    T* length;          // (m), m: of the sample before, then of this one
+    T* length;          // (m), m: of the previous sample, then of this one
     T* rate;            // (m), m/s
     T* energies;        // (4), J: kinetic, potential, and works so far of ideal cables and of the external wrench
-    T* before;          // (m), m, work space: the lengths before
-    double period;      // control period, s; 0 sets the works to 0
+    T* before;          // (m), m, work space: the previous lengths
+    double period;      // control period, s; 0 resets the works
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
@@ -55,19 +55,19 @@ template <class T> struct Bounds {
     T reach;            // largest distance of a cable's anchor or the origin from the centre of mass, m
     T inverse_inertia;  // 1 / smallest principal moment, 1/(kg m^2)
     T gyroscopic;       // largest ratio of the gyroscopic angular acceleration to the squared angular speed
-    Truth<T> swings;    // whether the force that holds the origin turns the platform, as that of a pendulum
+    Truth<T> swings;    // whether the force that holds the origin turns the platform, as in a pendulum
 };
 
 template <class T> CDPR_INLINE Bounds<T> acceleration_bounds(const T* b) {
     return {b[0], b[1], b[2], b[3], b[4], b[5], b[6] > T(0.0)};
 }
 
-// How the plant moved since the sample before; all but `turn` squared.
+// Motion of the plant since the previous sample; all but `turn` squared.
 template <class T> struct Motion {
     Vector<T> turn;   // rotation vector, rad
     T speed;          // m^2/s^2
     T spin;           // rad^2/s^2, the larger one of both samples, by axis
-    T jump, twist;    // m^2, rad^2: what the velocities do not explain
+    T jump, twist;    // m^2, rad^2: motion that the velocities do not explain
     T force, moment;  // of the external wrench, N^2 and (N m)^2
 };
 
@@ -93,7 +93,7 @@ template <class T> struct Accelerations {
     T linear, angular;  // m/s^2, rad/s^2
 };
 
-// Return the largest accelerations of the platform that cables, external wrench and weight explain.
+// Return the largest accelerations of the platform that cables, external wrench and weight can cause.
 template <class T>
 CDPR_INLINE Accelerations<T> largest_accelerations(const Observation<T>& plant, const Motion<T>& motion) {
     const Bounds<T> bounds = acceleration_bounds(plant.bounds);
@@ -103,7 +103,7 @@ CDPR_INLINE Accelerations<T> largest_accelerations(const Observation<T>& plant, 
         (bounds.reach * pull + square_root(motion.moment)) * bounds.inverse_inertia + bounds.gyroscopic * motion.spin;
     T central = pull * bounds.inverse_mass + bounds.weight;  // of the centre of mass
     if (any(bounds.swings)) {
-        // Gauss's principle: held, mass central^2 + angular inertia angular is not more than it would be free.
+        // Gauss's principle: the constrained mass central^2 + angular inertia angular does not exceed the free one.
         const T ratio = bounds.inverse_inertia / bounds.inverse_mass;  // mass / smallest principal moment
         const T whole = central + bounds.arm * motion.spin;
         const T free = ratio * (whole * whole) + (1.0 + bounds.gyroscopic) * (angular * angular);
@@ -113,12 +113,12 @@ CDPR_INLINE Accelerations<T> largest_accelerations(const Observation<T>& plant, 
     return {central + bounds.arm * (angular + motion.spin), angular};
 }
 
-// Return the fault of the motion, but for states that are not finite.
+// Return the fault of the motion, except states that are not finite.
 template <class T> CDPR_INLINE T motion_fault(const Observation<T>& plant, const Motion<T>& motion) {
     const T period = plant.period;
     const Accelerations<T> most = largest_accelerations(plant, motion);
     const Truth<T> jumped = square_root(motion.jump) > period * (JUMP_SPEED + JUMP_FACTOR * period * most.linear);
-    // A turn by more than pi comes back as its shorter twin: only smaller ones can be compared.
+    // A rotation by more than pi appears as its shorter equivalent: only smaller ones can be compared.
     const Truth<T> comparable = period * square_root(motion.spin) < T(1.0);
     const Truth<T> spun = square_root(motion.twist) > period * (JUMP_SPEED + JUMP_FACTOR * period * most.angular);
     const Truth<T> fast =
@@ -144,8 +144,8 @@ CDPR_INLINE void accept_sample(Observation<T>& plant, Truth<T> faulty, Vector<T>
     for (int i = 0; i < 13; i++) plant.state[i] = select(faulty, plant.state[i], plant.live[i]);
 }
 
-// Return a Fault; of lanes, the bits of those that have one. Where there is a fault, state, lengths and energies stay
-// as they were. A tension that is held does exactly tension times shortening.
+// Return a Fault; for lanes, the bits of faulty ones. After a fault, state, lengths and energies are unchanged. The
+// work of a held tension is exactly tension times shortening.
 template <class T> inline int observe(Observation<T>& plant) {
     const int64_t m = plant.m;
     const T zero = sum(T(0.0), 0, 13, [&](int64_t i) { return 0.0 * plant.live[i]; });
@@ -172,7 +172,7 @@ template <class T> inline int observe(Observation<T>& plant) {
     return code(fault);
 }
 
-// Cable geometry of the nominal robot, which the controller believes in.
+// Cable geometry of the nominal robot, which the controller uses.
 template <class T> inline int observe_nominal(Geometry<T>& cables) {
     if (const int refused = geometry(cables)) return refused;
     T fault = double(NO_FAULT);

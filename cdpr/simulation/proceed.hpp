@@ -1,7 +1,7 @@
-// Steps of the loop: acts called one after the other by their addresses. SPDX-License-Identifier: Apache-2.0
+// Steps of the loop: operations called one after the other by their addresses. SPDX-License-Identifier: Apache-2.0
 //
-// An act is an operation and its struct; `cdpr/simulation/program.py` makes the table. It returns 0, or a code that
-// another operation may mend, or that Python has to know.
+// `cdpr/simulation/program.py` makes the table. An operation returns 0, or a code that another operation may handle, or
+// else Python.
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -13,10 +13,10 @@ CDPR_INLINE int call_at(int64_t operation, int64_t place, double time) {
     return reinterpret_cast<cdpr_operation>(operation)(reinterpret_cast<void*>(place), time);
 }
 
-// Returned beside the codes of acts, which are small.
+// Results beside the codes of operations, which are small.
 enum { PYTHON = 1 << 29, REACHED = 1 << 30 };
 
-// When an act is called: not at all, in each step, or at the sample at which an event is due.
+// Calls of an operation: never, in each step, or at the sample at which an event is due.
 enum When : int64_t { NEVER, ALWAYS, DUE };
 
 // One row of the table.
@@ -24,9 +24,9 @@ struct Act {
     int64_t operation;  // 0: Python's turn; or one of the two below
     int64_t place;
     int64_t when;
-    int64_t mends;  // called with the code of the operation as its time where that is not 0; 0: Python mends
+    int64_t mends;  // handler, called with the operation's code as time if that is not 0; 0: Python
     int64_t mends_place;
-    int64_t skip;  // so many acts are left out if `mends` returns 0
+    int64_t skip;  // number of operations to skip if `mends` returns 0
 
     static constexpr int64_t KEEP = 1;  // the sample is complete: keep its row
     static constexpr int64_t TICK = 2;  // the time of the next sample begins
@@ -36,7 +36,7 @@ struct Act {
 struct Standing {
     int64_t sample, act;     // the next ones
     int64_t last, last_act;  // stop before these
-    int64_t due;             // the sample at which an event is due
+    int64_t due;             // sample at which an event is due
 };
 
 struct Proceed {
@@ -54,7 +54,7 @@ struct Proceed {
         "table(acts, 6), both place(5), both time(1), row(w), both rows(n >= 1, v), period, acts, w, n, v";
 };
 
-// Call an act; return its code, 0 where it was mended, and then add to `act` what is left out.
+// Call an operation; return its code, 0 if it was handled, and then add to `act` the number of operations to skip.
 CDPR_INLINE int call_act(const Act& called, double time, int64_t& act) {
     const int code = call_at(called.operation, called.place, time);
     if (code == 0) return 0;
@@ -63,7 +63,8 @@ CDPR_INLINE int call_act(const Act& called, double time, int64_t& act) {
     return 0;
 }
 
-// Call acts from the present position on; return REACHED, PYTHON, or the code of the act at which it stopped.
+// Call operations from the present position on; return REACHED, PYTHON, or the code of the operation at which it
+// stopped.
 inline int proceed(Proceed& loop) {
     const Act* const acts = reinterpret_cast<const Act*>(loop.table);
     Standing& standing = *reinterpret_cast<Standing*>(loop.place);

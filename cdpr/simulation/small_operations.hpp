@@ -7,7 +7,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// An engine's clock is a sum of steps: after 1e8 of them it may be off by this share. A reset is off by much more.
+// An engine's clock is a sum of steps: after 1e8 of them its error may reach this share. A reset causes a larger one.
 constexpr double CLOCK_TOLERANCE = 1e-6;
 
 template <class T> struct Copy {
@@ -40,20 +40,20 @@ template <class T> struct Values {
     static constexpr char fields[] = "values(n), n";
 };
 
-// Return 1 if a value is infinite or NaN; of lanes, the bits of those.
+// Return 1 if a value is infinite or NaN; for lanes, the bits of these.
 template <class T> inline int not_finite(Values<T>& array) {
     const T zero = sum(T(0.0), 0, array.n, [&](int64_t i) { return 0.0 * array.values[i]; });
     return code(select(zero == T(0.0), T(0.0), T(1.0)));
 }
 
-// Command from outside, and the record of all commands.
+// External command, and the record of all commands.
 struct GivenCommand {
-    const double* given;      // (n), by the caller
+    const double* given;      // (n), from the caller
     double* values;           // (n), read by the loop
     double* record;           // (rows, n + 2): first sample, number of steps, values
     int64_t* used;            // (1), rows of the record
     const int64_t* standing;  // (5), of the loop, whose first number is the present sample
-    const int64_t* steps;     // (1), with this command
+    const int64_t* steps;     // (1), number of steps of this command
     int64_t n;
     int64_t rows;
     static constexpr char fields[] =
@@ -82,7 +82,7 @@ inline int clock_differs(Clock& engine, double time) {
     return !(absolute(engine.clock[0] - time) <= CLOCK_TOLERANCE * time);
 }
 
-// Wrench and its status where there is no power: nothing is required of the cables.
+// Wrench and status without power: no wrench is required.
 template <class T> struct PowerOff {
     T* wrench;  // (6), N and N m
     T* status;  // (n), status and number of cables at a limit

@@ -1,6 +1,6 @@
-// Symmetric positive definite systems of 2 x 2 blocks, each beside its neighbours. SPDX-License-Identifier: Apache-2.0
+// Symmetric positive definite block-tridiagonal systems with 2 x 2 blocks. SPDX-License-Identifier: Apache-2.0
 //
-// A block is four numbers, row by row. Positive definite, the system needs no pivots.
+// A block is four numbers, row by row. A positive definite system needs no pivoting.
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -18,7 +18,8 @@ struct BlockTridiagonal {
         "diagonal(k + 1, 2, 2), upper(k, 2, 2), right(k + 1, 2), solution(k + 1, 2), work inverse(k + 1, 2, 2), k";
 };
 
-// Subtract U^T I U from D, and U^T x from r: what the block before, of inverse I and solution x = I r, takes away.
+// Subtract U^T I U from D, and U^T x from r: the elimination of the previous block, with inverse I and solution x = I
+// r.
 CDPR_INLINE void eliminate(const double* I, const double* U, const double* x, double* D, double* r) {
     for (int column = 0; column < 2; column++) {
         const double first = I[0] * U[column] + I[1] * U[2 + column];

@@ -1,12 +1,11 @@
-// Angular velocity and acceleration of an attitude that a rotation vector describes. SPDX-License-Identifier:
-// Apache-2.0
+// Angular velocity and acceleration of an attitude given by a rotation vector. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/vector.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Below this angle, rad, the coefficients are summed as series, of which the first term left out is below 1e-14; as in
+// Below this angle, rad, the coefficients are series, with a truncation error below 1e-14; as in
 // cdpr.trajectory.rotation_rates.
 constexpr double SMALL_ANGLE = 0.05;
 

@@ -1,11 +1,11 @@
-// Least of consecutive values, found in logarithmic time. SPDX-License-Identifier: Apache-2.0
+// Minimum of consecutive values, found in logarithmic time. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/number.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Binary tree: node i has the index of the lesser value of nodes 2 i and 2 i + 1; node count + i is value i.
+// Binary tree: node i has the index of the smaller value of nodes 2 i and 2 i + 1; node count + i is value i.
 struct LeastTree {
     const double* values;  // (count)
     int64_t* nodes;        // (2 count)
@@ -15,7 +15,7 @@ struct LeastTree {
     inline int64_t least(int64_t first, int64_t last) const;
 
   private:
-    // The lesser of two, of equal ones the one that comes first.
+    // Return the index of the smaller value, the first one if equal.
     CDPR_INLINE int64_t lesser(int64_t best, int64_t other) const {
         const double a = values[other], b = values[best];
         return a < b || (a == b && other < best) ? other : best;
@@ -30,7 +30,7 @@ inline void LeastTree::grow() const {
     }
 }
 
-// Index of the least value among those from `first` to `last`.
+// Return the index of the smallest value from `first` to `last`.
 inline int64_t LeastTree::least(int64_t first, int64_t last) const {
     int64_t best = first, left = first + count, right = last + count + 1;
     for (; left < right; left /= 2, right /= 2) {

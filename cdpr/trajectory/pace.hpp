@@ -6,14 +6,14 @@
 
 namespace cdpr::CDPR_TARGET {
 
-constexpr int SPEED_HALVINGS = 200;  // of an interval of speeds: more than doubles have digits
+constexpr int SPEED_HALVINGS = 200;  // of an interval of speeds: more than the digits of a double
 
-// Plan each chain of sections from rest to rest, with limited jerk, no section passed faster than its cap.
+// Plan of each chain of sections from rest to rest, with limited jerk, and no section faster than its cap.
 struct Pace {
-    const double* starts;         // (n + 1), m, of sections, and the end of the last one; increasing
+    const double* starts;         // (n + 1), m, starts of sections, and the end of the last one; increasing
     const double* caps;           // (n), m/s, largest speeds
     const double* accelerations;  // (n), m/s^2, largest along the path
-    const double* jerks;          // (n), m/s^3, likewise; both are least in the same section
+    const double* jerks;          // (n), m/s^3, likewise; both are smallest in the same section
     const int64_t* chains;        // (c + 1), first section of each chain, and n
     double* phases;               // (8 n + 7 c, 5): `Phases`
     int64_t* rows;                // (c + 1), first phase of each chain, and the number of phases
@@ -26,7 +26,7 @@ struct Pace {
         "work trees(2, 2*n), work stack(2*n + 8, 9), n, c";
 };
 
-// Part of a chain: a stretch to be planned, one passed at a constant speed, or a change of speed.
+// Part of a chain: a stretch to be planned, one at constant speed, or a change of speed.
 enum PathPieceKind { STRETCH, CRUISE, RAMP };
 
 struct PathPiece {
@@ -39,7 +39,7 @@ struct PathPiece {
     double a, j;          // m/s^2, m/s^3, of a change of speed
 };
 
-// Stack of the pieces that are still to be planned.
+// Stack of pieces to be planned.
 struct PathPieces {
     double* rows;
     int64_t count;
@@ -56,7 +56,7 @@ struct PathPieces {
     }
 };
 
-// Plan a stretch on which the cap is not reached: rise to the largest speed from which it can fall again.
+// Plan a stretch that does not reach its cap: rise to the largest speed from which it can fall again.
 inline void plan_peak(const SectionChain& chain, const PathPiece& p, double cap, Phases& phases) {
     const double way = p.end - p.begin;
     const auto up = [&](double v) { return chain.change_after(p.begin, p.v0, v, p.first, p.last); };
@@ -76,8 +76,8 @@ inline void plan_peak(const SectionChain& chain, const PathPiece& p, double cap,
     phases.add_ramp(p.end - fall.way, low, p.v1, fall.acceleration, fall.jerk);
 }
 
-// Plan a stretch at the least cap of its sections. Where that is reached, its section is passed at it, and what lies
-// before and after is planned anew, without this section: its caps are higher.
+// Plan a stretch at the smallest cap of its sections. If that is reached, its section has this constant speed, and the
+// parts before and after are planned again, without this section: their caps are higher.
 inline void plan_stretch(const SectionChain& chain, const PathPiece& p, PathPieces& left, Phases& phases) {
     const int64_t section = chain.caps.least(p.first, p.last);
     const double cap = larger(larger(chain.caps.values[section], p.v0), p.v1);

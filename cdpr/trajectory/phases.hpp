@@ -5,7 +5,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Way, m, on which the speed changes between two values, m/s, without acceleration at both; 0 where it does not rise.
+// Distance, m, of a change between two speeds, m/s, without acceleration at both; 0 if the speed does not rise.
 CDPR_INLINE double ramp_way(double slow, double fast, double acceleration, double jerk) {
     const double change = fast - slow;
     if (change <= 0.0) return 0.0;
@@ -14,7 +14,8 @@ CDPR_INLINE double ramp_way(double slow, double fast, double acceleration, doubl
     return 0.5 * (slow + fast) * time;
 }
 
-// Table of phases: duration, s; place on the path, m; speed, m/s, acceleration, m/s^2, at its beginning; jerk, m/s^3.
+// Table of phases: duration, s; position on the path, m; speed, m/s, acceleration, m/s^2, at its beginning; jerk,
+// m/s^3.
 struct Phases {
     static constexpr int PHASE = 5, TIME = 0, PLACE = 1, SPEED = 2, ALONG = 3, JERK = 4;
 
@@ -25,7 +26,7 @@ struct Phases {
     inline void add_ramp(double s, double begin, double end, double acceleration, double jerk);
 };
 
-// Append a phase, or let the last one go on at the same speed.
+// Append a phase, or extend the last one at the same speed.
 inline void Phases::add(double time, double s, double v, double a, double jerk) {
     if (time <= 0.0) return;
     double* phase = rows + count * PHASE;

@@ -1,4 +1,4 @@
-// Curves that follow polygons: see cdpr.trajectory.polygon_splines. SPDX-License-Identifier: Apache-2.0
+// Smooth curves along polygons: see cdpr.trajectory.polygon_splines. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -6,19 +6,19 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Polynomials of splines along polygons, whose vertices follow each other in the arrays.
+// Polynomials of splines along polygons, whose vertices are consecutive in the arrays.
 struct PolygonSplines {
     const double* points;     // (m, 3), m, vertices of all
-    const double* turn;       // (m), by how much the direction changes, as the norm of the difference of unit vectors
+    const double* turn;       // (m), change of direction, as the norm of the difference of unit vectors
     const double* tolerance;  // (m), m, of the chord after each
-    const double* missing;    // (m), m, by how much each may be missed
+    const double* missing;    // (m), m, largest distance of the curve from each vertex
     const int64_t* parted;    // (m), whether a piece has to end there
     const int64_t* runs;      // (r + 1), first vertex of each polygon, and m
-    double* way;              // (m), m, length of the chord before each; becomes that of the polygon up to there
-    double* wanted;           // (m), m, how wide each corner is to be for the speed; 0 at ends; changed
-    double* allowed;          // (m), m, likewise, how wide it may be; changed
-    double* pieces;    // (7 m, 16): begin and end, m; place, first and second derivative there; second derivative
-                       // at the end; a chord that it follows, within its polygon; length of its span, m
+    double* way;              // (m), m, length of the chord before each; replaced by the polygon's length up to there
+    double* wanted;           // (m), m, desired size of each corner for the speed; 0 at ends; changed
+    double* allowed;          // (m), m, largest size of each corner; changed
+    double* pieces;    // (7 m, 16): begin and end, m; position, first and second derivative there; second derivative
+                       // at the end; nearest chord within its polygon; length of its span, m
     int64_t* rows;     // (r + 1), first piece of each polygon, and their number; some may have none
     double* factor;    // (m), work space
     double* knots;     // (6 longest), work space
@@ -34,7 +34,7 @@ struct PolygonSplines {
 
 constexpr int SPLINE_PIECE = 16;
 
-// Write the part of a span from x to y, which begins at a place of the polygon.
+// Write the part of a span from x to y, which begins at a position of the polygon.
 inline void write_piece(const Span& span, double place, double begin, double end, int64_t chord, double* piece) {
     const double x = begin - place, y = end - place;
     piece[0] = begin;
@@ -51,7 +51,7 @@ inline void write_piece(const Span& span, double place, double begin, double end
     piece[15] = span.length;
 }
 
-// Write the pieces of a spline, span by span, divided where they have to end; return how many there are.
+// Write the pieces of a spline, span by span, split at required ends; return their number.
 inline int64_t write_pieces(const Polyline& polygon, const int64_t* parted, const Knots& knots, ControlPoints controls,
                             double* pieces) {
     const double* way = polygon.way;

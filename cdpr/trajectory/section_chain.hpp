@@ -1,4 +1,4 @@
-// Chain of sections of a path, which is passed without a stop. SPDX-License-Identifier: Apache-2.0
+// Chain of sections of a path without a stop. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/trajectory/least_tree.hpp>
@@ -6,7 +6,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Change of speed, and the acceleration and jerk that all sections which it touches allow.
+// Change of speed, with the limits of acceleration and jerk of all its sections.
 struct SpeedChange {
     double way, acceleration, jerk;  // m, m/s^2, m/s^3
 };
@@ -15,7 +15,7 @@ struct SectionChain {
     const double* starts;         // (count + 1), m
     const double* accelerations;  // (count), m/s^2
     LeastTree caps;               // m/s
-    LeastTree jerks;              // m/s^3; both limits are least in the same section
+    LeastTree jerks;              // m/s^3; both limits are smallest in the same section
 
     CDPR_INLINE SpeedChange change(double slow, double fast, int64_t near, int64_t far) const {
         const int64_t strictest = jerks.least(near, far);
@@ -23,7 +23,7 @@ struct SectionChain {
         return {ramp_way(slow, fast, acceleration, jerk), acceleration, jerk};
     }
 
-    // Index of the last section from `low` to `high` that begins before a place.
+    // Return the index of the last section from `low` to `high` that begins before a position.
     CDPR_INLINE int64_t last_before(double place, int64_t low, int64_t high) const {
         while (low < high) {
             const int64_t middle = (low + high + 1) / 2;
@@ -35,7 +35,7 @@ struct SectionChain {
         return low;
     }
 
-    // Index of the first section from `low` to `high` that ends behind a place.
+    // Return the index of the first section from `low` to `high` that ends after a position.
     CDPR_INLINE int64_t first_behind(double place, int64_t low, int64_t high) const {
         while (low < high) {
             const int64_t middle = (low + high) / 2;
@@ -51,7 +51,7 @@ struct SectionChain {
     inline SpeedChange change_before(double place, double slow, double fast, int64_t first, int64_t last) const;
 };
 
-// Change of speed that begins at a place, where section `first` does.
+// Return the change of speed that begins at a position, the start of section `first`.
 inline SpeedChange SectionChain::change_after(double place, double slow, double fast, int64_t first,
                                               int64_t last) const {
     for (int64_t far = first;;) {
@@ -61,7 +61,7 @@ inline SpeedChange SectionChain::change_after(double place, double slow, double 
     }
 }
 
-// Change of speed that ends at a place, where section `last` does.
+// Return the change of speed that ends at a position, the end of section `last`.
 inline SpeedChange SectionChain::change_before(double place, double slow, double fast, int64_t first,
                                                int64_t last) const {
     for (int64_t near = last;;) {

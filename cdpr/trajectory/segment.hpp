@@ -8,11 +8,11 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Row of a table of segments: start, s; duration, s; quintics of position, m, and of the rotation vector, rad; attitude
-// at the beginning.
+// Row of a table of segments: start, s; duration, s; quintics of position, m, and of the rotation vector, rad; initial
+// attitude.
 struct Segment {
     static constexpr int NUMBERS = 42, START = 0, DURATION = 1, POSITION = 2, ROTATION = 20, ATTITUDE = 38;
-    static constexpr int COEFFICIENTS = 6;  // of a quintic, lowest power first, by the share of the duration
+    static constexpr int COEFFICIENTS = 6;  // of a quintic in the share of the duration, lowest power first
 };
 
 // Sample of a motion, world axes: position, m; quaternion; velocity, m/s; angular velocity, rad/s; acceleration, m/s^2;
@@ -21,15 +21,15 @@ struct MotionSample {
     static constexpr int NUMBERS = 19, ATTITUDE = 3, VELOCITY = 7, SPIN = 10, ACCELERATION = 13, SPIN_RATE = 16;
 };
 
-// Slack, s, of the decision that a segment has ended: times are k * step, ends are sums, and both are rounded.
+// Tolerance, s, of the end of a segment: times are k * step, ends are sums, and both are rounded.
 constexpr double END_SLACK = 1e-9;
 
-// Three quintics of a share of the duration, and their derivatives by time.
+// Three quintics at a share of the duration, and their time derivatives.
 struct Quintics {
     Vector<double> value, rate, second;
 };
 
-// Value and derivatives by the share of a quintic, coefficients lowest power first.
+// Value and derivatives of a quintic with respect to the share, coefficients lowest power first.
 CDPR_INLINE void evaluate(const double* c, double s, double& value, double& rate, double& second) {
     value = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))));
     rate = c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])));
@@ -66,7 +66,7 @@ inline void sample_segment(const double* segment, double time, double* desired) 
     store(rotate(q, rates.alpha), desired + MotionSample::SPIN_RATE);
 }
 
-// Last of `count` segments that has begun, or the first one.
+// Return the last of `count` segments that has begun, or the first one.
 inline const double* segment_at(const double* segments, int64_t count, double time) {
     int64_t low = 0, high = count - 1;
     while (low < high) {

@@ -6,7 +6,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A polygon, or polyline, of last + 1 vertices.
+// Polygonal line with last + 1 vertices.
 struct Polyline {
     const double* points;  // (last + 1, 3), m
     const double* way;     // (last + 1), m, its length up to each vertex
@@ -17,7 +17,7 @@ struct Polyline {
     CDPR_INLINE double step(int64_t k, int axis) const { return points[3 * (k + 1) + axis] - points[3 * k + axis]; }
 };
 
-// Control points (spans + 3, 7): where each is, m; its place along the polygon, m; where the polygon is there, m.
+// Control points (spans + 3, 7): position, m; position along the polygon, m; point of the polygon there, m.
 struct ControlPoints {
     static constexpr int NUMBERS = 7, PLACE = 3, POLYGON = 4;
 
@@ -26,13 +26,13 @@ struct ControlPoints {
     CDPR_INLINE double* operator[](int64_t i) const { return rows + NUMBERS * i; }
     CDPR_INLINE double place(int64_t i) const { return rows[NUMBERS * i + PLACE]; }
 
-    // Return whether one lies off the polygon.
+    // Return whether a control point is off the polygon.
     CDPR_INLINE bool moved(int64_t i) const {
         const double* row = rows + NUMBERS * i;
         return row[0] != row[POLYGON] || row[1] != row[POLYGON + 1] || row[2] != row[POLYGON + 2];
     }
 
-    // Second derivative, 1/m, of a parabola through the polygon at one and both beside it.
+    // Return the second derivative, 1/m, of a parabola through the polygon at a control point and its two neighbours.
     CDPR_INLINE Vector<double> curvature(int64_t i) const {
         const double *here = (*this)[i] + POLYGON, *next = here + NUMBERS, *prior = here - NUMBERS;
         const double before = place(i) - place(i - 1), after = place(i + 1) - place(i);
@@ -60,7 +60,8 @@ inline void place_on_polygon(const Polyline& polygon, const Knots& knots, Contro
     }
 }
 
-// Least curvature of the polygon, 1/m, at a control point and both beside it; 0 where it does not turn likewise there.
+// Return the smallest curvature of the polygon, 1/m, at a control point and its neighbours; 0 if its direction changes
+// there.
 CDPR_INLINE double common_curvature(const ControlPoints& controls, int64_t i, int64_t last, Vector<double> curvature) {
     double least = length(curvature);
     const int64_t beside[] = {i > 1 ? i - 1 : 1, i < last ? i + 1 : last};
@@ -71,9 +72,9 @@ CDPR_INLINE double common_curvature(const ControlPoints& controls, int64_t i, in
     return least;
 }
 
-// Write the control points. Points of the polygon alone would make arcs smaller, by a sixth of a span squared over the
-// radius. Where the polygon turns likewise before and behind them they are moved outward, as for a parabola of the
-// least of these curvatures.
+// Write the control points. Points on the polygon would make arcs smaller, by a sixth of a span squared over the
+// radius. If the polygon turns equally before and after them, they are moved outward, as for a parabola of the smallest
+// of these curvatures.
 inline void place_controls(const Polyline& polygon, const Knots& knots, ControlPoints controls) {
     place_on_polygon(polygon, knots, controls);
     const int64_t last = knots.spans + 1;
@@ -89,7 +90,7 @@ inline void place_controls(const Polyline& polygon, const Knots& knots, ControlP
     }
 }
 
-// A span: per coordinate its place, slope, and second derivative at both ends.
+// Span: for each coordinate its value, slope, and second derivative at both ends.
 struct Span {
     double length;  // m
     double c[3][4];
@@ -99,7 +100,7 @@ struct Span {
         return p[0] + x * (p[1] + x * (0.5 * p[2] + x * (p[3] - p[2]) / (6.0 * length)));
     }
 
-    // Largest norm of the second derivative, 1/m: it is linear.
+    // Return the largest norm of the second derivative, 1/m: it is linear.
     CDPR_INLINE double bend() const {
         double found = 0.0;
         for (int end = 2; end < 4; end++)
@@ -107,7 +108,7 @@ struct Span {
         return found;
     }
 
-    // Distance, m, at x from the polygon's place at a share of chord k.
+    // Return the distance, m, at x from the point of the polygon at a share of chord k.
     CDPR_INLINE double missed(double x, const Polyline& polygon, int64_t k, double share) const {
         double square = 0.0;
         for (int axis = 0; axis < 3; axis++) {

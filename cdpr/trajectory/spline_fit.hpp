@@ -5,35 +5,35 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Places of each span, at whose ends its distance from the polygon is computed; between two it exceeds that of both
-// ends by at most an eighth of the second derivative times their distance squared.
+// Points of each span at which its distance from the polygon is computed; between two it exceeds that of both ends by
+// at most an eighth of the second derivative times their squared distance.
 constexpr int CHECKED_PLACES = 8;
 
-// Sizes shrink by one of these factors where the curve misses its polygon by more than FAR_OFF tolerances, or less.
+// Sizes shrink by one of these factors if the curve misses its polygon by more than FAR_OFF tolerances, or less.
 constexpr double FAR_OFF = 4.0, SHRINK_MUCH = 0.5, SHRINK_LITTLE = 0.9;
-constexpr int FIT_ROUNDS = 60;  // of them; then each vertex is rounded alone, within halves of its chords
+constexpr int FIT_ROUNDS = 60;  // rounds; then each vertex is rounded alone, within halves of its chords
 
-constexpr double WIDE_TURN = 0.2;  // rad, by which a span that is wider than chords may turn: beyond, bounds are looser
+constexpr double WIDE_TURN = 0.2;  // rad, largest rotation of a span wider than chords: beyond, bounds are looser
 
-// A single corner of size h, rounded from h before it to h behind, is missed by h / CORNER_MISSES times its turn;
-// MISSES of cdpr.trajectory.worth.
+// A single corner of size h, rounded from h before it to h behind, is missed by h / CORNER_MISSES times its change of
+// direction; MISSES of cdpr.trajectory.worth.
 constexpr double CORNER_MISSES = 6.0;
 
 constexpr double ALONE_SIZE =
     0.8;  // of the size of a single corner at its tolerance, so that merged knots keep it, too
 
-// Numbers of a polygon's vertices.
+// Data of a polygon's vertices.
 struct SplineCorners {
-    const double* turn;       // by how much the direction changes, as the norm of the difference of unit vectors
-    const double* wanted;     // m, how wide to be for the speed
+    const double* turn;       // change of direction, as the norm of the difference of unit vectors
+    const double* wanted;     // m, desired size for the speed
     const double* tolerance;  // m, of the chord after each
-    const double* missing;    // m, by how much each may be missed
+    const double* missing;    // m, largest distance of the curve from each
     double* size;             // m
-    double* factor;           // by which sizes are to be multiplied
+    double* factor;           // factors for the sizes
 };
 
-// Largest distance of a span from its polygon, in tolerances, with that between places; k, the chord where the span
-// begins, becomes the one where it ends.
+// Return the largest distance of a span from its polygon, in tolerances, including points in between; k, the chord at
+// the span's start, becomes the chord at its end.
 inline double worst_miss(const Polyline& polygon, const double* tolerance, const Span& span, double begin, double bend,
                          int64_t& k) {
     const double part = span.length / CHECKED_PLACES;
@@ -52,7 +52,7 @@ inline double worst_miss(const Polyline& polygon, const double* tolerance, const
     return worst;
 }
 
-// Let the sizes of the nearest vertices that influence span j shrink; chord k is near it.
+// Shrink the sizes of the nearest vertices that influence span j; chord k is near it.
 inline void shrink(const Polyline& polygon, const Knots& knots, double* factor, int64_t j, int64_t k, double by) {
     const double* way = polygon.way;
     int64_t low = k, high = k, reach = 1;
@@ -96,8 +96,8 @@ inline void separate(const Polyline& polygon, const SplineCorners& corners) {
     }
 }
 
-// Find knots and control points; return the number of spans. None where chords are so short that corners cannot be
-// rounded each within its own.
+// Find knots and control points; return the number of spans: none if chords are so short that corners cannot be rounded
+// separately.
 inline Knots fit(const Polyline& polygon, const SplineCorners& corners, double* places, ControlPoints controls) {
     const double whole = polygon.way[polygon.last] - polygon.way[0];
     double* size = corners.size;

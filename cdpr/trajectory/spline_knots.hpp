@@ -1,27 +1,27 @@
-// Knots of a spline along a polygon, as far apart as the sizes of its corners. SPDX-License-Identifier: Apache-2.0
+// Knots of a spline along a polygon, at distances of the sizes of its corners. SPDX-License-Identifier: Apache-2.0
 //
-// Vertices are 0 to `last`; way (last + 1) is the length of the polygon up to each, m; size (last + 1), m, is how far
-// from a vertex the spline begins to round it.
+// Vertices are 0 to `last`; way (last + 1) is the length of the polygon up to each, m; size (last + 1), m, is the
+// distance from a vertex at which the spline begins to round it.
 #pragma once
 
 #include <cdpr/number.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Knots on both sides of vertices that are nearer to each other, or to the next vertex, than this share of its size
-// become one, or none.
+// Knots on both sides of a vertex merge into one, or none, if vertices are nearer to each other than this share of its
+// size.
 constexpr double NEAR_SIZE = 0.5;
 
 constexpr double KNOT_GAP =
-    1e-6;  // m, between knots: from points so near, second derivatives are still precise to 1e-4 / m
+    1e-6;  // m, between knots: at this distance, second derivatives are still precise to 1e-4 / m
 
-// A vertex of a size that is at most so many times the longer chord beside it is a knot: with fewer knots than
-// vertices, but not many fewer, the curvature would go up and down.
+// A vertex is a knot if its size is at most this multiple of its longer chord: with slightly fewer knots than vertices
+// the curvature would oscillate.
 constexpr double OWN_SIZE = 1.5;
 
-constexpr double SIZE_SLOPE = 0.1;  // by which sizes change along the polygon, at most
+constexpr double SIZE_SLOPE = 0.1;  // largest change of sizes along the polygon
 
-// Places on a polygon; before the first and behind the last one they coincide.
+// Positions on a polygon; those before the first and after the last one coincide.
 struct Knots {
     double* places;
     int64_t spans;
@@ -31,26 +31,26 @@ struct Knots {
     CDPR_INLINE void add(double place) { places[++spans] = place; }
 };
 
-// Let sizes of vertices differ by no more than a share of their distance: reduce the larger ones.
+// Limit the difference of the vertices' sizes to a share of their distance: reduce the larger ones.
 inline void grade(const double* way, double* size, int64_t last) {
     for (int64_t k = 1; k <= last; k++) size[k] = smaller(size[k], size[k - 1] + SIZE_SLOPE * (way[k] - way[k - 1]));
     for (int64_t k = last - 1; k >= 0; k--)
         size[k] = smaller(size[k], size[k + 1] + SIZE_SLOPE * (way[k + 1] - way[k]));
 }
 
-// Do that by enlarging the smaller ones.
+// Do the same by enlarging the smaller ones.
 inline void widen(const double* way, double* size, int64_t last) {
     for (int64_t k = 1; k <= last; k++) size[k] = larger(size[k], size[k - 1] - SIZE_SLOPE * (way[k] - way[k - 1]));
     for (int64_t k = last - 1; k >= 0; k--) size[k] = larger(size[k], size[k + 1] - SIZE_SLOPE * (way[k + 1] - way[k]));
 }
 
-// Number of spans for a sum of chords in sizes: 1 to `most`.
+// Return the number of spans for a sum of chords in sizes: 1 to `most`.
 CDPR_INLINE int64_t span_count(double total, int64_t most) {
     return int64_t(smaller(larger(1.0, total + 0.5), double(most)));
 }
 
-// Append a knot at `end`, and before it as many as sizes require, evenly by the sizes. They are sought from vertex
-// `first` on.
+// Append a knot at `end`, and before it the number of knots that the sizes require, evenly in sizes. The search begins
+// at vertex `first`.
 inline void fill(const double* way, const double* size, int64_t first, int64_t last, Knots& knots, double end) {
     const double begin = knots.end();
     int64_t k = first;
@@ -80,7 +80,7 @@ inline void fill(const double* way, const double* size, int64_t first, int64_t l
     knots.add(end);
 }
 
-// State of the placement: knots since vertex `filled` may have been skipped, to be filled in.
+// State of the placement: knots since vertex `filled` may have been skipped, and are then added later.
 struct KnotPlacement {
     const double* way;
     const double* size;
@@ -100,9 +100,8 @@ struct KnotPlacement {
     }
 };
 
-// Place the knots of chord k. A vertex has a knot of its own, and one on both sides as far as its size, where that is
-// no more than a chord beside it. Between these, where sizes are more than chords, knots do not heed vertices, and are
-// as far apart as sizes.
+// Place the knots of chord k. A vertex has its own knot, and one on both sides at its size, if that is no more than a
+// chord. Between these, with sizes larger than chords, knots are independent of vertices, at distances of sizes.
 inline void KnotPlacement::place(int64_t k) {
     const double begin = way[k], end = way[k + 1], before = size[k], after = size[k + 1];
     const bool own = k == 0 || before <= OWN_SIZE * larger(end - begin, begin - way[k - 1]);

@@ -6,7 +6,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Sample of a motion, which rests before its first segment and after its last.
+// Sample of a motion, at rest before its first segment and after its last.
 struct DesiredMotion {
     const double* segments;  // (k, 42), k >= 1, by their start
     double* desired;         // (19)
@@ -19,12 +19,12 @@ inline int desired_motion(DesiredMotion& motion, double time) {
     return 0;
 }
 
-// The same, slowed down to rest along its path. The motion is that of a time whose pace is 1 - 3 s^2 + 2 s^3, s the
-// share of the duration: it and its first derivative, and so velocity and acceleration, are continuous.
+// The same motion, slowed down to rest along its path. Its time runs at the rate 1 - 3 s^2 + 2 s^3, with s the share of
+// the duration: this and its first derivative, and so velocity and acceleration, are continuous.
 struct StoppingMotion {
     DesiredMotion motion;
     double begin;     // s
-    double duration;  // s, in which it comes to rest
+    double duration;  // s, until rest
     static constexpr auto fields = extended(DesiredMotion::fields, "begin, duration");
 };
 
@@ -44,7 +44,7 @@ inline int stopping_motion(StoppingMotion& stop, double time) {
     return 0;
 }
 
-// Samples of segments, each at a time of its own.
+// Samples of segments, each at its own time.
 struct SegmentSamples {
     const double* segments;  // (n, 42)
     const int64_t* which;    // (k), rows of segments

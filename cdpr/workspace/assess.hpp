@@ -11,23 +11,23 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Answers about a pose: it has a value; W lacks rank, so the cables exert nothing in some direction; numbers are not
-// finite, such as where an anchor lies on the other one of its cable.
+// Results for a pose: it has a value; W is rank-deficient, so the cables exert nothing in some direction; numbers are
+// not finite, for example if both anchors of a cable coincide.
 enum PoseStatus { REGULAR, LACKS_RANK, NO_NUMBERS };
 
-// Question about all poses.
+// Data of all poses.
 template <class T> struct PoseQuestion {
     const T* lines;         // (m, w), as of geometry.hpp
     const T* tension_min;   // (m), N
     const T* tension_max;   // (m), N
     const int64_t* rows;    // (n), degrees of freedom: rows of a wrench, 0 to 5
-    const T* weights;       // (n), 1, and of moments 1 / characteristic length, 1/m
+    const T* weights;       // (n), 1 for forces, 1 / characteristic length, 1/m, for moments
     const T* inertial;      // (13), as of `Robot.inertial`
     const T* gravity;       // (3), m/s^2, world
     const T* vectors;       // (k, 6), of the required set: N and N m, or m/s^2 and rad/s^2
     int64_t mode;           // Mode
     int64_t form;           // Required
-    int64_t accelerations;  // whether the vectors are such
+    int64_t accelerations;  // whether the vectors are accelerations
     int64_t n;
     int64_t m;
     int64_t w;
@@ -43,7 +43,7 @@ template <class T> CDPR_INLINE bool sound(const PoseQuestion<T>& asked) {
     return found;
 }
 
-// Memory that is given out piece by piece.
+// Memory for successive arrays.
 template <class T> struct Memory {
     T* next;
 
@@ -54,17 +54,17 @@ template <class T> struct Memory {
     }
 };
 
-// Work space for one pose, or for eight in lanes, and what is found.
+// Work space for one pose, or for eight in lanes, and the results.
 template <class T> struct PoseSpace {
     static constexpr char SIZE[] =
-        "3*n*n + 3*n*m + n*k + m*k + 2*m*m + 10*n + 12*m + 2";  // numbers that `pose_space` gives out
+        "3*n*n + 3*n*m + n*k + m*k + 2*m*m + 10*n + 12*m + 2";  // numbers that `pose_space` allocates
 
     T *matrix, *wrench, *load, *required;  // (n, m), (n), (n), (k, n)
     T *basis, *box, *factors;              // of null_space.hpp
     T *gram, *Y, *G, *Z, *off, *half;      // of redundancy_two.hpp
     T *A, *x, *p, *c;                      // of facets.hpp
-    T* best;                               // (n), direction in which the margin is least, a unit vector; else NaN
-    T* value;                              // (2), value, and the largest number of which it is a difference
+    T* best;                               // (n), direction with the smallest margin, a unit vector; else NaN
+    T* value;                              // (2), value, and the largest term of its difference
 };
 
 template <class T> CDPR_INLINE PoseSpace<T> pose_space(T* memory, int64_t n, int64_t m, int64_t k) {
@@ -98,7 +98,7 @@ CDPR_INLINE TensionProblem<T> tension_problem(const PoseQuestion<T>& asked, cons
             space.basis,  space.box,    space.factors,     asked.n,           asked.m};
 }
 
-// Write W, the wrench that carries the weight at rest, and the vectors of the required set in the pose's attitude.
+// Write W, the wrench of the weight at rest, and the vectors of the required set in the pose's attitude.
 template <class T> inline void set_up(const PoseQuestion<T>& asked, const T* pose, const PoseSpace<T>& space) {
     const Vector<T> position = vector(pose), none = {0.0, 0.0, 0.0};
     const Quaternion<T> attitude = quaternion(pose + 3);
@@ -145,7 +145,7 @@ template <class T> CDPR_INLINE TwoMore<T> two_more(const PoseQuestion<T>& asked,
             space.best};
 }
 
-// Write the value where there are two cables more than directions; return whether there is one.
+// Write the value for two redundant cables; return whether there is one.
 template <class T> CDPR_INLINE Truth<T> value_of_two(const PoseQuestion<T>& asked, const PoseSpace<T>& space) {
     if (asked.mode != CLOSURE) return margin_of_two(two_more(asked, space), space.value);
     space.value[0] = closure_of_two<T>({space.basis, asked.m}, asked.m);
@@ -171,7 +171,7 @@ inline bool project_free(const PoseQuestion<double>& asked, const PoseSpace<doub
     return true;
 }
 
-// Write the value of one pose among all facets; return whether there is one.
+// Write the value of one pose from all facets; return whether there is one.
 inline bool value_of_facets(const PoseQuestion<double>& asked, const PoseSpace<double>& space, int64_t* cables,
                             int64_t count, int64_t r) {
     const int64_t n = asked.n, m = asked.m, *free = cables;
@@ -204,8 +204,8 @@ inline bool value_of_facets(const PoseQuestion<double>& asked, const PoseSpace<d
     return true;
 }
 
-// Write value, scale and direction of one pose (7), and into `cables` (n + m) those whose tension is not given by their
-// limits.
+// Write value, scale and direction of one pose (7), and into `cables` (n + m) those with tensions that their limits do
+// not determine.
 inline PoseStatus assess_pose(const PoseQuestion<double>& asked, const double* pose, const PoseSpace<double>& space,
                               int64_t* cables) {
     const int64_t n = asked.n, m = asked.m;

@@ -1,7 +1,7 @@
 // Wrenches that the cables of a robot can exert at many poses. SPDX-License-Identifier: Apache-2.0
 //
-// With two cables more than directions, eight poses at a time in lanes; each gets the bits that it gets alone, and
-// those whose W lacks rank are answered alone.
+// With two redundant cables, eight poses are evaluated at a time in lanes, each with the bits of a single one;
+// rank-deficient poses are evaluated alone.
 #pragma once
 
 #include <cdpr/lanes.hpp>
@@ -13,10 +13,10 @@ struct Assess {
     PoseQuestion<double> asked;
     const double* poses;    // (K, 7): position, m, and unit quaternion
     double* value;          // (K): margin, N; closure; or payload, kg
-    double* scale;          // (K), of the value: times MARGIN_ROUNDING, what round-off may change
-    double* direction;      // (K, n), unit, in which the margin is least; else NaN
+    double* scale;          // (K), of the value: times MARGIN_ROUNDING, its round-off
+    double* direction;      // (K, n), unit vector of the smallest margin; else NaN
     int64_t* status;        // (K), PoseStatus
-    int64_t* limit;         // (K), of the direction the largest entry, twice its number, 1 more if negative; or -1
+    int64_t* limit;         // (K), largest entry of the direction: twice its number, 1 more if negative; or -1
     double* space;          // work space for one pose
     int64_t* cables;        // (n + m), work space
     Lanes* eight;           // work space for eight poses
@@ -35,7 +35,7 @@ struct Assess {
     inline void assess_together(int64_t first, const PoseQuestion<Lanes>& question, const PoseSpace<Lanes>& found);
 };
 
-// Return twice the number of the largest entry, and 1 more where that is negative; -1 where an entry is not finite.
+// Return twice the number of the largest entry, and 1 more if that is negative; -1 if an entry is not finite.
 CDPR_INLINE int64_t widest(const double* direction, int64_t n) {
     int64_t found = -1;
     double size = -1.0;
@@ -48,7 +48,7 @@ CDPR_INLINE int64_t widest(const double* direction, int64_t n) {
     return found;
 }
 
-// Return whether most poses can be answered in lanes.
+// Return whether most poses can be evaluated in lanes.
 inline bool Assess::serves_lanes() const {
     bool free = true;
     for (int64_t i = 0; i < asked.m; i++) free = free && asked.tension_min[i] < asked.tension_max[i];
@@ -83,7 +83,7 @@ inline void Assess::assess_alone(int64_t number) {
     limit[number] = widest(direction + number * n, n);
 }
 
-// Answer eight poses, from number `first` on.
+// Evaluate eight poses, from number `first` on.
 inline void Assess::assess_together(int64_t first, const PoseQuestion<Lanes>& question, const PoseSpace<Lanes>& found) {
     const int64_t n = asked.n;
     Lanes pose[7];
@@ -108,7 +108,7 @@ inline void Assess::assess_together(int64_t first, const PoseQuestion<Lanes>& qu
     }
 }
 
-// Answer all poses; return BAD_INPUT where lines lack an anchor, or a row is none of a wrench.
+// Evaluate all poses; return BAD_INPUT if lines lack an anchor, or a row is invalid.
 inline int assess(Assess& poses) {
     if (!sound(poses.asked)) return BAD_INPUT;
     int64_t next = 0;

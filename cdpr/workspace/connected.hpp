@@ -1,7 +1,7 @@
-// Number of pieces that the cells inside a workspace form, cells in order. SPDX-License-Identifier: Apache-2.0
+// Number of connected components of the cells inside a workspace, cells in order. SPDX-License-Identifier: Apache-2.0
 //
-// Union and find over labels, of which only those of the last layer are kept (Hoshen and Kopelman, Phys. Rev. B 14,
-// 1976). A layer has rows * columns cells.
+// Union-find over labels; only those of the last layer are stored (Hoshen and Kopelman, Phys. Rev. B 14, 1976). A layer
+// has rows * columns cells.
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -9,11 +9,11 @@
 namespace cdpr::CDPR_TARGET {
 
 struct ConnectedCells {
-    const int64_t* inside;  // (count), 0 of a cell outside
-    int64_t* above;         // (size), the last label in each place of a layer, -1 outside
-    int64_t* parent;        // (2 size), of each label; itself of a root
+    const int64_t* inside;  // (count), 0 for a cell outside
+    int64_t* above;         // (size), the last label in each position of a layer, -1 outside
+    int64_t* parent;        // (2 size), of each label; itself for a root
     int64_t* fresh;         // (2 size), work space
-    int64_t* state;         // (2): labels that are in use, pieces so far
+    int64_t* state;         // (2): labels in use, components so far
     int64_t first;          // number of the first cell
     int64_t columns;        // of a layer
     int64_t count;
@@ -30,7 +30,7 @@ struct ConnectedCells {
     inline int64_t join(int64_t mine, int64_t other);
 };
 
-// Return the root of a label, and shorten the way there.
+// Return the root of a label, and compress the path to it.
 inline int64_t ConnectedCells::root(int64_t label) const {
     while (parent[label] != label) {
         parent[label] = parent[parent[label]];
@@ -39,7 +39,7 @@ inline int64_t ConnectedCells::root(int64_t label) const {
     return label;
 }
 
-// Number the labels of a layer from 0 on, and forget all others.
+// Renumber the labels of a layer from 0, and discard all others.
 inline void ConnectedCells::renumber() {
     for (int64_t k = 0; k < labels(); k++) fresh[k] = -1;
     int64_t next = 0;
@@ -53,7 +53,7 @@ inline void ConnectedCells::renumber() {
     labels() = next;
 }
 
-// Return the label of a cell, -1 if it has none yet, and of a neighbour, -1 if that is outside, as one piece.
+// Merge the label of a cell, -1 if it has none yet, with that of a neighbour, -1 if that is outside; return the result.
 inline int64_t ConnectedCells::join(int64_t mine, int64_t other) {
     if (other < 0) return mine;
     other = root(other);

@@ -1,16 +1,17 @@
 // Enclosures of numbers that depend on the position in a box. SPDX-License-Identifier: Apache-2.0
 //
-// Taylor models of first order: anywhere in a box with half sides h, where the platform is d away from the middle, the
-// number is c + x d_x / h_x + y d_y / h_y + z d_z / h_z, within r. What is of second order, and what arithmetic rounds
-// off, is in r, so that what follows from a model is proved (Makino and Berz, Int. J. Pure Appl. Math. 4, 2003). The
-// proofs rely on the order of each operation.
+// Taylor models of first order: anywhere in a box with half sides h, with the platform at a distance d from the middle,
+// the number is c + x d_x / h_x + y d_y / h_y + z d_z / h_z, within r. Second-order terms and round-off are in r, so
+// that conclusions from a model are proved (Makino and Berz, Int. J. Pure Appl. Math. 4, 2003). The proofs rely on the
+// order of each operation.
 #pragma once
 
 #include <cdpr/vector.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Eight units in the last place: more than a sum of four rounded products errs, as a share of the sum of their sizes.
+// Eight units in the last place: above the error of a sum of four rounded products, as a share of the sum of absolute
+// values.
 constexpr double ROUNDED = 0x1p-50;
 // Below this a product may have lost all its digits.
 constexpr double LOST = 1e-290;
@@ -18,10 +19,10 @@ constexpr double LOST = 1e-290;
 struct Model {
     double c, x, y, z, r;
 
-    // By how much the number changes to first order from the middle of the box.
+    // Largest first-order change of the number from the middle of the box.
     CDPR_INLINE double spread() const { return absolute(x) + absolute(y) + absolute(z); }
 
-    // Largest possible size of the number.
+    // Largest absolute value of the number.
     CDPR_INLINE double largest() const { return (absolute(c) + spread() + r) * (1.0 + ROUNDED); }
 };
 
@@ -53,7 +54,7 @@ CDPR_INLINE Model operator*(double s, const Model& a) {
     return {s * a.c, s * a.x, s * a.y, s * a.z, r * (1.0 + ROUNDED)};
 }
 
-// Return 1 / |v - d|, each entry of v known to within `error`; r is infinite where it may be 1 / 0.
+// Return 1 / |v - d|, each entry of v known to within `error`; r is infinite if it may be 1 / 0.
 //
 // The second derivative of 1 / |v| is at most 2 / |v|^3 along any direction.
 inline Model inverse_distance(Vector<double> v, Vector<double> h, double error) {

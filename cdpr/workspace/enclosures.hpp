@@ -1,4 +1,4 @@
-// Arithmetic of enclosures, for many of them. SPDX-License-Identifier: Apache-2.0
+// Operations on many enclosures. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -6,7 +6,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Sums, products, multiples and largest sizes of k pairs of models c, x, y, z, r (enclosure.hpp).
+// Sums, products, multiples and largest absolute values of k pairs of models c, x, y, z, r (enclosure.hpp).
 struct ModelArithmetic {
     const double* first;   // (k, 5)
     const double* second;  // (k, 5)
@@ -36,7 +36,7 @@ struct InverseDistances {
     const double* vector;  // (k, 3), v, m
     const double* half;    // (k, 3), h, m
     const double* error;   // (k), m, of each entry of v
-    double* model;         // (k, 5), r infinite where the distance may be 0
+    double* model;         // (k, 5), r infinite if the distance may be 0
     int64_t k;
     static constexpr char fields[] = "vector(k, 3), half(k, 3), error(k), model(k, 5), k";
 };

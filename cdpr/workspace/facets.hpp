@@ -16,12 +16,12 @@ namespace cdpr::CDPR_TARGET {
 enum Mode { MARGIN, CLOSURE, PAYLOAD };           // of `cdpr.workspace.measure`
 enum Required { ZONOTOPE, ELLIPSOID, VERTICES };  // forms of sets of required wrenches
 
-// A normal, of unit vectors, that is shorter than this is one of linearly dependent columns, or rows of N: these span
-// no facet, or one that others span, too.
+// A normal, of unit vectors, shorter than this belongs to linearly dependent columns, or rows of N: these span no
+// facet, or one that others span, too.
 constexpr double DEPENDENT = 1e-11;
 
-// Share of the largest number in the difference that is a margin, below which its sign is round-off: the pose counts as
-// on the boundary.
+// Share of the largest term of the margin's difference, below which its sign is round-off: the pose counts as on the
+// boundary.
 constexpr double MARGIN_ROUNDING = 1e-9;
 
 // Write the next `count` of m numbers, ascending, after those in `index`; return whether there are any.
@@ -40,8 +40,8 @@ CDPR_INLINE void exchange(double& a, double& b) {
     b = kept;
 }
 
-// Write a unit vector x (k + 1) with A[:k] x = 0 by elimination with complete pivoting; return false where there are
-// several. A (>= k + 1, >= k + 1) is lost; its row k holds which unknown is in which column.
+// Write a unit vector x (k + 1) with A[:k] x = 0 by elimination with complete pivoting; return false if there are
+// several. A (>= k + 1, >= k + 1) is overwritten; its row k holds the unknown of each column.
 inline bool eliminate(Matrix<double> A, int64_t k, double* x) {
     for (int64_t j = 0; j <= k; j++) A(k, j) = double(j);
     for (int64_t step = 0; step < k; step++) {
@@ -78,7 +78,7 @@ inline bool eliminate(Matrix<double> A, int64_t k, double* x) {
     return true;
 }
 
-// Do that with rows about as long as 1; of up to two rows x is a cross product.
+// Do the same with rows of length near 1; for up to two rows x is a cross product.
 inline bool orthogonal(Matrix<double> A, int64_t k, double* x) {
     if (k > 2) return eliminate(A, k, x);
     if (k == 0) {
@@ -99,11 +99,11 @@ inline bool orthogonal(Matrix<double> A, int64_t k, double* x) {
     return true;
 }
 
-// How far a required set reaches along a normal, and against it.
+// Extent of a required set along a normal, and against it.
 template <class T> struct Reach {
     T ahead = 0.0, behind = 0.0;
 
-    // Take number k of the set's vectors, s along the normal.
+    // Add number k of the set's vectors, s along the normal.
     CDPR_INLINE void add(int64_t form, int64_t k, T s) {
         if (form == ELLIPSOID) {
             ahead += s * s;
@@ -123,17 +123,17 @@ template <class T> struct Reach {
     }
 };
 
-// Search among all facets of any robot. Pointers are work space but for what is const.
+// Search among all facets of any robot. Pointers to non-const data are work space.
 struct FacetSearch {
     int64_t mode, form, n, m, k, r;
     Matrix<const double> W;         // (n, m)
     Matrix<const double> N;         // (m, r)
     Matrix<const double> required;  // (k, n)
-    const double* center;           // (m), c, a solution for the wrench that carries the weight
+    const double* center;           // (m), c, a solution for the wrench of the weight
     const double* low;              // (m)
     const double* high;             // (m)
     const double* load;             // (n), wrench of 1 kg at the centre of mass
-    const int64_t* free;            // (count), cables whose tension is not given by their limits
+    const int64_t* free;            // (count), cables with tensions that their limits do not determine
     int64_t count;
     int64_t* chosen;         // (n), a subset of those
     Matrix<const double> Y;  // (n, count): c = Y p
@@ -159,8 +159,8 @@ struct FacetSearch {
     inline void run();
 };
 
-// Write the elementary vector of the chosen cables, x, or the normal of their columns, c, and p; return false where
-// they are dependent.
+// Write the elementary vector of the chosen cables, x, or the normal of their columns, c, and p; return false if they
+// are dependent.
 inline bool FacetSearch::find_normal() {
     if (dual()) {
         for (int64_t j = 0; j < r; j++)
@@ -178,7 +178,7 @@ inline bool FacetSearch::find_normal() {
     return true;
 }
 
-// Take a facet, and the opposite one, whose normal was found.
+// Evaluate a facet with a known normal, and the opposite one.
 inline void FacetSearch::take() {
     double base = 0.0, ahead = 0.0, behind = 0.0, size = 0.0, largest = -INFINITE, smallest = INFINITE;
     for (int64_t i = 0; i < entries(); i++) {
@@ -194,7 +194,7 @@ inline void FacetSearch::take() {
         }
     }
     if (mode == CLOSURE) {
-        // Of one sign, p is what a twist does that slackens cables and stretches none (Stiemke's lemma).
+        // If p has one sign, it is the effect of a twist that slackens cables and stretches none (Stiemke's lemma).
         least = smaller(least, smaller(largest, -smallest));
         scale = 1.0;
         return;
@@ -241,7 +241,7 @@ inline void FacetSearch::take_margin(double over, double under, double along, do
     for (int64_t j = 0; j < n; j++) best[j] = (over < under ? c[j] : -c[j]) / length;
 }
 
-// Take all facets; the answer is `least`, of a payload `heaviest`, NaN where the platform itself is too light.
+// Evaluate all facets; the result is `least`, for a payload `heaviest`, NaN if the platform itself is too light.
 inline void FacetSearch::run() {
     for (int64_t i = 0; i < several(); i++) chosen[i] = i;
     do {

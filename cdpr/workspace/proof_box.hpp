@@ -1,4 +1,4 @@
-// Wrench matrix of a box of positions, enclosed; work space of the proofs. SPDX-License-Identifier: Apache-2.0
+// Enclosed wrench matrix of a box of positions; work space of the proofs. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/workspace/assess.hpp>
@@ -12,7 +12,7 @@ struct BoxSpace {
 
     double* columns;       // (m, n, 5), models of the columns of W
     double* parts;         // (6, 5), of one column
-    double* Y;             // (m, n), about W^+
+    double* Y;             // (m, n), approximation of W^+
     double* gram;          // (n, n)
     double* barrier;       // (m + 1, m + 1)
     double *t, *base;      // (m), N
@@ -41,12 +41,12 @@ inline BoxSpace box_space(double* memory, int64_t n, int64_t m) {
     return found;
 }
 
-// A box about a pose that has been assessed.
+// Box about an evaluated pose.
 struct Box {
     PoseQuestion<double> asked;
     PoseSpace<double> at_middle;
     BoxSpace space;
-    const int64_t* free;  // cables whose tension is not given by their limits
+    const int64_t* free;  // cables with tensions that their limits do not determine
     int64_t* chosen;      // (m)
     int64_t count;        // of the free cables
 
@@ -83,7 +83,7 @@ inline void Box::enclose_column(int64_t i, Vector<double> v, Vector<double> b, V
     for (int64_t j = 0; j < n(); j++) store(asked.weights[j] * part(asked.rows[j]), entry(i, j));
 }
 
-// Write models of the columns of W; return whether no anchor on the frame may lie on the platform's.
+// Write models of the columns of W; return whether the anchors of each cable are surely apart.
 inline bool Box::enclose(const double* pose, const double* half, double error) const {
     const Vector<double> p = vector(pose), h = vector(half);
     const Quaternion<double> q = quaternion(pose + 3);

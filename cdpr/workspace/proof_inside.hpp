@@ -1,24 +1,23 @@
-// Proof that the cables hold all wrenches everywhere in a box. SPDX-License-Identifier: Apache-2.0
+// Proof that the cables balance all wrenches everywhere in a box. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/workspace/proof_box.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// W(d) Y may be so far from 1: with more the rest grows beyond use.
+// Largest distance of W(d) Y from 1: beyond, the remainder grows too large.
 constexpr double FAR = 0.5;
-// Tensions are looked for anew once it is known how they change within the box.
+// Tensions are searched again once their changes within the box are known.
 constexpr int ROUNDS = 2;
 
-// Search for tensions far from the limits, in shares of what they change by in the box: the largest s with |t_i -
-// limit|
-// >= s |T_i| of all cables, by a barrier. Damped steps of Newton stay within the constraints of a self-concordant one
-// by themselves (Nesterov and Nemirovskii 1994). Any t is as good for a proof.
+// Search for tensions far from the limits, relative to their changes in the box: the largest s with |t_i - limit| >= s
+// |T_i| for all cables, by a barrier. Damped Newton steps stay within the constraints of a self-concordant barrier
+// (Nesterov and Nemirovskii 1994). The proof is valid for any t.
 struct Centre {
-    // Share of its limits that a cable keeps from them at least, where its tension does not change.
+    // Smallest distance of a cable from its limits, as a share of them, if its tension does not change.
     static constexpr double LEAST = 1e-9;
-    // Steps of the barrier, by how much its weight grows in each, how close to the best it then is, in multiples of
-    // what tensions change by, and from how many of these on there is no need of more.
+    // Steps of the barrier, growth of its weight in each, resulting distance from the optimum, in multiples of the
+    // changes of tensions, and the number of these multiples that is enough.
     static constexpr int STEPS = 24;
     static constexpr double FASTER = 2.5, CLOSE = 0.05, ENOUGH = 2.0;
 
@@ -35,7 +34,7 @@ struct Centre {
     inline void run();
 };
 
-// Begin at the base, and write what each cable changes by.
+// Begin at the base, and write the change of each cable.
 inline void Centre::start() {
     const BoxSpace& space = box.space;
     const double *low = box.low(), *high = box.high();
@@ -66,7 +65,7 @@ inline void Centre::add_barrier(int64_t i) const {
     last[r] += curve * need * need;
 }
 
-// Take a damped step of Newton; return whether to go on.
+// Take a damped Newton step; return whether to continue.
 inline bool Centre::take_step() {
     const BoxSpace& space = box.space;
     for (int64_t j = 0; j <= r; j++) {
@@ -93,7 +92,7 @@ inline void Centre::run() {
         if (!take_step()) return;
 }
 
-// Write Y = W^T (W W^T)^-1 of the cables that are free, zeros for the others; return whether that is possible.
+// Write Y = W^T (W W^T)^-1 of the free cables, zeros for the others; return whether that is possible.
 inline bool invert_free(const Box& box) {
     const int64_t n = box.n(), count = box.count, *free = box.free;
     const Matrix<double> W = box.W(), L = box.L(), Y = box.Y();
@@ -110,7 +109,7 @@ inline bool invert_free(const Box& box) {
     return true;
 }
 
-// Return what |W(d) Y - 1| is at most: of its rows, the largest sum of sizes.
+// Return an upper bound of |W(d) Y - 1|: the largest sum of absolute values in a row.
 inline double distance_from_one(const Box& box) {
     double worst = 0.0;
     for (int64_t j = 0; j < box.n(); j++) {
@@ -138,7 +137,7 @@ inline void write_rates(const Box& box) {
     }
 }
 
-// Return what W(d) t(d) - wrench is at most.
+// Return an upper bound of W(d) t(d) - wrench.
 inline double largest_rest(const Box& box, const double* wrench, double error) {
     double rest = 0.0;
     for (int64_t j = 0; j < box.n(); j++) {
@@ -153,7 +152,7 @@ inline double largest_rest(const Box& box, const double* wrench, double error) {
     return rest;
 }
 
-// Return whether cable i stays within its limits, where y is at most `rest`.
+// Return whether cable i stays within its limits, if y is at most `rest`.
 inline bool stays_within(const Box& box, int64_t i, double rest) {
     const double low = box.low()[i], high = box.high()[i], t = box.space.t[i], *T = box.T()[i];
     double moved = sum(0.0, 0, box.n(), [&](int64_t j) { return absolute(box.Y()(i, j)); });
@@ -163,7 +162,7 @@ inline bool stays_within(const Box& box, int64_t i, double rest) {
     return t - low >= moved && high - t >= moved;
 }
 
-// Return whether t + T d, with what is left balanced by Y y, is within the limits at all d.
+// Return whether t + T d, with the remainder balanced by Y y, is within the limits at all d.
 inline bool holds(const Box& box, const double* wrench, double error, double far) {
     double rest = largest_rest(box, wrench, error);
     if (!(rest < INFINITE)) return false;
@@ -173,7 +172,7 @@ inline bool holds(const Box& box, const double* wrench, double error, double far
     return true;
 }
 
-// Return whether all wrenches (count, n), known to within `error`, are held everywhere in the box.
+// Return whether all wrenches (count, n), known to within `error`, are feasible everywhere in the box.
 inline bool proved_inside(const Box& box, const double* wrenches, int64_t count, double error) {
     const int64_t n = box.n(), r = box.count - n;
     const BoxSpace& space = box.space;

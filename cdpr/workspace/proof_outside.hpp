@@ -5,10 +5,10 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Share of the largest diagonal by which systems that may be singular are damped: what they give is proved afterwards.
+// Share of the largest diagonal by which possibly singular systems are damped: their results are verified afterwards.
 constexpr double PROOF_DAMPING = 1e-12;
 
-// Choose the cables whose columns are nearest to square to c, at most n - 1; return how many.
+// Choose the cables with columns nearest to perpendicular to c, at most n - 1; return their number.
 inline int64_t choose_square(const Box& box) {
     const int64_t n = box.n(), count = box.count;
     const Matrix<double> W = box.W();
@@ -33,7 +33,7 @@ inline int64_t choose_square(const Box& box) {
     return several;
 }
 
-// Write the factor of c c^T + W W^T of the chosen cables; return whether it is not singular.
+// Write the factor of c c^T + W W^T of the chosen cables; return whether it is regular.
 inline bool factorise_chosen(const Box& box, int64_t several) {
     const int64_t n = box.n();
     const double* c = box.at_middle.best;
@@ -49,7 +49,7 @@ inline bool factorise_chosen(const Box& box, int64_t several) {
     return factorise(L, n, 0.0);
 }
 
-// Write G with which c(d) . W_i(d) stays to first order what it is, of the n - 1 cables where it is least.
+// Write G, for which c(d) . W_i(d) is constant to first order for the n - 1 cables with the smallest value.
 inline void follow_facet(const Box& box) {
     const int64_t n = box.n(), several = choose_square(box);
     const double* c = box.at_middle.best;
@@ -68,7 +68,7 @@ inline void follow_facet(const Box& box) {
     }
 }
 
-// Return the number of the wrench that reaches farthest along c.
+// Return the number of the wrench with the largest component along c.
 inline int64_t farthest_wrench(const Box& box, const double* wrenches, int64_t count) {
     const int64_t n = box.n();
     int64_t worst = 0;

@@ -1,13 +1,13 @@
-// Proofs that the cables hold wrenches at each position of a box, or at none. SPDX-License-Identifier: Apache-2.0
+// Proofs that the cables balance wrenches at each position of a box, or at none. SPDX-License-Identifier: Apache-2.0
 //
-// With W(d), the wrench matrix where the platform is d away from the middle of the box, enclosed (enclosure.hpp):
+// With W(d), the wrench matrix at a distance d of the platform from the middle of the box, enclosed (enclosure.hpp):
 //
-// - Inside (proof_inside.hpp): the tensions t(d) = t0 + T d, T = -Y dW t0, err in W(d) t(d) = w by a rest of second
-//   order. With W(d) Y = 1 + E(d), |E| < 1, there is a y with W(d) (t(d) + Y y) = w, no larger than that rest /
-//   (1 - |E|). So a wrench is held wherever t0, |T d| and |Y y| together stay within the limits.
+// - Inside (proof_inside.hpp): the tensions t(d) = t0 + T d, T = -Y dW t0, satisfy W(d) t(d) = w except for a
+//   second-order remainder. With W(d) Y = 1 + E(d), |E| < 1, there is a y with W(d) (t(d) + Y y) = w, no larger than
+//   that remainder / (1 - |E|). So a wrench is feasible if t0, |T d| and |Y y| together stay within the limits.
 // - Outside (proof_outside.hpp): c(d) . w > sum max(c(d) . W_i(d) t_i) of the limits of each t_i (Farkas). c0 is normal
-//   to a facet, of which c(d) = c0 + G d keeps the cables at rest to first order: with a c that is constant each of
-//   them would add its largest tension times what W_i turns.
+//   to a facet, and c(d) = c0 + G d keeps the products with its cables constant to first order: with a constant c each
+//   of them would add its largest tension times the rotation of W_i.
 //
 // The idea is that of Gouttefarde, Daney and Merlet (IEEE T-RO 27(1), 2011), who solve interval linear systems instead.
 #pragma once
@@ -23,13 +23,13 @@ struct ProveBoxes {
     PoseQuestion<double> asked;  // mode MARGIN, cables from points
     const double* poses;         // (count, 7), of the middles
     const double* halves;        // (count, 3), half sides, m
-    const double* wrenches;  // (wrenches, n), all of which must be held; moments divided by the characteristic length
-    const double* errors;    // (2), of lengths, m, and of the wrenches: what rounding has made of what is given
-    int64_t* proved;         // (count), a Proof
-    double* pose_space;      // work space of assess_pose
-    double* box_space;       // work space
-    int64_t* cables;         // (n + m), work space
-    int64_t* chosen;         // (m), work space
+    const double* wrenches;      // (wrenches, n), all required; moments divided by the characteristic length
+    const double* errors;        // (2), round-off of lengths, m, and of the wrenches
+    int64_t* proved;             // (count), a Proof
+    double* pose_space;          // work space of assess_pose
+    double* box_space;           // work space
+    int64_t* cables;             // (n + m), work space
+    int64_t* chosen;             // (m), work space
     int64_t count;
     int64_t wrench_count;
     static constexpr auto fields =
@@ -40,7 +40,7 @@ struct ProveBoxes {
                  "), work cables(n + m), work chosen(m), count, wrench_count");
 };
 
-// Return what is proved of one box.
+// Return the result for one box.
 inline Proof prove_box(const ProveBoxes& boxes, const Box& box, const double* pose, const double* half) {
     if (assess_pose(box.asked, pose, box.at_middle, boxes.cables) != REGULAR) return UNDECIDED;
     if (!box.enclose(pose, half, boxes.errors[0])) return UNDECIDED;

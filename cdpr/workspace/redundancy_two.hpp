@@ -1,4 +1,4 @@
-// Facets of robots with two cables more than directions, as most have. SPDX-License-Identifier: Apache-2.0
+// Facets of robots with two redundant cables, the most common number. SPDX-License-Identifier: Apache-2.0
 //
 // An elementary vector p of W's row space (facets.hpp) is then a cross product of three rows of N (m, 2).
 #pragma once
@@ -7,7 +7,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-constexpr int64_t TWO = 2;  // cables more than directions
+constexpr int64_t TWO = 2;  // redundant cables
 
 // Numbers of a pose, and work space.
 template <class T> struct TwoMore {
@@ -15,15 +15,15 @@ template <class T> struct TwoMore {
     Matrix<const T> W;         // (n, m)
     Matrix<const T> N;         // (m, 2)
     Matrix<const T> required;  // (k, n)
-    const T* center;           // (m), c, a solution for the wrench that carries the weight
+    const T* center;           // (m), c, a solution for the wrench of the weight
     const T* low;              // (m)
     const T* high;             // (m)
     Matrix<T> gram;            // (n, n)
     Matrix<T> Y;               // (n, m), transpose of the pseudo-inverse of W: c = Y p
     Matrix<T> G;               // (m, m), Y^T Y, its upper half
     Matrix<T> Z;               // (k, m), of the required set
-    T* off;                    // (m), of c from the middle of the limits
-    T* half;                   // (m), from there to the limits
+    T* off;                    // (m), of c relative to the middle of the limits
+    T* half;                   // (m), half ranges of the limits
     T* best;                   // (n), unit normal of the nearest facet
 };
 
@@ -59,16 +59,16 @@ template <class T> CDPR_INLINE Truth<T> project(const TwoMore<T>& two) {
     return regular;
 }
 
-// The nearest facet so far: its margin times the length of its normal, the square of that length, the largest number of
-// which that is a difference, 1 or -1 where the normal points to the facet or away, and the three entries of p.
+// Nearest facet so far: its margin times the length of its normal, the square of that length, the largest term of that
+// difference, 1 or -1 if the normal points to the facet or away, and the three entries of p.
 template <class T> struct NearestFacet {
     T margin = INFINITE, square = 1.0, scale = 0.0, sign = 1.0;
     T cable[3] = {0.0, 0.0, 0.0}, entry[3] = {0.0, 0.0, 0.0};
 };
 
-// Write margin, N, and scale into `value` (2), and the normal; return whether there are such. Only the square of the
-// length of c = Y p is computed, from Y^T Y, and its products with the required set, from Z; c itself for the nearest
-// facet only. From the middle of all limits the cables reach as far along c as against it.
+// Write margin, N, and scale into `value` (2), and the normal; return whether these exist. Only the square of the
+// length of c = Y p is computed, from Y^T Y, and its products with the required set, from Z; c itself only for the
+// nearest facet. Relative to the middle of the limits the cables reach equally far along c and against it.
 template <int form, class T> inline Truth<T> margin_of_two(const TwoMore<T>& two, T* value) {
     const Truth<T> regular = project(two);
     if (!any(regular)) return regular;
@@ -94,7 +94,7 @@ template <int form, class T> inline Truth<T> margin_of_two(const TwoMore<T>& two
                 reach.end(form);
                 const T over = -base - reach.ahead, under = base - reach.behind;
                 const T margin = reached + smaller(over, under);
-                // Of margin / sqrt(square), the lesser one is found without roots and quotients.
+                // The smaller margin / sqrt(square) is found without roots and quotients.
                 const T before = nearest.margin * absolute(nearest.margin) * square;
                 const Truth<T> nearer = (margin * absolute(margin) * nearest.square < before) &
                                         (p0 * p0 + p1 * p1 + part2 > T(DEPENDENT * DEPENDENT));
@@ -131,7 +131,8 @@ template <class T> inline Truth<T> margin_of_two(const TwoMore<T>& two, T* value
     return margin_of_two<VERTICES>(two, value);
 }
 
-// Return by how much the least elementary vector, of unit length, has both signs; negative where it has one.
+// Return the smallest absolute value of the sign that is rarer in a unit elementary vector; negative if it has one
+// sign.
 template <class T> inline T closure_of_two(Matrix<const T> N, int64_t m) {
     T least = INFINITE, square = 1.0;
     for (int64_t i = 0; i < m - 2; i++) {
@@ -141,7 +142,7 @@ template <class T> inline T closure_of_two(Matrix<const T> N, int64_t m) {
                 const T p0 = minor(N, j, k), p1 = minor(N, k, i);
                 const T size = p0 * p0 + p1 * p1 + p2 * p2;
                 const T value = smaller(larger(p0, larger(p1, p2)), -smaller(p0, smaller(p1, p2)));
-                // Of value / sqrt(size), the lesser one is found without roots and quotients.
+                // The smaller value / sqrt(size) is found without roots and quotients.
                 const Truth<T> less = (value * absolute(value) * square < least * absolute(least) * size) &
                                       (size > T(DEPENDENT * DEPENDENT));
                 least = select(less, value, least);

@@ -1,8 +1,8 @@
-// Stretches of parallel rays along which the clearance is above an edge. SPDX-License-Identifier: Apache-2.0
+// Intervals of parallel rays with a clearance above a limit. SPDX-License-Identifier: Apache-2.0
 //
-// A clearance changes by no more than the platform moves: where it is c, nothing changes within c. A ray is followed in
-// such steps (sphere tracing: Hart, Visual Computer 12, 1996), and where its sign changes the place is bisected. What
-// is missed is shorter than SHORT.
+// A clearance changes by no more than the platform moves: a clearance of c cannot change its sign within c. A ray is
+// followed in such steps (sphere tracing: Hart, Visual Computer 12, 1996), and changes of sign are bisected. Missed
+// intervals are shorter than SHORT.
 #pragma once
 
 #include <cdpr/clearance.hpp>
@@ -10,19 +10,19 @@
 namespace cdpr::CDPR_TARGET {
 
 struct RaySearch {
-    static constexpr double SHORT = 1e-6;  // m: free or blocked stretches that are shorter may be missed
+    static constexpr double SHORT = 1e-6;  // m: shorter free or blocked intervals may be missed
     static constexpr int HALVINGS = 40;    // of a step, a metre at most, to a billionth of a millimetre
-    static constexpr int MOST = 64;        // ends of stretches along one ray
+    static constexpr int MOST = 64;        // ends of intervals along one ray
 
     Bodies bodies;
-    const double* positions;     // (count, 3), m, of the platform where the rays begin; the entry of `axis` is ignored
+    const double* positions;  // (count, 3), m, of the platform at the start of the rays; the entry of `axis` is ignored
     const double* orientations;  // (attitudes, 4), unit quaternions
-    double* ends;                // (count, 64), m, where free stretches begin and end, one after the other
-    int64_t* counts;             // (count), how many ends; -1 of a ray with too many
+    double* ends;                // (count, 64), m, starts and ends of free intervals, alternating
+    int64_t* counts;             // (count), number of these; -1 for a ray with too many
     double* cables;              // (m, 6), work space
     double* pose;                // (7), work space
-    double low;                  // m, where all rays begin
-    double high;                 // m, and end
+    double low;                  // m, start of all rays
+    double high;                 // m, end of all rays
     double edge;                 // m, the clearance between free and blocked
     int64_t axis;                // 0, 1 or 2
     int64_t over_all;            // whether all attitudes must be free; else one is enough
@@ -38,7 +38,7 @@ struct RaySearch {
     inline void follow(int64_t ray) const;
 };
 
-// Return the clearance at a place of the present ray, less the edge, m.
+// Return the clearance at a position of the present ray, less the limit, m.
 inline double RaySearch::above_edge(double at) const {
     pose[axis] = at;
     double found = 0.0;
@@ -50,7 +50,7 @@ inline double RaySearch::above_edge(double at) const {
     return found - edge;
 }
 
-// Return where a step from a place that is free, or not, leaves it: the last place that is free.
+// Return the last position of a step with the state of its start, free or blocked.
 inline double RaySearch::boundary(double from, double to, bool free) const {
     double low_end = from, high_end = to;
     for (int k = 0; k < HALVINGS; k++) {
@@ -63,7 +63,7 @@ inline double RaySearch::boundary(double from, double to, bool free) const {
     return free ? low_end : high_end;
 }
 
-// Write the ends of the free stretches of a ray, and their number.
+// Write the ends of the free intervals of a ray, and their number.
 inline void RaySearch::follow(int64_t ray) const {
     double* found = ends + MOST * ray;
     for (int i = 0; i < 3; i++) pose[i] = positions[3 * ray + i];

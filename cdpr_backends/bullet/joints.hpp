@@ -1,4 +1,4 @@
-// Body states of what Bullet moves. SPDX-License-Identifier: Apache-2.0
+// Body states of Bullet's joints. SPDX-License-Identifier: Apache-2.0
 //
 // A body state (13): position, m; attitude w, x, y, z; velocity, m/s; angular velocity, rad/s; world axes. Bullet's
 // quaternions are x, y, z, w.
@@ -26,8 +26,8 @@ inline int bullet_base_state(BulletBaseState& plant) {
 }
 
 struct BulletBallState {
-    const double* home;   // (3), where the ball is
-    const double* axes;   // (4), attitude of the principal axes in the platform, w, x, y, z: a link has these
+    const double* home;   // (3), position of the ball
+    const double* axes;   // (4), attitude of the principal axes in the platform, w, x, y, z: those of a link
     const double* joint;  // (7): quaternion, and angular velocity along the link's axes
     double* body;         // (13); the sign of its attitude is read
     static constexpr char fields[] = "home(3), axes(4), joint(7), both body(13)";

@@ -1,13 +1,13 @@
 // MuJoCo's step and clock, called by their C addresses. SPDX-License-Identifier: Apache-2.0
 //
-// See the docstring of the module. No header of MuJoCo is needed: its functions come as addresses, in `words`.
+// See the docstring of the module. No header of MuJoCo is needed: `words` contains the addresses of its functions.
 #pragma once
 
 #include <cdpr/field.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Callback of MuJoCo, with the model and data of its batch, which stay unchanged.
+// Callback of MuJoCo, with the model and data of its batch, which do not change.
 typedef void MujocoCallback(void* model, void* data, int number, void* words);
 
 struct MujocoWords {
@@ -32,7 +32,7 @@ inline void mujoco_step_alone(void*, void*, int, void* place) {
                                                            mujoco.address(MujocoWords::DATA));
 }
 
-// Return 0, or 1 where MuJoCo gave up.
+// Return 0, or 1 if MuJoCo failed.
 inline int mujoco_step(MujocoStep& problem) {
     typedef int Apply(void* batch, const int* which, int count, MujocoCallback* callback, void* words, int threads);
     const MujocoWords mujoco = {problem.words};

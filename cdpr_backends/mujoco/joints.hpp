@@ -26,7 +26,7 @@ inline int mujoco_free_state(MujocoFreeState& joint) {
 }
 
 struct MujocoBallState {
-    const double* home;         // (3), where the ball is
+    const double* home;         // (3), position of the ball
     const double* coordinates;  // (4): attitude
     const double* rates;        // (3): angular velocity
     double* body;               // (13)

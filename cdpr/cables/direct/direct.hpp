@@ -1,4 +1,4 @@
-// A motor that holds the commanded tension. SPDX-License-Identifier: Apache-2.0
+// Motor that holds the commanded tension. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/winch_tension.hpp>

@@ -1,7 +1,7 @@
-// A motor that winds the cable on a drum. SPDX-License-Identifier: Apache-2.0
+// Motor with a cable drum. SPDX-License-Identifier: Apache-2.0
 //
-// I w' = r u - f(w) - r T; equations and source: the docstring of this package. `numbers`: radius r, m; inertia I,
-// kg m^2; viscous friction, N m s; Coulomb friction, N m, and the speed, rad/s, at which it reaches 76 % of that.
+// I w' = r u - f(w) - r T; equations and source: the docstring of this package. `numbers`: radius r, m; inertia I, kg
+// m^2; viscous friction, N m s; Coulomb friction, N m, and the speed, rad/s, at which it reaches 76 % of that.
 #pragma once
 
 #include <cdpr/winch_tension.hpp>
@@ -11,14 +11,14 @@ namespace cdpr::CDPR_TARGET {
 struct Drum {
     static constexpr int RADIUS = 0, INERTIA = 1, VISCOUS = 2, COULOMB = 3, COULOMB_SPEED = 4;
 
-    // Return the torque, N m, that friction takes at a drum speed, rad/s.
+    // Return the friction torque, N m, at a drum speed, rad/s.
     template <class T> static CDPR_INLINE T friction(const T* numbers, T speed) {
         return numbers[VISCOUS] * speed + numbers[COULOMB] * hyperbolic_tangent(speed / numbers[COULOMB_SPEED]);
     }
 
-    // Return the tension, N, at which the drum goes with a cable that does not stretch, and its inertia as a mass along
-    // the cable, I / r^2, kg. The cable's length changes by `rate`, m/s, and by `length_acceleration`, m/s^2, were the
-    // platform not accelerated.
+    // Return the tension, N, at which the drum moves with a cable that does not stretch, and its inertia as a mass
+    // along the cable, I / r^2, kg. The cable's length changes by `rate`, m/s, and, for a platform without
+    // acceleration, by `length_acceleration`, m/s^2.
     template <class T>
     static CDPR_INLINE WinchTension<T> held(const T* numbers, T command, T rate, T length_acceleration) {
         const T radius = numbers[RADIUS];

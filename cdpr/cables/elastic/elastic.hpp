@@ -1,4 +1,4 @@
-// A cable that stretches along its chord. SPDX-License-Identifier: Apache-2.0
+// Cable that stretches along its chord. SPDX-License-Identifier: Apache-2.0
 //
 // T = E A (l - l0) / l0 + d (l' - l0'); see the docstring of this package. `numbers`: E A, N; damping d, N s/m.
 #pragma once
@@ -10,8 +10,8 @@ namespace cdpr::CDPR_TARGET {
 struct Elastic {
     static constexpr int STIFFNESS = 0, DAMPING = 1;
 
-    // Return the tension, N, of a cable of this length of which so much is unwound, m, when it stretches by so much a
-    // second, m/s; at least `lowest`, 0, or minus infinity of a leg that pushes.
+    // Return the tension, N, of a cable with this length, unwound length, m, and rate of stretch, m/s; at least
+    // `lowest`: 0, or minus infinity for a leg that pushes.
     template <class T> static CDPR_INLINE T pull(const T* numbers, T length, T unwound, T stretching, T lowest) {
         const T stretch = length - unwound;
         const T tension = numbers[STIFFNESS] * stretch / unwound + numbers[DAMPING] * stretching;

@@ -1,7 +1,7 @@
-// A pulley that swivels about the line on which its cable arrives. SPDX-License-Identifier: Apache-2.0
+// Pulley that swivels about the line on which its cable arrives. SPDX-License-Identifier: Apache-2.0
 //
 // Geometry, derivation and sources: the docstring of this package. World axes, SI units. `numbers`: radius, unit vector
-// of the axis, and a unit vector square to it for points on the axis, where no plane is determined.
+// of the axis, and a unit vector perpendicular to it for points on the axis, which do not determine a plane.
 #pragma once
 
 #include <cdpr/exit_result.hpp>
@@ -14,8 +14,8 @@ struct Pulley {
     // The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn.
     static constexpr double TURN = 6.283185307179586, FIRST = -1.5707963267948966;
 
-    // The plane of the cable: its direction away from the axis, the tip in it as seen from the centre (c, z), the
-    // length of the tangent, and the wrap angle.
+    // Plane of the cable: its direction away from the axis, the tip in it as seen from the centre (c, z), the length of
+    // the tangent, and the wrap angle.
     template <class T> struct Plane {
         Vector<T> out;
         T c, z, tangent, sine, cosine;
@@ -38,7 +38,7 @@ struct Pulley {
         return point(anchor, numbers, plane(anchor, numbers, tip));
     }
 
-    // Return that point, and the length of cable on the groove, m; NaN where it would turn by more than 270 degrees.
+    // Return that point, and the length of cable on the groove, m; NaN for wrap angles above 270 degrees.
     template <class T> static CDPR_INLINE ExitResult<T> lead(Vector<T> anchor, const T* numbers, Vector<T> tip) {
         const Plane<T> at = plane(anchor, numbers, tip);
         const Truth<T> beyond = (at.z < T(0.0)) & (at.sine < T(0.0)) & (at.cosine > T(0.0));
@@ -46,8 +46,8 @@ struct Pulley {
         return {point(anchor, numbers, at), numbers[RADIUS] * select(angle >= T(FIRST), angle, angle + TURN)};
     }
 
-    // Return the velocity of that point while the tip moves with V, m/s: the tangent turns with V across it, the plane
-    // with V out of it.
+    // Return the velocity of that point while the tip moves with V, m/s: the tangent turns with the component of V
+    // across it, the plane with the component out of it.
     template <class T>
     static CDPR_INLINE Vector<T> carry(Vector<T> anchor, const T* numbers, Vector<T> tip, Vector<T> V) {
         const T radius = numbers[RADIUS];

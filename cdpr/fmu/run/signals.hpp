@@ -1,4 +1,4 @@
-// Signals in and out of the values of an FMU. SPDX-License-Identifier: Apache-2.0
+// Exchange of signals with the values of an FMU. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -6,7 +6,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-constexpr double EXACT_SQUARE = 1e-12;  // of a quaternion's length: what is nearer to 1 was normalised by the FMU
+constexpr double EXACT_SQUARE = 1e-12;  // of a quaternion's length: nearer to 1, the FMU has normalised it
 
 // signals[place] = values[index] * scale + offset, and back.
 struct Signals {
@@ -35,10 +35,10 @@ inline int scatter_signals(Signals& fmu) {
     return 0;
 }
 
-// Scale the quaternion of a state to length 1 if it is nearly so long.
+// Normalise the quaternion of a state if its length is near 1.
 struct NormaliseAttitude {
     double* state;  // (13)
-    double near;    // difference of its squared length from 1 that is allowed
+    double near;    // allowed difference of its squared length from 1
     static constexpr char fields[] = "both state(13), near";
 };
 

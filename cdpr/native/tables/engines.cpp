@@ -1,4 +1,5 @@
-// Engines of others: between their joints, or their values, and our states. SPDX-License-Identifier: Apache-2.0
+// External engines: conversion between their joints, or their values, and our states. SPDX-License-Identifier:
+// Apache-2.0
 #include <cdpr/fmu/run/signals.hpp>
 #include <cdpr/group.hpp>
 #include <cdpr_backends/bullet/joints.hpp>

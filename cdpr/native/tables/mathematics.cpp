@@ -1,4 +1,4 @@
-// Mathematics that parts share. SPDX-License-Identifier: Apache-2.0
+// Shared mathematics. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/cross_products.hpp>
 #include <cdpr/group.hpp>
 #include <cdpr/positive_definite.hpp>

@@ -1,4 +1,4 @@
-// Tension distribution: what solvers share, checks and policies. SPDX-License-Identifier: Apache-2.0
+// Tension distribution: shared operations, checks and policies. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/checks.hpp>
 #include <cdpr/command.hpp>
 #include <cdpr/group.hpp>

@@ -10,7 +10,7 @@ namespace fmu {
 // Before the first step the winches have no state.
 static bool fresh(const Model& model) { return model.winch[0] != model.winch[0]; }
 
-// Commands of the cables; those that cannot push count as 0.
+// Commands of the cables; negative ones count as 0 for cables that cannot push.
 static const double* commands(const Model& model) {
     for (size_t i = 0; i < model.cables; i++) {
         const double asked = model.field[COMMAND][i];
@@ -77,7 +77,7 @@ void advance_actuator(Model& model, double step, double steps) {
 
 void publish_actuator(Model& model) {
     const size_t m = model.cables;
-    const bool before = fresh(model);  // then the outputs are those with which it would begin
+    const bool before = fresh(model);  // the outputs are then those at the start
     if (before) begin(model);
     pull(model, model.winch);
     for (size_t i = 0; i < m; i++) {

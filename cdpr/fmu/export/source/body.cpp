@@ -1,8 +1,7 @@
-// The frame in which a platform is integrated, as cdpr.mechanics.body_frame chooses it. SPDX-License-Identifier:
-// Apache-2.0
+// Frame in which a platform is integrated, as in cdpr.mechanics.body_frame. SPDX-License-Identifier: Apache-2.0
 //
 // For a free platform it lies at the centre of mass along the principal axes; for a guided one at its origin along its
-// own axes. Attitudes between the stages of a step are not quite of unit length, so another frame would give other
+// own axes. Attitudes between the stages of a step are not exactly of unit length, so another frame would give other
 // numbers, by the order of the scheme.
 #include <math.h>
 #include <string.h>
@@ -17,12 +16,12 @@ using cdpr::cross;
 using cdpr::dot;
 using cdpr::vector;
 
-static const double DIAGONAL = 1e-14;  // share of the trace below which an entry beside the diagonal is round-off
-static const double DEFINITE = 1e-12;  // share of it that each principal moment must exceed
-static const Vector SIDE = {1.0, 0.59, 0.37};  // to which principal axes point
+static const double DIAGONAL = 1e-14;          // share of the trace below which an off-diagonal entry is round-off
+static const double DEFINITE = 1e-12;          // lower limit of each principal moment, as a share of the trace
+static const Vector SIDE = {1.0, 0.59, 0.37};  // direction of principal axes, which determines their signs
 static const double IDENTITY[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-// One rotation of Jacobi's method: make A[i][j] vanish, A symmetric, and turn the columns of the axes with it.
+// One rotation of Jacobi's method: eliminate A[i][j], A symmetric, and rotate the columns of the axes.
 static void annihilate(double A[3][3], double axes[3][3], int i, int j) {
     if (A[i][j] == 0.0) return;
     const double theta = (A[j][j] - A[i][i]) / (2.0 * A[i][j]);
@@ -50,7 +49,7 @@ static void exchange(double moments[3], double axes[3][3], int i, int j) {
     }
 }
 
-// Principal moments in ascending order and axes, the columns of a rotation; a diagonal tensor stays as it is.
+// Principal moments in ascending order and axes, the columns of a rotation; a diagonal tensor is unchanged.
 static void principal_axes(const double* inertia, double moments[3], double axes[3][3]) {
     double A[3][3];
     memcpy(A, inertia, sizeof A);

@@ -1,11 +1,11 @@
-// Reading of resources/plant.cfg, which the exporter writes. SPDX-License-Identifier: Apache-2.0
+// Reader of resources/plant.cfg, which the exporter writes. SPDX-License-Identifier: Apache-2.0
 //
-// A head, then one line for each variable, array, link and operation:
+// A header, then one line for each variable, array, link and operation:
 //
-//     role name unit reference size numbers...
-//     name constant|memory|work size words...          (none of work)
-//     reference size array offset positive per_step
-//     name in_order vital skip repair count members...  (a member: "value word" or "array index offset")
+//   role name unit reference size numbers...
+//   name constant|memory|work size words...          (none for work)
+//   reference size array offset positive per_step
+//   name in_order vital skip repair count members...  (a member: "value word" or "array index offset")
 //
 // A number is 16 hexadecimal digits, the bits of its IEEE 754 representation: exact in any locale. So is a word, which
 // may also be an integer.
@@ -36,7 +36,7 @@ static bool broken(char* message, const char* what, const char* name) {
     return fails(message, "resources/plant.cfg: %s '%.99s'; it belongs to another version of this library", what, name);
 }
 
-// Memory that is zero; nullptr if there is none.
+// Zeroed memory; nullptr if there is none.
 template <class T> static T* allocate(size_t count) { return static_cast<T*>(calloc(count ? count : 1, sizeof(T))); }
 
 static bool read_word(FILE* file, void* word) {
@@ -58,7 +58,7 @@ static Name find_name(const char* name) {
     return Name(found);
 }
 
-// Read one line; its numbers begin at `next`, which moves behind them.
+// Read one line; its numbers begin at `next`, which is advanced.
 static bool read_variable(Model& model, FILE* file, size_t index, size_t& next, char* message) {
     Variable& variable = model.variable[index];
     char role[16] = "";
@@ -82,7 +82,7 @@ static bool read_variable(Model& model, FILE* file, size_t index, size_t& next, 
     return true;
 }
 
-// Read one line; its numbers begin at `next` or, of work space, at `spare`.
+// Read one line; its numbers begin at `next` or, for work space, at `spare`.
 static bool read_array(Model& model, FILE* file, Array& array, size_t& next, size_t& spare, char* message) {
     char kind[16] = "";
     if (fscanf(file, "%63s %15s %zu", array.name, kind, &array.size) != 3) return broken(message, "broken", "arrays");
@@ -149,7 +149,7 @@ static bool read_operation(const Model& model, FILE* file, cdpr::Call& operation
     return true;
 }
 
-// Parts of one block of memory; of none, only count them.
+// Parts of one block of memory; without memory, only their sizes are added.
 struct Block {
     double* start;
     size_t used;
@@ -235,7 +235,7 @@ static double* find_array(const Model& model, const char* name, size_t size) {
     return nullptr;
 }
 
-// Write the kind of a part; whether it may be one.
+// Write the kind of a part; return whether it is valid.
 static bool read_kind(double kind, int64_t& to) {
     const bool sound = kind >= 0.0 && kind <= 1000.0 && kind == double(int(kind));
     to = sound ? int64_t(kind) : 0;
@@ -253,7 +253,7 @@ static bool read_kinds(const Model& model) {
     return sound;
 }
 
-// Whether there is all that the model takes.
+// Check that all variables of the model exist.
 static bool complete(Model& model, char* message) {
     const size_t m = model.cables;
     model.chains = find_array(model, "chains", 19 * m);

@@ -1,7 +1,7 @@
 // Controller and tension distribution: a list of compiled operations. SPDX-License-Identifier: Apache-2.0
 //
-// The controller decides at its start and then once in each control step, whatever steps the host makes; between, its
-// tensions or commands are held.
+// The controller decides at its start and then once in each control step, independent of the host's steps; its tensions
+// or commands are held in between.
 #include <string.h>
 
 #include "model.h"

@@ -1,8 +1,8 @@
-// Directional derivatives of the outputs of a platform without winches: the kernels with dual numbers, exact but for
+// Directional derivatives of the outputs of a platform without winches: the kernels with dual numbers, exact except for
 // round-off. SPDX-License-Identifier: Apache-2.0
 //
-// All is about the platform's origin in world axes. A quaternion that is set is normalised; of what is set, a guided
-// platform takes only what its guide leaves free.
+// All quantities are about the platform's origin in world axes. Quaternions set by the host are normalised; a guided
+// platform uses only its free directions.
 #include <math.h>
 #include <cdpr/attitude.hpp>
 #include <cdpr/guide.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "file.h"
 
-#ifdef _WIN32  // a plain path would be in its code page
+#ifdef _WIN32  // a path without conversion would be in the system's code page
 #include <windows.h>
 
 FILE* fmu::open_file(const char* path) {

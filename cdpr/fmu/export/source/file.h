@@ -5,7 +5,7 @@
 
 namespace fmu {
 
-constexpr size_t PATH = 4096;  // bytes of a path at most
+constexpr size_t PATH = 4096;  // largest length of a path, bytes
 
 // Open a file for reading by its path in UTF-8; nullptr if that fails.
 FILE* open_file(const char* path);

@@ -1,5 +1,4 @@
-// The functions of FMI 2.0 for co-simulation; those that this FMU does not offer return an error.
-// SPDX-License-Identifier: Apache-2.0
+// Functions of FMI 2.0 for co-simulation; unsupported ones return an error. SPDX-License-Identifier: Apache-2.0
 #include "fmi2Functions.h"
 
 #include <math.h>
@@ -128,7 +127,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean* value) {
     (void)c;
     if (kind != fmi2Terminated) return fmi2Discard;
-    *value = fmi2False;  // it never asks to end a simulation
+    *value = fmi2False;  // this FMU never ends a simulation
     return fmi2OK;
 }
 
@@ -147,7 +146,7 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2S
     return fmi2Discard;
 }
 
-// Not offered: other types, derivatives, model exchange. Hosts look all functions up, so they must be there.
+// Unsupported: other types, derivatives, model exchange. Hosts look up all functions, so they must exist.
 static fmi2Status refuse(fmi2Component c, const char* function) {
     return (fmi2Status)report(own(c), ERROR, "%s: this FMU does not offer it; all its variables are of type Real",
                               function);
@@ -170,7 +169,7 @@ UNUSED_TYPE(String)
 #define REFUSED(name, ...) \
     fmi2Status name(fmi2Component c, __VA_ARGS__) { return refuse(c, #name); }
 
-// Parameters of functions that only refuse bear no names.
+// Parameters of unsupported functions have no names.
 #ifdef __GNUC__
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #endif

@@ -1,5 +1,4 @@
-// The functions of FMI 3.0 for co-simulation; those that this FMU does not offer return an error.
-// SPDX-License-Identifier: Apache-2.0
+// Functions of FMI 3.0 for co-simulation; unsupported ones return an error. SPDX-License-Identifier: Apache-2.0
 #include "fmi3Functions.h"
 
 #include <math.h>
@@ -121,7 +120,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 durat
     return (fmi3Status)status;
 }
 
-// Not offered: other types, derivatives, clocks, other interfaces. Hosts look all functions up, so they must be there.
+// Unsupported: other types, derivatives, clocks, other interfaces. Hosts look up all functions, so they must exist.
 static fmi3Status refuse(fmi3Instance instance, const char* function) {
     return (fmi3Status)report(own(instance), ERROR,
                               "%s: this FMU does not offer it; it has variables of type Float64 only", function);
@@ -161,7 +160,7 @@ UNUSED_TYPE(String)
         return nullptr;                                                                                 \
     }
 
-#ifdef __GNUC__  // functions that only refuse use no parameters
+#ifdef __GNUC__  // unsupported functions use no parameters
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #endif
 typedef const fmi3ValueReference* References;

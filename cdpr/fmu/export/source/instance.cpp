@@ -1,4 +1,4 @@
-// What FMI 2 and FMI 3 have in common. SPDX-License-Identifier: Apache-2.0
+// Common part of FMI 2 and FMI 3. SPDX-License-Identifier: Apache-2.0
 #include "instance.h"
 
 #include <math.h>
@@ -12,7 +12,7 @@ namespace fmu {
 
 static const double CLOCK = 1e-6;  // share of a step by which host and plant may disagree on the time: round-off
 
-static const double MOST_STEPS = 1e9;  // in one step of the host, which then takes hours: a step was mistyped
+static const double MOST_STEPS = 1e9;  // in one step of the host, which would take hours: a typing error in the step
 
 static const char* const CATEGORIES[] = {"logStatusWarning", "logStatusError", "logEvents"};
 
@@ -75,7 +75,7 @@ static bool locate(const char* resources, char* path) {
     size_t n = 0;
     if (uri) {
         resources += 5;
-        if (strncmp(resources, "//", 2) == 0) {  // then comes a host, mostly empty, up to the next slash
+        if (strncmp(resources, "//", 2) == 0) {  // a host follows, usually empty, up to the next slash
             resources = strchr(resources + 2, '/');
             if (!resources) return false;
         }
@@ -139,7 +139,7 @@ void instance_free(Instance* instance) {
     free(instance);
 }
 
-// Compute anew what was set since: before the first step the initial state, then outputs.
+// Recompute after changes: before the first step the initial state, then outputs.
 static Status refresh(Instance* instance) {
     char message[MESSAGE];
     if (!instance->stale) return OK;
@@ -168,7 +168,7 @@ Status instance_exit_initialisation(Instance* instance) {
     return status;
 }
 
-// WARNING with a message in the step in which cables begin to be asked to push.
+// WARNING with a message in the first step with commands that require cables to push.
 static Status tell_pushed(Instance* instance) {
     const Model& model = instance->model;
     const size_t i = fmu::pushed(model);
@@ -181,7 +181,7 @@ static Status tell_pushed(Instance* instance) {
                   name_of(model.has_winches() ? COMMAND : CABLE_TENSION), i + 1, model.asked()[i], *model.field[TIME]);
 }
 
-// WARNING with a message in the step in which the cables begin not to do what the controller wants.
+// WARNING with a message in the first step in which the cables do not exert the controller's wrench.
 static Status tell_unanswered(Instance* instance) {
     const bool now = !answered(instance->model), before = instance->pushed;
     instance->pushed = now;
@@ -240,7 +240,7 @@ Status instance_reset(Instance* instance) {
     return OK;
 }
 
-// The variable that a value reference means; nullptr with a message where it means none.
+// Variable of a value reference; nullptr with a message if there is none.
 static const Variable* find(const Instance* instance, unsigned reference, bool whole) {
     const Model& model = instance->model;
     if (reference < model.scalars) {
@@ -290,7 +290,7 @@ Status instance_set(Instance* instance, const unsigned* reference, size_t n, boo
                : report(instance, ERROR, "%zu values were given, which is not what the variables have", count);
 }
 
-// Whether the standard lets the host differentiate with respect to a variable, or one of its numbers, now.
+// Whether the standard allows a derivative with respect to a variable, or one of its numbers, now.
 static bool known_now(const Instance* instance, const Variable* variable) {
     return variable->role == INPUT || ((instance->mode & (INSTANTIATED | INITIALISING)) &&
                                        (variable->role == PARAMETER || variable->role == FIXED) &&
@@ -345,7 +345,7 @@ static Status check(const Instance* instance, const Snapshot* snapshot) {
 
 Status instance_save(const Instance* instance, void** snapshot) {
     Snapshot* saved =
-        static_cast<Snapshot*>(*snapshot);  // the standard lets a host hand back an earlier one to be overwritten
+        static_cast<Snapshot*>(*snapshot);  // the standard allows a host to pass an earlier one to be overwritten
     if (saved && check(instance, saved) != OK) return ERROR;
     if (!saved) saved = static_cast<Snapshot*>(calloc(1, snapshot_size(instance)));
     if (!saved) return report(instance, ERROR, "no memory for a snapshot");
@@ -384,7 +384,7 @@ Status instance_serialise(const Instance* instance, const void* snapshot, char* 
 }
 
 Status instance_deserialise(const Instance* instance, const char* bytes, size_t size, void** snapshot) {
-    // The bytes need not be aligned as a Snapshot is; its token comes first.
+    // The bytes may have another alignment than a Snapshot; its token comes first.
     if (size != snapshot_size(instance) || memcmp(bytes, instance->model.token, LABEL) != 0)
         return report(instance, ERROR, "these %zu bytes are no snapshot of this FMU", size);
     *snapshot = malloc(size);

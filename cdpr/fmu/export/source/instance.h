@@ -1,4 +1,4 @@
-// One instance of the model behind either version of FMI: modes, variables by value reference, snapshots, messages.
+// Instance of the model behind both versions of FMI: modes, variables by value reference, snapshots, messages.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@ enum Status { OK, WARNING, DISCARD, ERROR, FATAL };  // numbered as fmi2Status a
 
 enum { WRITTEN = 1, RETUNED = 2 };
 
-// Categories of messages, by the names of the standard. Others than of debugging are told from the beginning.
+// Categories of messages, with the names of the standard. All except debugging are enabled initially.
 enum { TELL_WARNING = 1, TELL_ERROR = 2, TELL_EVENTS = 4, TELL_ALL = 7, TELL_STATUS = TELL_WARNING | TELL_ERROR };
 
 enum Mode { INSTANTIATED = 1, INITIALISING = 2, STEPPING = 4, TERMINATED = 8 };
@@ -24,23 +24,23 @@ struct Host {
     const void* callbacks;  // for `log`
     void* environment;
     const char* name;
-    unsigned told;  // categories of messages that the host wants: bits, as CATEGORIES says
+    unsigned told;  // enabled categories of messages: bits, as in CATEGORIES
 };
 
 struct Instance {
     Host host;
     Model model;
     Mode mode;
-    int stale;    // bits: what was set since the outputs were computed, WRITTEN variables or RETUNED parameters
-    bool pushed;  // in the last step a cable was asked to push, which is said once until none is
+    int stale;    // bits: changes since the last computation of the outputs, WRITTEN variables or RETUNED parameters
+    bool pushed;  // a cable was required to push in the last step, which is reported once until none is
     double stop;
-    double* defaults;  // (model.count) the numbers as configured, for reset
+    double* defaults;  // (model.count) configured numbers, for reset
     char* name;
 };
 
-// All that the future of an instance depends on; the numbers (model.count) follow.
+// Complete state of an instance; the numbers (model.count) follow.
 struct Snapshot {
-    char token[LABEL];  // of the FMU that it belongs to
+    char token[LABEL];  // of its FMU
     int mode, stale, pushed;
     double stop;
 
@@ -48,22 +48,22 @@ struct Snapshot {
     const double* numbers() const { return reinterpret_cast<const double*>(this + 1); }
 };
 
-// Make an instance from the configuration in the folder `resources`, a path or a file URI. nullptr with a message if
-// that fails or the model description is of another export.
+// Make an instance from the configuration in the folder `resources`, a path or a file URI. Return nullptr with a
+// message on failure or if the model description is of another export.
 Instance* instance_new(const Host& host, const char* token, const char* resources);
 void instance_free(Instance* instance);
 
-// The category of the standard for messages of a status.
+// Category of the standard for messages of a status.
 const char* category(Status status);
 
-// Say something to the host and return the status.
+// Send a message to the host and return the status.
 Status report(const Instance* instance, Status status, const char* format, ...);
 void report(const Host& host, Status status, const char* message);  // before there is an instance
 
-// Choose the messages that the host wants: all if no categories are given; those of statuses if it is off.
+// Choose the enabled messages: all if no categories are given; those of statuses if logging is off.
 Status instance_tell(Instance* instance, bool on, size_t n, const char* const categories[]);
 
-// ERROR with a message unless the instance is in one of the modes.
+// Return ERROR with a message unless the instance is in one of the modes.
 Status require(const Instance* instance, int modes, const char* function);
 
 Status instance_enter_initialisation(Instance* instance, double start, double stop);
@@ -88,7 +88,8 @@ Status instance_serialise(const Instance* instance, const void* snapshot, char* 
 Status instance_deserialise(const Instance* instance, const char* bytes, size_t size, void** snapshot);
 
 #ifdef CDPR_FAULTS
-// Tests alone: whether the step is done here, with `status`, since the parameter `fault` asks for misbehaviour.
+// Only for tests: return whether the step is done here, with `status`, because the parameter `fault` requires
+// misbehaviour.
 bool misbehaves(Instance* instance, double from, double duration, Status* status);
 #endif
 

@@ -1,4 +1,4 @@
-// Model of an exported FMU: its variables, and the arrays that follow from them. SPDX-License-Identifier: Apache-2.0
+// Model of an exported FMU: its variables, and the arrays computed from them. SPDX-License-Identifier: Apache-2.0
 //
 // A platform on cables, with winches or without; winches alone; and a controller, with a platform or alone.
 // Conventions: SI units, world axes, z up; quaternions w, x, y, z; the external wrench acts at the platform's origin.
@@ -13,8 +13,8 @@
 
 namespace fmu {
 
-// Variables that this code knows by name; names.cpp has the names. Others, such as the numbers of winches and the gains
-// of controllers, only go into arrays by links.
+// Variables that this code uses by name; names.cpp contains the names. Others, such as the parameters of winches and
+// the gains of controllers, are only linked to arrays.
 enum Name {
     TIME,
     PHYSICS_STEP,
@@ -63,8 +63,8 @@ enum Role {
     CONSTANT
 };  // a fixed parameter: until the end of initialization
 
-constexpr size_t LABEL = 64;     // bytes of a name, a unit or a token at most
-constexpr size_t MESSAGE = 256;  // bytes of a message at most
+constexpr size_t LABEL = 64;     // largest length of a name, a unit or a token, bytes
+constexpr size_t MESSAGE = 256;  // largest length of a message, bytes
 
 struct Variable {
     char name[LABEL], unit[LABEL];
@@ -81,13 +81,13 @@ struct Array {
 
 // Numbers of variables that are also in an array.
 struct Link {
-    size_t from, size;  // reference of the first number, and how many
-    size_t array, to;   // where they go
+    size_t from, size;  // reference of the first number, and their count
+    size_t array, to;   // array and index of the first number
     bool positive;      // whether each must be greater than 0
     bool per_step;      // whether they are multiplied by the control step
 };
 
-// Arrays of a platform, which the kernels take; names and shapes as in the headers of these.
+// Arrays of a platform for the kernels; names and shapes as in their headers.
 struct Platform {
     double *offset, *moments, *inertial, *packed, *free;  // body_frame.hpp, reference.hpp, plant.hpp, spherical.hpp
     double* lines;                                        // (m, w), B_i in the body frame
@@ -99,16 +99,16 @@ struct Platform {
 // Scratch space of a platform.
 struct Scratch {
     double *rate, *matrix, *runs, *light, *mass, *pulls, *points, *applied, *chains;
-    double *body, *winch, *tension, *highest, *length, *cable_work, *beside, *place;  // to look ahead
+    double *body, *winch, *tension, *highest, *length, *cable_work, *beside, *place;  // for stages and trial steps
 };
 
-// All numbers that the future depends on are in one array: variables in the order of their value references, then the
-// arrays of operations, then those of the platform. A copy of it is a snapshot.
+// All numbers of the state are in one array: variables in the order of their value references, then the arrays of
+// operations, then those of the platform. A copy of it is a snapshot.
 struct Model {
     size_t cables, width;                                  // m; numbers in a row of `lines`
-    size_t variables, scalars, arrays, links, operations;  // how many; scalars are the numbers of variables
+    size_t variables, scalars, arrays, links, operations;  // counts; scalars are the numbers of variables
     Variable* variable;
-    size_t* owner;  // (scalars) index of the variable that a number belongs to
+    size_t* owner;  // (scalars) index of the variable of each number
     Array* array;
     Link* link;
     cdpr::Call* operation;
@@ -119,7 +119,7 @@ struct Model {
     double *chains, *lines;  // arrays by name: chain.hpp and geometry.hpp
     double *seen, *desired, *decided,
         *report;                // of a controller: state (13), desired motion (19), tensions (m), report (4)
-    double *decisions, *began;  // how many there were, and the time of the first, s
+    double *decisions, *began;  // number of decisions, and the time of the first, s
     double* winch;              // (2 m), of winches alone
     Platform platform;
     Scratch scratch;
@@ -133,60 +133,60 @@ struct Model {
     bool decides() const { return field[CONTROL_STEP] != nullptr; }
     bool guided() const { return field[GUIDE] != nullptr; }
     bool on_ball() const;   // turns about all axes, its origin held
-    double lowest() const;  // tension, N: 0, or minus infinity of legs that push
+    double lowest() const;  // lowest tension, N: 0, or minus infinity for legs that push
 
     // Whether the tension of cable i is its input.
     bool immediate(size_t i) const;
 
-    // The input, or decision, of each cable (m).
+    // Input, or decision, of each cable (m).
     double* asked() const { return field[has_winches() || !has_platform() ? COMMAND : CABLE_TENSION]; }
 };
 
 const char* name_of(Name name);
 
-// Read the configuration; false with a message if it cannot be used. Free the model in either case.
+// Read the configuration; return false with a message if it cannot be used. Free the model in either case.
 bool load(Model& model, FILE* file, char* message);
 void free_model(Model& model);
 
-// Put the message together and return false.
+// Format the message and return false.
 bool fails(char* message, const char* format, ...);
 
-// Check the parameters and put the platform into its initial state; false with a message if they are unsound.
+// Check the parameters and put the platform into its initial state; return false with a message if they are invalid.
 bool start(Model& model, char* message);
 
-// Take other parameters than before, the platform being and moving as it was; false with a message as above.
+// Apply changed parameters, with unchanged pose and motion; return false with a message as above.
 bool retune(Model& model, char* message);
 
-// Whether pose and twist are finite.
+// Return whether pose and twist are finite.
 bool sound(const Model& model);
 
-// Derive arrays from the parameters: body.cpp. `fill_arrays` copies what links say, `build_body` chooses the frame in
-// which the platform is integrated; it returns false unless the inertia is one.
+// Compute arrays from the parameters: body.cpp. `fill_arrays` copies linked numbers, `build_body` chooses the frame in
+// which the platform is integrated; it returns false for an invalid inertia.
 void fill_arrays(Model& model);
 bool build_body(Model& model);
 
 // Advance by `duration` in steps of physics_step, or slightly shorter ones if that does not divide it.
 void advance(Model& model, double duration);
 
-// Write the outputs that belong to the state and the inputs: outputs.cpp.
+// Write the outputs for the state and the inputs: outputs.cpp.
 void publish(Model& model);
 
 // Write the derivatives of the outputs along `seed` (scalars), changes of inputs and, before the first step, of
-// parameters, into `slope` (scalars), both by value reference: derivatives.cpp. Only of a platform without winches
+// parameters, into `slope` (scalars), both by value reference: derivatives.cpp. Only for a platform without winches
 // whose outputs are published.
 void differentiate(const Model& model, const double* seed, double* slope);
 size_t dual_size(const Model& model);
 
-// Winches alone, to which lengths and rates are given: actuator.cpp.
+// Winches alone, with given lengths and rates: actuator.cpp.
 void advance_actuator(Model& model, double step, double steps);
 void publish_actuator(Model& model);
 
-// The cable that is asked to push though it cannot, counted from 0; the number of cables if there is none.
+// Return the cable that is required to push though it cannot, counted from 0; the number of cables if there is none.
 size_t pushed(const Model& model);
 
-// Let the controller decide whenever it is due from `time` on, and advance the platform by `duration`; false with a
-// message if there is no answer. control.cpp
+// Let the controller decide whenever it is due from `time` on, and advance the platform by `duration`; return false
+// with a message if there is no answer. control.cpp
 bool control(Model& model, double time, double duration, char* message);
-bool answered(const Model& model);  // whether the last wrench was distributed as wanted
+bool answered(const Model& model);  // Return whether the last required wrench was distributed.
 
 }  // namespace fmu

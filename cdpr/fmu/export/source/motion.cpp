@@ -11,8 +11,8 @@
 
 namespace fmu {
 
-static const double UNIT = 1e-3;   // a quaternion's length may differ from 1 by this: typed numbers are rounded
-static const double HELD = 1e-9;   // rad, m/s, rad/s along held directions that count as none: round-off
+static const double UNIT = 1e-3;   // allowed deviation of a quaternion's length from 1: typed numbers are rounded
+static const double HELD = 1e-9;   // rad, m/s, rad/s along blocked directions that are ignored: round-off
 static const double WHOLE = 1e-9;  // share of a duration by which it may miss a multiple of the step: round-off
 
 bool Model::on_ball() const {
@@ -28,7 +28,7 @@ bool Model::immediate(size_t i) const {
     return row.winch_kind() == cdpr::DIRECT && !row.stretches();
 }
 
-// Write commands and external wrench as they are applied: cables cannot be told to push.
+// Write the applied commands and external wrench: no negative commands for cables.
 static void apply_inputs(const Model& model) {
     const double *asked = model.asked(), lowest = model.lowest();
     for (size_t i = 0; i < model.cables; i++)
@@ -175,7 +175,7 @@ static bool within_guide(const double* guide, const double* state, char* message
     return true;
 }
 
-// Put a platform whose frame is derived into a state (13).
+// Write a state (13) into the frame of the platform, which is known.
 static void put(Model& model, const double* state) {
     const Platform& p = model.platform;
     memcpy(p.state, state, 13 * sizeof *state);
@@ -234,7 +234,7 @@ bool retune(Model& model, char* message) {
     double before[13];
     memcpy(before, model.platform.state, sizeof before);
     if (!build(model, message)) return false;
-    // On a hinge the frame is that of the platform, whatever the parameters.
+    // On a hinge the frame is that of the platform, for all parameters.
     if (model.has_platform() && (!model.guided() || model.on_ball() || model.has_winches())) put(model, before);
     publish(model);
     return true;

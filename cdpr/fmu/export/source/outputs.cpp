@@ -8,8 +8,8 @@ namespace fmu {
 
 static void copy(double* to, const double* from, size_t count) { memcpy(to, from, count * sizeof *to); }
 
-// Write the outputs of cables on winches, with the tensions that the present commands make. Before the first step these
-// are the tensions with which the winches would start.
+// Write the outputs of cables on winches, with the tensions of the present commands. Before the first step these are
+// the tensions at the start of the winches.
 static void publish_winches(Model& model) {
     const size_t m = model.cables;
     const Platform& p = model.platform;

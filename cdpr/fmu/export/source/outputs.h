@@ -12,8 +12,7 @@ cdpr::Plant<double> plant_of(const Model& model);
 
 void publish_platform(Model& model);
 
-// Write lengths and rates of the cables and the acceleration (6) of the platform's origin, under tensions that are
-// known.
+// Write lengths and rates of the cables and the acceleration (6) of the platform's origin, under known tensions.
 template <class T> void observe(cdpr::Plant<T>& plant, T* acceleration) {
     plant_geometry(plant);
     apply(plant);

@@ -11,18 +11,18 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A limit counts as kept within this share of the largest coordinate: the round-off of the updates.
+// A limit counts as kept within this relative distance, of the largest coordinate: the round-off of the updates.
 constexpr double FEASIBILITY_TOLERANCE = 1e-13;
 
-// A constraint normal whose part orthogonal to the active ones is below this share of its length depends on them.
+// A constraint normal depends on the active ones if its part orthogonal to them is below this share of its length.
 constexpr double DEPENDENCE_TOLERANCE = 1e-11;
 
-// Limits that hold x back, k of them, and factors of their normals: N^T of them is J[:, :k] R.
+// Active limits of x, k of them, and factors of their normals: N^T of them is J[:, :k] R.
 struct ActiveSet {
     Matrix<double> J, R;  // (r, r)
     double* d;            // (r), a normal in the columns of J
     double* z;            // (r), direction in which x moves
-    double* dual;         // (r), how the multipliers change
+    double* dual;         // (r), rates of the multipliers
     double* u;            // (r), multipliers
     double* member;       // (r), the cable of each
     double* size;         // (m), lengths of the rows of N
@@ -30,7 +30,7 @@ struct ActiveSet {
     int64_t k;
 };
 
-// Its work space: (2 r + 8, max(m, r)).
+// Views of its work space: (2 r + 8, max(m, r)).
 CDPR_INLINE ActiveSet active_set(double* work, int64_t stride, int64_t r) {
     const Matrix<double> rows = {work, stride};
     const Matrix<double> rest = rows.from(2 * r);
@@ -54,7 +54,7 @@ CDPR_INLINE void write_normal(const Polytope<double>& p, const ActiveSet& s, Lim
         s.d[j] = limit.side * sum(0.0, 0, p.r, [&](int64_t i) { return s.J(i, j) * p.N(limit.cable, i); });
 }
 
-// Let a limit, whose normal d is, hold x back, with a multiplier.
+// Activate a limit, whose normal is d, with a multiplier.
 CDPR_INLINE void activate(const Polytope<double>& p, ActiveSet& s, Limit limit, double multiplier) {
     append(s.J, s.R, s.d, p.r, s.k);
     s.u[s.k] = multiplier;
@@ -63,14 +63,14 @@ CDPR_INLINE void activate(const Polytope<double>& p, ActiveSet& s, Limit limit, 
     s.k++;
 }
 
-// Let number `drop` of the active limits go.
+// Release active limit number `drop`.
 CDPR_INLINE void release(const Polytope<double>& p, ActiveSet& s, int64_t drop) {
     p.active[whole(s.member[drop])] = 0.0;
     remove(s.J, s.R, s.u, s.member, p.r, s.k, drop);
     s.k--;
 }
 
-// Find the limit that is broken most, in lengths of x. Return -INFEASIBLE where one is that x does not change.
+// Find the limit that is violated most, in lengths of x. Return -INFEASIBLE if x has no influence on a violated one.
 CDPR_INLINE int most_broken(const Polytope<double>& p, const ActiveSet& s, Excess<double> reach, Limit& found) {
     double worst = 0.0;
     found = {-1, 0.0};
@@ -99,7 +99,7 @@ CDPR_INLINE void move(const Polytope<double>& p, const ActiveSet& s, double step
         p.point[i] += step * sum(0.0, 0, p.r, [&](int64_t j) { return p.N(i, j) * s.z[j]; });
 }
 
-// Move x onto a limit that it breaks, releasing others in its way. Return OK or minus a status.
+// Move x onto a violated limit, and release others on the way. Return OK or minus a status.
 CDPR_INLINE int enforce(const Polytope<double>& p, ActiveSet& s, Limit limit, double scale, int64_t& left) {
     const int64_t i = limit.cable;
     double multiplier = 0.0;
@@ -109,7 +109,7 @@ CDPR_INLINE int enforce(const Polytope<double>& p, ActiveSet& s, Limit limit, do
         write_normal(p, s, limit);
         const double square = sum(0.0, s.k, p.r, [&](int64_t j) { return s.d[j] * s.d[j]; });
         back_substitute(s.R, s.d, s.dual, s.k);
-        // How far the active multipliers allow to go, and how far the constraint itself asks to go.
+        // Largest step that the active multipliers allow, and full step that the constraint itself requires.
         double partial = INFINITE;
         int64_t drop = -1;
         for (int64_t j = 0; j < s.k; j++)
@@ -137,13 +137,13 @@ CDPR_INLINE int enforce(const Polytope<double>& p, ActiveSet& s, Limit limit, do
     }
 }
 
-// Write the x of least norm; return the steps taken. -INFEASIBLE where the polytope is empty, -NOT_FOUND after a number
-// of steps that no sound problem needs.
+// Write the x of least norm; return the number of steps, -INFEASIBLE if the polytope is empty, or -NOT_FOUND after a
+// number of steps that no regular problem needs.
 inline int64_t nearest(const Polytope<double>& p, ActiveSet& s) {
     for (int64_t j = 0; j < p.r; j++) p.x[j] = 0.0;
     s.k = 0;
     const Excess<double> reach = least(p);
-    if (reach.most <= FEASIBILITY_TOLERANCE * reach.scale) return 0;  // nothing is in the way
+    if (reach.most <= FEASIBILITY_TOLERANCE * reach.scale) return 0;  // no limit is active
     for (int64_t i = 0; i < p.m; i++) p.point[i] = p.center[i];
     write_lengths(p, s);
     const int64_t most = 10 * (p.r + 1) + 4 * p.m;

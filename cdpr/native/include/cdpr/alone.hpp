@@ -1,4 +1,4 @@
-// Work space of lanes, for one of them alone. SPDX-License-Identifier: Apache-2.0
+// Work space of lanes, used for a single lane. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/lanes.hpp>
@@ -6,10 +6,10 @@
 #ifdef CDPR_LANES
 namespace cdpr::CDPR_TARGET {
 
-// The same memory as doubles, of which there are eight times as many.
+// The same memory as doubles, which are eight times as many.
 CDPR_INLINE double* doubles(Lanes* space) { return reinterpret_cast<double*>(space); }
 
-// Memory that is given out piece by piece.
+// Memory for successive arrays.
 struct Space {
     double* place;
     int lane;
@@ -20,7 +20,7 @@ struct Space {
         return begin;
     }
 
-    // Copy what an array holds of the lane.
+    // Copy the numbers of the lane from an array.
     CDPR_INLINE double* copied(const Lanes* array, int64_t count) {
         double* copy = reserve(count);
         for (int64_t i = 0; i < count; i++) copy[i] = array[i].get(lane);
@@ -28,7 +28,7 @@ struct Space {
     }
 };
 
-// Write an array of the lane.
+// Write the numbers of the lane into an array.
 CDPR_INLINE void put(const double* array, Lanes* eight, int lane, int64_t count) {
     for (int64_t i = 0; i < count; i++) eight[i].set(lane, array[i]);
 }

@@ -1,4 +1,4 @@
-// Spans whose force on the platform is not along their chord. SPDX-License-Identifier: Apache-2.0
+// Spans with a force on the platform that is not along the chord. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/vector.hpp>

@@ -1,8 +1,8 @@
-// The frame in which rigid bodies are integrated, and what acts on them. SPDX-License-Identifier: Apache-2.0
+// Frame in which rigid bodies are integrated, and the wrench on them. SPDX-License-Identifier: Apache-2.0
 //
 // See `cdpr.mechanics.body_frame`. A state (13): position, m; attitude w, x, y, z; velocity, m/s; angular velocity,
-// rad/s; world axes. `offset` (7): from the platform's origin to that of the body frame in body axes (3), m, and the
-// attitude of the body frame in the platform (4).
+// rad/s; world axes. `offset` (7): position of the body frame's origin relative to the platform's, body axes (3), m,
+// and attitude of the body frame relative to the platform (4).
 #pragma once
 
 #include <cdpr/geometry.hpp>
@@ -31,8 +31,8 @@ template <class T> CDPR_INLINE void to_platform(const T* offset, const T* body, 
     store(omega, state + 10);
 }
 
-// Return a wrench that acts at the platform's origin as one about that of the body frame, of a body with attitude q;
-// the platform's origin lies at -r from there. World axes. `pull` is the wrench of the cables.
+// Return the wrench of cables, `pull`, and of an external wrench at the platform's origin, about the origin of the body
+// frame, for a body with attitude q. The platform's origin is at -r from there. World axes.
 template <class T>
 CDPR_INLINE Wrench<T> with_external(Wrench<T> pull, const T* offset, const T* external, Quaternion<T> q) {
     const Wrench<T> push = wrench(external);
@@ -66,7 +66,7 @@ template <class T> inline int platform_state(PlatformState<T>& frame) {
     return 0;
 }
 
-// Wrench of the cables and of what else acts on a body.
+// Wrench of the cables and of external loads on a body.
 template <class T> struct AppliedWrench {
     const T* lines;     // (m, w), geometry.hpp, with B_i in the body frame
     const T* offset;    // (7)

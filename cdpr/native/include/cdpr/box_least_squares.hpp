@@ -1,10 +1,10 @@
-// The tensions within the limits that come nearest to a wrench: what remains when no distribution is admissible.
-// SPDX-License-Identifier: Apache-2.0
+// Tensions within the limits with the wrench nearest to a required one, for problems without an admissible
+// distribution. SPDX-License-Identifier: Apache-2.0
 //
-// min |D (W t - wrench)| with t_min <= t <= t_max, D = diag(weights); of several the least. Any n, m and rank; upper
-// limits may be infinite. The wrench W t nearest to the wanted one is unique and depends continuously on it, for what
-// the cables can exert is a convex set; and so do the tensions of least norm that exert it. They equal the distribution
-// of least norm where that exists: nothing jumps when a wrench becomes infeasible.
+// min |D (W t - wrench)| with t_min <= t <= t_max, D = diag(weights); the solution of least norm if there are several.
+// Any n, m and rank; upper limits may be infinite. The feasible wrenches form a convex set, so the nearest W t is
+// unique and depends continuously on the required wrench; so do its tensions of least norm. They equal the distribution
+// of least norm if that exists: nothing jumps when a wrench becomes infeasible.
 #pragma once
 
 #include <cdpr/active_set.hpp>
@@ -19,9 +19,9 @@ struct BoxLeastSquares {
     const double* tension_min;  // (m), N
     const double* tension_max;  // (m), N
     const double* weights;      // (n): 1 for forces and 1 / characteristic length, 1/m, for moments
-    double* tension;            // (m), N; as before where a lower limit is infinite
+    double* tension;            // (m), N; unchanged if a lower limit is infinite
     double* status;             // (1), a Status
-    double* steps;              // (1), taken
+    double* steps;              // (1), number of steps
     double* basis;              // (m, m), work space: N
     double* box;                // (4, m), work space: a solution, the limits, a target
     double* factors;            // (n + 5, n + m), work space
@@ -40,7 +40,7 @@ struct BoxLeastSquares {
     CDPR_INLINE double* active() const { return vectors + m; }
     CDPR_INLINE double* least() const { return vectors + 2 * m; }
 
-    // Of least norm, what shall exert a wrench.
+    // Problem of least norm for a wrench.
     CDPR_INLINE TensionProblem<double> problem(const double* wanted, double* answer) const {
         return {matrix, wanted, tension_min, tension_max, answer, status, basis, box, factors, n, m};
     }
@@ -48,14 +48,15 @@ struct BoxLeastSquares {
 
 namespace bounded {
 
-// A cable whose pull changes the squared residual by less than this share of what it could does not enter: round-off.
+// A cable at a limit is not released if this reduces the squared residual by less than this share of the largest
+// possible change: round-off.
 constexpr double GRADIENT_TOLERANCE = 1e-12;
 
-// A cable whose pull would enlarge the squared residual by more than this share of what it could is at its limit in all
-// solutions.
+// A cable is at its limit in all solutions if releasing it would increase the squared residual by more than this share
+// of the largest possible change.
 constexpr double PRESSED = 1e-9;
 
-// A cable whose effect beyond that of the cables already free is below this share of its length depends on them.
+// A cable depends on the free cables if its remaining effect is below this share of its length.
 constexpr double DEPENDENCE = 1e-9;
 
 // Cables between their limits, k of them: their columns of D W are J[:, :k] R.
@@ -65,12 +66,12 @@ struct FreeCables {
     Matrix<double> R;   // (n, n)
     double* residual;   // (n), D (wrench - W t)
     double* d;          // (n)
-    double* goal;       // (n), tensions where least squares over the free cables would have them
+    double* goal;       // (n), least-squares tensions of the free cables
     double* member;     // (n), the number of each free cable
     double* projected;  // (n)
     double* place;      // (m), -1 and 1: at a limit; 0: free
     double* size;       // (m), lengths of the columns of A
-    double* barred;     // (m), cables that may not enter for the moment
+    double* barred;     // (m), cables that may not be released at present
     int64_t n, m, k;
 };
 
@@ -94,7 +95,7 @@ CDPR_INLINE void start(const BoxLeastSquares& p, const FreeCables& f) {
     }
 }
 
-// Write the residual; return the sum of the sizes of what is summed up.
+// Write the residual; return the sum of the absolute values of its terms.
 CDPR_INLINE double write_residual(const BoxLeastSquares& p, const FreeCables& f) {
     double total = 0.0;
     for (int64_t j = 0; j < f.n; j++) {
@@ -110,20 +111,20 @@ CDPR_INLINE double write_residual(const BoxLeastSquares& p, const FreeCables& f)
     return total;
 }
 
-// The cable that enters, -1: none, and whether the solution is then the only one.
+// Next cable to release, -1 for none, and whether the solution is then unique.
 struct Entering {
     int64_t cable;
     bool unique = false;
 };
 
-// Choose the cable at a limit whose pull lessens the residual most.
+// Choose the cable at a limit whose release reduces the residual most.
 CDPR_INLINE Entering choose_entering(const BoxLeastSquares& p, const FreeCables& f, double total) {
     Entering found = {-1, true};
     double best = GRADIENT_TOLERANCE * total;
     for (int64_t i = 0; i < f.m; i++) {
         if (f.place[i] == 0.0 || !(p.tension_min[i] < p.tension_max[i])) continue;
         const double s = sum(0.0, 0, f.n, [&](int64_t j) { return f.A(j, i) * f.residual[j]; });
-        // All solutions have the same residual: where it presses a cable against its limit, there it is in all.
+        // All solutions have the same residual: a cable that it presses against its limit is at that limit in all.
         if (!(f.place[i] * s > PRESSED * total * f.size[i])) found.unique = false;
         if (f.barred[i] == 0.0 && -f.place[i] * s > best * f.size[i]) {
             found.cable = i;
@@ -133,7 +134,7 @@ CDPR_INLINE Entering choose_entering(const BoxLeastSquares& p, const FreeCables&
     return found;
 }
 
-// Let a cable be free; return false where it depends on those that are.
+// Release a cable; return false if it depends on the free ones.
 CDPR_INLINE bool enter(FreeCables& f, int64_t cable) {
     for (int64_t j = 0; j < f.n; j++) f.d[j] = sum(0.0, 0, f.n, [&](int64_t i) { return f.J(i, j) * f.A(i, cable); });
     const double square = sum(0.0, f.k, f.n, [&](int64_t j) { return f.d[j] * f.d[j]; });
@@ -146,7 +147,7 @@ CDPR_INLINE bool enter(FreeCables& f, int64_t cable) {
     return true;
 }
 
-// Write least squares over the free cables: R goal = J^T (what the others leave of the wrench).
+// Write least squares over the free cables: R goal = J^T (wrench not exerted by the others).
 CDPR_INLINE void write_goal(const BoxLeastSquares& p, const FreeCables& f) {
     for (int64_t j = 0; j < f.n; j++) {
         double s = p.weights[j] * p.wrench[j];
@@ -158,7 +159,7 @@ CDPR_INLINE void write_goal(const BoxLeastSquares& p, const FreeCables& f) {
     back_substitute(f.R, f.projected, f.goal, f.k);
 }
 
-// Move the free cables towards the goal until one meets a limit, which holds it; return whether none does.
+// Move the free cables towards the goal until one reaches a limit, which holds it; return whether none does.
 CDPR_INLINE bool approach(const BoxLeastSquares& p, FreeCables& f) {
     double step = 1.0, wall = 0.0;
     int64_t blocked = -1;
@@ -188,8 +189,8 @@ CDPR_INLINE bool approach(const BoxLeastSquares& p, FreeCables& f) {
     return false;
 }
 
-// Move to least squares over the free cables, of which `entered` came last, from a limit at `side`. Return whether any
-// tension moved; where by round-off it would move the wrong way it returns, for it has nothing to give.
+// Move to the least squares over the free cables after releasing `entered` from a limit at `side`. Return whether any
+// tension changed. If round-off would move it in the wrong direction, the cable returns to its limit.
 CDPR_INLINE bool descend(const BoxLeastSquares& p, FreeCables& f, int64_t entered, double side) {
     bool moved = false;
     while (f.k > 0) {
@@ -206,10 +207,10 @@ CDPR_INLINE bool descend(const BoxLeastSquares& p, FreeCables& f, int64_t entere
     return moved;
 }
 
-// Write some tensions that minimise the residual; return the steps, or -NOT_FOUND, and whether there are no others.
+// Write tensions that minimise the residual; return the number of steps, or -NOT_FOUND, and whether they are unique.
 //
-// Stark and Parker, Computational Statistics 10 (1995), BVLS: cables leave their limits one by one where that lessens
-// the residual, and return where least squares over those that are free would take them beyond.
+// Stark and Parker, Computational Statistics 10 (1995), BVLS: cables are released one by one if that reduces the
+// residual, and return to a limit if least squares over the free cables would exceed it.
 inline int64_t nearest_wrench(const BoxLeastSquares& p, bool& unique) {
     FreeCables f = free_cables(p);
     start(p, f);
@@ -228,7 +229,7 @@ inline int64_t nearest_wrench(const BoxLeastSquares& p, bool& unique) {
     return -NOT_FOUND;
 }
 
-// Replace the tensions by the least ones that exert the same wrench; return the steps of that.
+// Replace the tensions by the least ones with the same wrench; return the number of steps.
 inline int64_t lessen(const BoxLeastSquares& p) {
     for (int64_t j = 0; j < p.n; j++)
         p.reached[j] = sum(0.0, 0, p.m, [&](int64_t i) { return p.matrix[j * p.m + i] * p.tension[i]; });
@@ -250,8 +251,8 @@ inline int64_t lessen(const BoxLeastSquares& p) {
     return steps;
 }
 
-// Write the tensions; return the steps taken, -NOT_FOUND if it gave up, or -UNSUPPORTED, the tensions as before, where
-// a lower limit is infinite.
+// Write the tensions; return the number of steps, -NOT_FOUND if the iteration fails, or -UNSUPPORTED, with unchanged
+// tensions, if a lower limit is infinite.
 inline int64_t find(const BoxLeastSquares& p) {
     for (int64_t i = 0; i < p.m; i++)
         if (p.tension_min[i] == -INFINITE) return -UNSUPPORTED;
@@ -262,7 +263,7 @@ inline int64_t find(const BoxLeastSquares& p) {
 
 }  // namespace bounded
 
-// Write the tensions and the steps taken; return and write the status: OK, NOT_FOUND, or UNSUPPORTED where a lower
+// Write the tensions and the number of steps; return and write the status: OK, NOT_FOUND, or UNSUPPORTED if a lower
 // limit is infinite.
 inline int box_least_squares(BoxLeastSquares& p) {
     const int64_t steps = bounded::find(p);

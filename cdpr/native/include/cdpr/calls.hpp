@@ -1,4 +1,4 @@
-// Calls of an exported program, which Python writes (cdpr/native/program.py). SPDX-License-Identifier: Apache-2.0
+// Calls of an exported program, written by Python (cdpr/native/program.py). SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <stddef.h>
@@ -8,7 +8,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Meaning of a status other than 0: none; the operation found no answer; something is not finite.
+// Meaning of a status other than 0: none; the operation found no answer; a value is not finite.
 enum Vital { IGNORED, ANSWER, FINITE };
 
 // Call of a compiled operation.
@@ -17,11 +17,12 @@ struct Call {
     void* place;    // its struct
     bool in_order;  // whether it is called in each control step; others only when needed
     Vital vital;
-    size_t skip;  // so many calls that follow are skipped then
-    int repair;   // index of the call that is made then, with the status in place of the time; -1 for none
+    size_t skip;  // number of calls to skip then
+    int repair;   // index of the call to make then, with the status in place of the time; -1 for none
 };
 
-// Make the calls of one control step at a time [s]; return the one that failed and was not repaired, nullptr for none.
+// Make the calls of one control step at a time [s]; return the call that failed without repair, nullptr if all
+// succeeded.
 CDPR_INLINE const Call* make_calls(const Call* calls, size_t count, double time) {
     for (size_t k = 0; k < count; k++) {
         const Call& call = calls[k];

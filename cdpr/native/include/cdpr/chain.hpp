@@ -1,8 +1,8 @@
 // Tensions and winches of the cables of one robot. SPDX-License-Identifier: Apache-2.0
 //
-// A cable consists of a winch, an exit and a span (`cdpr.cables`). A row of `chains` holds: kinds
-// of winch and span (parts.hpp), the lowest tension, N: 0, or minus infinity of a leg that pushes; eight numbers of the
-// winch, the first of which is cable per unit of the winch's coordinate, m/rad; eight numbers of the span.
+// A cable consists of a winch, an exit and a span (`cdpr.cables`). A row of `chains` holds: kinds of winch and span
+// (parts.hpp); the lowest tension, N: 0, or minus infinity for a leg that pushes; eight numbers of the winch, the first
+// of which is cable per unit of the winch's coordinate, m/rad; eight numbers of the span.
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -31,13 +31,13 @@ template <class T> CDPR_INLINE ChainRow<T> chain_row(const T* chains, int64_t i)
 // Tensions of all cables.
 template <class T> struct ChainTensions {
     const T* chains;               // (m, 19)
-    const T* command;              // (m), N: the tension that the winch would hold at rest
+    const T* command;              // (m), N: static tension of the winch
     const T* length;               // (m), m, between winch and platform
-    const T* rate;                 // (m), m/s, by which that changes
-    const T* length_acceleration;  // (m), m/s^2, by which the rate would change if the platform did not accelerate
+    const T* rate;                 // (m), m/s, rate of the length
+    const T* length_acceleration;  // (m), m/s^2, rate of that rate for a platform without acceleration
     const T* unwound;              // (m), m, unstretched length, of cables that stretch
-    const T* speed;                // (m), rad/s, of their winches, positive where they wind in
-    T* tension;                    // (m), N, without what the winches' inertia takes when the platform accelerates
+    const T* speed;                // (m), rad/s, of their winches, positive when winding in
+    T* tension;                    // (m), N, without the effect of the winches' inertia at an accelerating platform
     T* mass;                       // (m), kg, that inertia as a mass along the cable
     int64_t m;
     static constexpr char fields[] =
@@ -62,13 +62,13 @@ template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
     return 0;
 }
 
-// Slopes of the winches whose cables stretch; 0 of others.
+// Time derivatives of winches with elastic cables; 0 for others.
 template <class T> struct ChainSlopes {
     const T* chains;   // (m, 19)
     const T* command;  // (m), N
     const T* tension;  // (m), N
     const T* speed;    // (m), rad/s
-    T* unwinding;      // (m), m/s, by which the unwound length changes
+    T* unwinding;      // (m), m/s, rate of the unwound length
     T* acceleration;   // (m), rad/s^2
     int64_t m;
     static constexpr char fields[] =
@@ -87,7 +87,7 @@ template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
     return 0;
 }
 
-// Start of the winches whose cables stretch: each tension is its command and no cable stretches further; 0 of others.
+// Start of winches with elastic cables: each tension is its command, with constant stretch; 0 for others.
 template <class T> struct ChainStart {
     const T* chains;   // (m, 19)
     const T* command;  // (m), N

@@ -1,4 +1,4 @@
-// Checks of a tension distribution: independent of its solver. SPDX-License-Identifier: Apache-2.0
+// Checks of a tension distribution, independent of its solver. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -8,8 +8,8 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A tension is within its limits, and at a limit, to this many newtons, or on robots whose largest limit is less than a
-// newton to this share of that: finer than any force sensor, coarser than the round-off of every exact solver.
+// A tension is within its limits, or at a limit, to this many newtons; on robots with limits below one newton, to this
+// share of the largest limit: finer than any force sensor, coarser than the round-off of every exact solver.
 constexpr double LIMIT_TOLERANCE = 1e-6;
 
 // A distribution balances the wrench if the residual is below this share of it, or of a newton: below any model error,
@@ -26,8 +26,8 @@ template <class T> struct Limits {
     int64_t m;
 };
 
-// Return what is large beside the tolerances, N: one newton, or the largest of the limits if that is less. Otherwise
-// nothing would be proved of robots that are held by millinewtons. Of limits that are all zero it is 1.
+// Return the scale of the tolerances, N: one newton, or the largest limit if that is less, for robots that are held by
+// millinewtons; 1 if all limits are zero.
 template <class T> CDPR_INLINE T newton(Limits<T> limits) {
     T largest = 0.0;
     for (int64_t i = 0; i < limits.m; i++)
@@ -40,8 +40,8 @@ template <class T> struct Margin {
     T least, at_limit;
 };
 
-// Return the margin of tensions (m). A locked cable, whose limits are equal, counts only where it does not have that
-// tension. Cables whose `held` (m), if given, is not NaN are broken or jammed and do not count.
+// Return the margin of tensions (m). A locked cable (equal limits) counts only if it does not have that tension. Cables
+// whose `held` (m), if given, is not NaN are broken or jammed and do not count.
 template <class T> CDPR_INLINE Margin<T> margin_of(Limits<T> limits, const T* tension, const T* held, T tolerance) {
     Margin<T> margin = {INFINITE, 0.0};
     for (int64_t i = 0; i < limits.m; i++) {
@@ -55,16 +55,16 @@ template <class T> CDPR_INLINE Margin<T> margin_of(Limits<T> limits, const T* te
     return margin;
 }
 
-// Decision on an answer.
+// Check of a solver's answer.
 template <class T> struct Acceptance {
     const T* matrix;   // (n, m), moments in N m per N
     const T* wrench;   // (n), N and N m
     const T* weights;  // (n), 1 for forces, 1 / characteristic length, 1/m, for moments
     const T* limits;   // (2, m), N
     const T* answer;   // (m), N, of a solver
-    T* tension;        // (m), N: the answer within the limits; as before unless it is accepted
-    T* report;  // (4): status; residual, N; margin, N; number of cables at a limit; the last three as before where
-                // an entry is not finite
+    T* tension;        // (m), N: the answer within the limits; unchanged unless accepted
+    T* report;         // (4): status; residual, N; margin, N; number of cables at a limit; the last three unchanged if
+                       // an entry is not finite
     int64_t n;
     int64_t m;
     static constexpr char fields[] =
@@ -86,8 +86,8 @@ template <class T> CDPR_INLINE void squares(const Acceptance<T>& problem, T unit
     }
 }
 
-// Return whether a finite answer keeps the limits and balances the wrench; write the report for the lanes that are
-// finite. Cables that are `held` count as of `margin_of`.
+// Return whether a finite answer is within the limits and balances the wrench; write the report for the lanes that are
+// finite. `held` cables count as in `margin_of`.
 template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> sound, const T* held = nullptr) {
     T unit = 1.0, residual, load;
     squares(problem, unit, residual, load);
@@ -107,7 +107,7 @@ template <class T> CDPR_INLINE Truth<T> holds(Acceptance<T>& problem, Truth<T> s
 }
 
 // Copy a solver's answer if it is finite, within the limits and balances the wrench. Return the status: OK, BAD_INPUT
-// where the wrench is not finite, else NOT_FOUND; of lanes, the bits of those that are not OK.
+// if the wrench is not finite, else NOT_FOUND; for lanes, the bits of those that are not OK.
 template <class T> inline int accept(Acceptance<T>& problem) {
     const T answered = sum(T(0.0), 0, problem.m, [&](int64_t i) { return 0.0 * problem.answer[i]; });
     const T asked = sum(T(0.0), 0, problem.n, [&](int64_t j) { return 0.0 * problem.wrench[j]; });

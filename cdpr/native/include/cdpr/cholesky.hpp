@@ -7,11 +7,11 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A direction whose remaining curvature is below this share counts as unobservable: round-off of the factorisation.
+// A direction with remaining curvature below this share counts as unobservable: round-off of the factorisation.
 constexpr double SINGULAR = 1e-13;
 
-// Replace the lower half of A (n, n) by L, where L L^T = A + damping diag(A); return whether A is not singular. Where
-// it is, the rest of its factor has no meaning.
+// Replace the lower half of A (n, n) by L, where L L^T = A + damping diag(A); return whether A is regular. The rest of
+// the factor of a singular matrix has no meaning.
 template <class T> CDPR_INLINE Truth<T> factorise(Matrix<T> A, int64_t n, T damping) {
     Truth<T> regular = true;
     for (int64_t k = 0; k < n; k++) {

@@ -1,8 +1,8 @@
 // Clearance of cables from each other, from their own platform and from obstacles. SPDX-License-Identifier: Apache-2.0
 //
-// The axis of a cable is the segment from where it leaves the frame to its anchor on the platform; a clearance is the
-// distance of axes less both radii, or of an axis from a solid less its radius: negative where they touch. What counts
-// of cables that share an anchor, and of a cable and its own platform: `cdpr.mechanics.clearance`.
+// The axis of a cable is the segment from its exit to its anchor on the platform. A clearance is the distance of two
+// axes less both radii, or of an axis from a solid less its radius: negative on contact. Rules for cables that share an
+// anchor, and for a cable and its own platform: `cdpr.mechanics.clearance`.
 #pragma once
 
 #include <cdpr/geometry.hpp>
@@ -11,21 +11,22 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// An anchor so near to the surface of its platform, m, is on it: less than cables are thick, more than files are round.
+// An anchor this near to the surface of its platform, m, is on it: below the thickness of cables, above the rounding of
+// files.
 constexpr double ON_SURFACE = 1e-5;
 
-// Radius of a cable that is broken: whatever it is near to is infinitely far from it.
+// Radius of a broken cable: everything is infinitely far from it.
 constexpr double GONE = -INFINITE;
 
-// Distance that counts for a pair of cables: that of the cables, that of the ends they do not share, or none.
+// Distance of a pair of cables: between the cables, between the ends they do not share, or none.
 enum PairKind { APART, SHARED, SAME };
 
-// Bodies that may touch: the fields that the operations of clearances begin with.
+// Bodies that may touch: the first fields of the operations on clearances.
 struct Bodies {
     const double* lines;   // (m, w), w >= 6, as of geometry.hpp
-    const double* radius;  // (m), m; GONE of a cable that is broken
+    const double* radius;  // (m), m; GONE for a broken cable
     const int64_t*
-        pairs;  // (m, m), PairKind of i and j < i; of those that share an end, at (j, i) SHARED on the platform
+        pairs;  // (m, m), PairKind of i and j < i; for cables with a common end, at (j, i) SHARED on the platform
     const double* platform;   // (p, 11), p of 0 or 1 solids (solids.hpp), platform axes
     const double* obstacles;  // (k, s), s >= 11, solids, world
     int64_t m;
@@ -40,14 +41,14 @@ struct Bodies {
     CDPR_INLINE Solid obstacle(int64_t j) const { return {obstacles + j * s, s}; }
 };
 
-// The least clearance, m, and of what: i m + j of two cables; from m^2 on its platform; from m^2 + m on obstacles; -1
-// of nothing.
+// Smallest clearance, m, and its pair: i m + j for two cables; from m^2 for its platform; from m^2 + m for obstacles;
+// -1 for none.
 template <class T> struct Nearest {
     T clearance;
     T which;
 };
 
-// Write where a cable begins and ends, (6), m, world.
+// Write both ends of a cable, (6), m, world.
 CDPR_INLINE void write_ends(const Bodies& bodies, int64_t i, Vector<double> p, Quaternion<double> q, double* ends) {
     const Line<double> cable = line(bodies.lines, bodies.w, i, p, q);
     store(cable.exit(), ends);
@@ -55,7 +56,7 @@ CDPR_INLINE void write_ends(const Bodies& bodies, int64_t i, Vector<double> p, Q
 }
 
 #ifdef CDPR_LANES
-// In eight poses: all cables leave from points.
+// In eight poses; all exits are points.
 CDPR_INLINE void write_ends(const Bodies& bodies, int64_t i, Vector<Lanes> p, Quaternion<Lanes> q, Lanes* ends) {
     const double* row = bodies.lines + i * bodies.w;
     const Vector<Lanes> lever = rotate(q, Vector<Lanes>{row[3], row[4], row[5]});
@@ -64,8 +65,8 @@ CDPR_INLINE void write_ends(const Bodies& bodies, int64_t i, Vector<Lanes> p, Qu
 }
 #endif
 
-// Distance of the axes of two cables from their ends (6); of those that share an end, on the platform or on the frame,
-// that of their other ends from each other's axis.
+// Distance of the axes of two cables from their ends (6); with a common end, on the platform or on the frame, the
+// distance of their other ends from each other's axis.
 template <class T> CDPR_INLINE T axes_distance(const T* first, const T* second, bool apart, bool on_platform) {
     const Vector<T> E = vector(first), P = vector(first + 3), F = vector(second), Q = vector(second + 3);
     if (apart) return between(E, P, F, Q);
@@ -73,7 +74,7 @@ template <class T> CDPR_INLINE T axes_distance(const T* first, const T* second, 
     return smaller(from_point(P, F, Q), from_point(Q, E, P));
 }
 
-// Write where cables begin and end, (m, 6), m; return what is nearest of the cables.
+// Write both ends of all cables, (m, 6), m; return the nearest pair of cables.
 template <class T> inline Nearest<T> nearest_cables(const Bodies& bodies, Vector<T> p, Quaternion<T> q, T* ends) {
     const int64_t m = bodies.m;
     for (int64_t i = 0; i < m; i++) write_ends(bodies, i, p, q, ends + 6 * i);
@@ -92,7 +93,7 @@ template <class T> inline Nearest<T> nearest_cables(const Bodies& bodies, Vector
     return least;
 }
 
-// Return the clearance of a cable from its own platform, INFINITE where its anchor is inside of its shape.
+// Return the clearance of a cable from its own platform, INFINITE if its anchor is inside the shape.
 inline double from_platform(const Bodies& bodies, Solid solid, int64_t i, Vector<double> end) {
     const Vector<double> anchor = solid.local(bodies.anchor(i));
     const double outside = signed_distance(solid, anchor).distance;
@@ -101,7 +102,7 @@ inline double from_platform(const Bodies& bodies, Solid solid, int64_t i, Vector
     return from_solid(solid, bodies.anchor(i), end) - bodies.radius[i];
 }
 
-// Return what is nearer than `least`: of cables, whose ends are known, from their platform and obstacles.
+// Return the pair nearer than `least`: of cables, with known ends, and their platform or obstacles.
 inline Nearest<double> nearest_solids(const Bodies& bodies, Vector<double> p, Quaternion<double> q, const double* ends,
                                       Nearest<double> least) {
     const int64_t m = bodies.m;
@@ -133,20 +134,20 @@ inline Nearest<double> nearest(const Bodies& bodies, const double* pose, double*
     return nearest_solids(bodies, p, q, ends, nearest_cables(bodies, p, q, ends));
 }
 
-// Return whether cables that are not broken yet are too near, for the loop.
+// Check whether unbroken cables are too near, for the loop.
 struct TooNear {
-    Bodies bodies;       // radius: of the cables before any breaks
+    Bodies bodies;       // radius: of the cables before any break
     const double* pose;  // (7), position, m, and quaternion
-    const double* gone;  // (m), s, when cables break; INFINITE of those that do not
+    const double* gone;  // (m), s, times at which cables break; INFINITE for others
     double* present;     // (m), m, radii at this time
     double* ends;        // (m, 6), work space
-    double clearance;    // m, from this on it is too near
-    double after;        // s, from this time on
+    double clearance;    // m, lower limit of the clearance
+    double after;        // s, start of the check
     static constexpr auto fields =
         extended(Bodies::fields, "pose(7), gone(m), present(m), work ends(m, 6), clearance, after");
 };
 
-// Return 1 where they are, else 0.
+// Return 1 if they are too near, else 0.
 inline int too_near(TooNear& watch, double time) {
     Bodies now = watch.bodies;
     if (!has_anchors<double>(now.w)) return BAD_INPUT;

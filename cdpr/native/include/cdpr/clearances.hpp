@@ -1,6 +1,6 @@
-// Least clearances at many poses. SPDX-License-Identifier: Apache-2.0
+// Smallest clearances at many poses. SPDX-License-Identifier: Apache-2.0
 //
-// If all cables leave from points, eight poses are evaluated at a time, each with the bits that it gets alone.
+// If all exits are points, eight poses are evaluated at a time, each with the bits of a single one.
 #pragma once
 
 #include <cdpr/alone.hpp>
@@ -13,7 +13,7 @@ struct Clearances {
     Bodies bodies;
     const double* poses;  // (count, 7), position, m, and quaternion
     double* clearance;    // (count), m
-    int64_t* which;       // (count), of what, as of Nearest
+    int64_t* which;       // (count), pair, as in Nearest
     double* ends;         // (m, 6), work space
     Lanes* eight_poses;   // (7), work space
     Lanes* eight_ends;    // (m, 6), work space
@@ -29,7 +29,7 @@ struct Clearances {
     }
 };
 
-// Write what is found of poses first to first + 7.
+// Write the results for poses first to first + 7.
 inline void look_at_eight(const Clearances& asked, int64_t first) {
     const Bodies& bodies = asked.bodies;
     for (int lane = 0; lane < WIDTH; lane++) put(asked.poses + 7 * (first + lane), asked.eight_poses, lane, 7);

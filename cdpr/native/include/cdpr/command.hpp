@@ -1,12 +1,12 @@
-// Tensions that a controller commands. SPDX-License-Identifier: Apache-2.0
+// Tensions commanded by a controller. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/imposed.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Write the wrench (6) of the tensions, W t, and the report but for its status; the residual is 0: no wrench was
-// wanted.
+// Write the wrench (6) of the tensions, W t, and the report except its status; the residual is 0: no wrench was
+// required.
 template <class T>
 CDPR_INLINE void account(Limits<T> limits, const T* matrix, const T* tension, const T* held, T* wrench, T* report) {
     for (int64_t j = 0; j < 6; j++)
@@ -18,13 +18,13 @@ CDPR_INLINE void account(Limits<T> limits, const T* matrix, const T* tension, co
 }
 
 struct Command {
-    const double* command;  // (m), N; without meaning for a locked cable, whose limits are equal
+    const double* command;  // (m), N; ignored for a locked cable, whose limits are equal
     const double* limits;   // (2, m), N
     const double* matrix;   // (6, m), moments in N m per N
     double* tension;        // (m), N
     double* wrench;         // (6), N and N m
     double* report;         // (4): status; 0; margin, N; number of cables at a limit
-    int64_t stop;           // whether a command beyond the limits is reported by the returned status
+    int64_t stop;           // whether the status reports a command beyond the limits
     int64_t m;
     static constexpr char fields[] =
         "command(m), limits(2, m), matrix(6, m), both tension(m), both wrench(6), both report(4), stop, m";
@@ -32,8 +32,8 @@ struct Command {
     CDPR_INLINE Limits<double> bounds() const { return {limits, limits + m, m}; }
 };
 
-// Clip the command to the limits. Return BAD_INPUT, and write nothing, where it is not finite; NOT_FOUND where it is
-// beyond the limits and that stops the run; else OK.
+// Clip the command to the limits. Return BAD_INPUT, and write nothing, if it is not finite; NOT_FOUND if it is beyond
+// the limits and that stops the run; else OK.
 inline int take_command(Command& p) {
     for (int64_t i = 0; i < p.m; i++)
         if (!finite(p.command[i])) return BAD_INPUT;
@@ -51,18 +51,18 @@ inline int take_command(Command& p) {
 }
 
 template <class T> struct ImposedCommand {
-    const T* held;    // (m), N, NaN for cables that are free
+    const T* held;    // (m), N, NaN for free cables
     const T* limits;  // (2, m), N
     const T* matrix;  // (6, m), moments in N m per N
     T* tension;       // (m), N
     T* wrench;        // (6), N and N m
-    T* report;        // (4), as of Command; its status remains
+    T* report;        // (4), as in Command; its status does not change
     int64_t m;
     static constexpr char fields[] =
         "held(m), limits(2, m), matrix(6, m), both tension(m), wrench(6), both report(4), m";
 };
 
-// Let held tensions be, and write what all tensions do.
+// Set held tensions, and write the wrench of all tensions.
 template <class T> inline int impose_command(ImposedCommand<T>& p) {
     hold(p.held, p.tension, p.m);
     const Limits<T> limits = {p.limits, p.limits + p.m, p.m};

@@ -15,8 +15,8 @@ template <class Rule> CDPR_INLINE int distribute(TensionProblem<double>& problem
     return int(status);
 }
 
-// The same of a solver with numbers or work space of its own: its first member is the `problem`, and its member
-// function `choose(r)` does what a rule does.
+// The same for a solver with its own numbers or work space: its first member is the `problem`, and its member function
+// `choose(r)` is the rule.
 template <class Solver> inline int distribute(Solver& solver) {
     const int64_t r = reduce(solver.problem);
     const double status = r < 0 ? double(-r) : solver.choose(r);
@@ -25,7 +25,7 @@ template <class Solver> inline int distribute(Solver& solver) {
 }
 
 #ifdef CDPR_LANES
-// Answer the problem of one lane alone, in the lanes' work space.
+// Solve the problem of one lane alone, in the lanes' work space.
 template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight, int lane) {
     const int64_t n = eight.n, m = eight.m;
     Space space = {doubles(eight.factors), lane};
@@ -47,7 +47,7 @@ template <class Rule> inline void distribute_alone(TensionProblem<Lanes>& eight,
     eight.status->set(lane, status);
 }
 
-// Return the bits of the lanes whose status is not OK.
+// Return the bits of the lanes with a status other than OK.
 template <class Rule> CDPR_INLINE int distribute(TensionProblem<Lanes>& problem) {
     const int64_t r = reduce(problem);
     const Mask together = common(problem, r);

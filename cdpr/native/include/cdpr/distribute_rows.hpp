@@ -1,7 +1,7 @@
 // Distribution of many wrenches at many poses, one by one or eight side by side. SPDX-License-Identifier: Apache-2.0
 //
-// Each row is computed by itself: pose, wrench matrix, wrench, the solver, the checks of its answer and, where they
-// fail, the tensions nearest to the wrench.
+// Each row is independent: pose, wrench matrix, wrench, solver, checks of its answer and, if they fail, the tensions
+// with the nearest wrench.
 #pragma once
 
 #include <cdpr/checks.hpp>
@@ -15,17 +15,17 @@ namespace cdpr::CDPR_TARGET {
 // Rows, which are doubles, and the problem of the present one, or of eight.
 template <class T> struct Rows {
     const T* lines;          // (m, w), geometry.hpp
-    const int64_t* freedom;  // (n), rows of a wrench that are balanced
+    const int64_t* freedom;  // (n), balanced rows of a wrench
     const T* inertial;       // (13), inverse_dynamics.hpp
     const T* gravity;        // (3), m/s^2, world
     const T* weights;        // (n), 1 for forces, 1 / characteristic length, 1/m, for moments
     const double* limits;    // (given_limits, 2, m), N: of each row, or of all
     const double* poses;     // (count, 7): position, m, and quaternion of any length
-    const double* wrenches;  // (given_wrenches, 6), N and N m: of each row; without any, what holds the platform still
-    double* tensions;        // (count, m), N; NaN where the input is bad
-    double* reports;         // (count, 4), as of Acceptance
-    int64_t* done;           // (count): rows that are done, which are left as they are
-    T* matrix;               // (n, m), the problem that the solver is bound to, and so on
+    const double* wrenches;  // (given_wrenches, 6), N and N m: of each row; without any, static equilibrium
+    double* tensions;        // (count, m), N; NaN for bad input
+    double* reports;         // (count, 4), as in Acceptance
+    int64_t* done;           // (count): finished rows, which are skipped
+    T* matrix;               // (n, m), the problem bound to the solver, and so on
     T* wrench;               // (n), N and N m
     T* bounds;               // (2, m), N
     T* answer;               // (m), N
@@ -67,7 +67,7 @@ template <class T> inline void load(const Rows<T>& p, int64_t row, int lane) {
     for (int64_t i = 0; i < 2 * p.m; i++) set(p.bounds + i, lane, limits[i]);
 }
 
-// Write the problem at the pose, whose quaternion gets length 1. Return whether the limits are in order.
+// Write the problem at the pose, with the normalised quaternion. Return whether the limits are valid.
 template <class T> inline Truth<T> pose_problem(const Rows<T>& p) {
     const Quaternion<T> q = quaternion(p.state + 3);
     const T length = square_root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
@@ -92,7 +92,7 @@ template <class T> inline Truth<T> pose_problem(const Rows<T>& p) {
 
 struct DistributedRows {
     Rows<double> all;
-    double* steps;  // (1), work space, as the following: box_least_squares.hpp
+    double* steps;  // (1), work space, like the following: box_least_squares.hpp
     double* basis;
     double* box;
     double* factors;
@@ -100,7 +100,7 @@ struct DistributedRows {
     double* vectors;
     double* reached;
     double* table;
-    int64_t action;  // an Action: of an answer that fails the checks
+    int64_t action;  // an Action: for an answer that fails the checks
     static constexpr auto fields = extended(
         Rows<double>::fields,
         "work steps(1), work basis(m, m), work box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), "
@@ -151,7 +151,7 @@ inline void distribute_row(const DistributedRows& p, int64_t row) {
     for (int64_t i = 0; i < all.m; i++) tension[i] = NOT_A_NUMBER;
 }
 
-// Distribute all rows that are not done.
+// Distribute all unfinished rows.
 inline int distribute_rows(DistributedRows& p) {
     if (!p.all.well_formed()) return BAD_INPUT;
     for (int64_t row = 0; row < p.all.count; row++) {
@@ -163,7 +163,7 @@ inline int distribute_rows(DistributedRows& p) {
 }
 
 #ifdef CDPR_LANES
-// Number of rows of eight below which the attempt costs more than it saves.
+// Number of rows of eight below which an attempt costs more than it saves.
 constexpr int WORTHWHILE = 4;
 
 CDPR_INLINE void set(Lanes* place, int lane, double number) { place->set(lane, number); }
@@ -176,7 +176,7 @@ struct RowsSideBySide {
     static constexpr auto fields = extended(Rows<Lanes>::fields, "work accepted(m), work report(4)");
 };
 
-// Distribute eight rows from one on; return how many passed the checks: these are done.
+// Distribute eight rows from one on; return the number of those that passed the checks: these are finished.
 inline int distribute_eight(const RowsSideBySide& p, int64_t first) {
     const Rows<Lanes>& all = p.all;
     for (int lane = 0; lane < WIDTH; lane++) load(all, first + lane, lane);
@@ -200,7 +200,8 @@ inline int distribute_eight(const RowsSideBySide& p, int64_t first) {
     return count;
 }
 
-// Distribute rows, and say which are done. Where few are, ever more rows are left out before the next attempt.
+// Distribute rows, and mark the finished ones. After unsuccessful attempts, ever more rows are skipped before the next
+// one.
 inline int distribute_rows_side_by_side(RowsSideBySide& p) {
     if (!p.all.well_formed()) return BAD_INPUT;
     int64_t first = 0, pause = 1;

@@ -1,4 +1,4 @@
-// Energy of the platform, and the work that is done on it. SPDX-License-Identifier: Apache-2.0
+// Energy of the platform, and the work done on it. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/inverse_dynamics.hpp>

@@ -16,7 +16,7 @@ template <> struct If<true> {
     using type = int;
 };
 
-// Stands for the value of a member of known type, and notes the type.
+// Placeholder for the value of a member, which records its type.
 struct Member {
     const char** name;
 
@@ -40,7 +40,7 @@ template <class Problem> constexpr int member_count = sizeof(Problem) / 8;
 template <class Problem> inline constexpr auto member_types =
     types_of<Problem>(typename Count<member_count<Problem>>::type());
 
-// Return whether there is a field for each type, with dimensions where it is an array.
+// Return whether there is a field for each type, with dimensions for arrays.
 constexpr bool fields_match(const char* fields, const char* const* types, int count) {
     for (int i = 0; i < count; i++, fields += *fields == ',') {
         bool shape = false, address = false;

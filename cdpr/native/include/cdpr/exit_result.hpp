@@ -1,4 +1,4 @@
-// Answer of an exit. SPDX-License-Identifier: Apache-2.0
+// Result of an exit. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/vector.hpp>
@@ -7,7 +7,7 @@ namespace cdpr::CDPR_TARGET {
 
 template <class T> struct ExitResult {
     Vector<T> point;   // m, world, where the cable leaves the frame
-    T wrapped_length;  // m, length of cable that lies on the exit
+    T wrapped_length;  // m, length of cable on the exit
 };
 
 }  // namespace cdpr::CDPR_TARGET

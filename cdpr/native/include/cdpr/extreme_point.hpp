@@ -1,18 +1,18 @@
 // Extreme point of a polytope, the optimum of a linear program. SPDX-License-Identifier: Apache-2.0
 //
-// x(s) = argmin |x|^2 / 2 + s g . x is followed from s = 0, the nearest point, along its straight pieces until it
-// stays, which for a linear program it does at a finite s (Mangasarian and Meyer, SIAM J. Control Optim. 17, 1979). So
-// the answer is unique, whatever the order of the cables.
+// x(s) = argmin |x|^2 / 2 + s g . x is followed from s = 0, the nearest point, along its straight pieces until it is
+// constant, which for a linear program happens at a finite s (Mangasarian and Meyer, SIAM J. Control Optim. 17, 1979).
+// So the answer is unique, whatever the order of the cables.
 #pragma once
 
 #include <cdpr/active_set.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Move x onto the active limits, from which many steps may have led it by some round-off.
+// Move x back onto the active limits after the round-off of many steps.
 inline void correct(const Polytope<double>& p, const ActiveSet& s) {
     double* y = s.d;
-    for (int64_t j = 0; j < s.k; j++) {  // R^T y = what each active limit lacks
+    for (int64_t j = 0; j < s.k; j++) {  // R^T y = violation of each active limit
         const int64_t i = whole(s.member[j]);
         const double left = difference(-p.center[i], 0, p.r, [&](int64_t q) { return p.N(i, q) * p.x[q]; });
         const double lack = p.active[i] < 0.0 ? left + p.low[i] : -(left + p.high[i]);
@@ -21,14 +21,14 @@ inline void correct(const Polytope<double>& p, const ActiveSet& s) {
     for (int64_t i = 0; i < p.r; i++) p.x[i] = sum(p.x[i], 0, s.k, [&](int64_t j) { return s.J(i, j) * y[j]; });
 }
 
-// End of a straight piece of x(s), at `step`: an active limit that is released, or another one that is reached.
+// End of a straight piece of x(s), at `step`: an active limit is released, or another one is reached.
 struct Piece {
     double step;
     int64_t drop;
     Limit limit;
 };
 
-// Find the active limit whose multiplier vanishes first.
+// Find the active limit whose multiplier becomes zero first.
 CDPR_INLINE Piece first_released(const ActiveSet& s, double length) {
     Piece piece = {INFINITE, -1, {-1, 0.0}};
     for (int64_t j = 0; j < s.k; j++)
@@ -54,7 +54,7 @@ CDPR_INLINE void find_reached(const Polytope<double>& p, const ActiveSet& s, dou
 }
 
 // Write dx/ds into z, minus the part of g orthogonal to the active normals, and du/ds into `dual`, the multipliers of
-// the other part. Return how fast x moves, in its fastest direction.
+// the other part. Return the speed of x in its fastest direction.
 CDPR_INLINE double write_rates(const Polytope<double>& p, const ActiveSet& s, const double* g, double length) {
     double moving = 0.0;
     for (int64_t j = 0; j < p.r; j++) {
@@ -68,7 +68,7 @@ CDPR_INLINE double write_rates(const Polytope<double>& p, const ActiveSet& s, co
     return moving;
 }
 
-// Advance x, the multipliers, and the point but for its active limits.
+// Advance x, the multipliers, and the point except its active limits.
 CDPR_INLINE void advance(const Polytope<double>& p, const ActiveSet& s, double step) {
     for (int64_t j = 0; j < s.k; j++) s.u[j] += step * s.dual[j];
     for (int64_t i = 0; i < p.r; i++) p.x[i] += step * s.z[i];
@@ -76,7 +76,7 @@ CDPR_INLINE void advance(const Polytope<double>& p, const ActiveSet& s, double s
         if (p.active[i] == 0.0) p.point[i] = coordinate(p, i);
 }
 
-// Follow x(s) from the nearest point, whose steps were `steps`.
+// Follow x(s) from the nearest point, which took `steps`.
 CDPR_INLINE int64_t follow(const Polytope<double>& p, ActiveSet& s, const double* g, double length, int64_t steps) {
     const int64_t most = 50 * (p.r + 1) + 10 * p.m;
     for (int64_t trial = 0; trial < most; trial++) {
@@ -103,14 +103,14 @@ CDPR_INLINE int64_t follow(const Polytope<double>& p, ActiveSet& s, const double
     return -NOT_FOUND;
 }
 
-// Write the x that minimises g . x; of several, that of least norm. Return the steps taken; minus a status as `nearest`
-// does, or -UNSUPPORTED where g . x has no minimum: x is then where the last piece, a ray, begins.
+// Write the x that minimises g . x, with the least norm if there are several. Return the number of steps; minus a
+// status as `nearest`; or -UNSUPPORTED if g . x has no minimum: x is then the start of the last piece, a ray.
 inline int64_t extreme(const Polytope<double>& p, ActiveSet& s, const double* g) {
     const int64_t steps = nearest(p, s);
     if (steps < 0) return steps;
     int64_t held = 0;
     for (int64_t i = 0; i < p.m; i++) held += p.active[i] != 0.0;
-    if (held > s.k) return steps;  // by more limits than there are dimensions: a vertex and nothing else
+    if (held > s.k) return steps;  // by more limits than there are dimensions: a single vertex
     if (steps == 0) write_lengths(p, s);
     double length = 0.0;
     for (int64_t i = 0; i < p.r; i++) length = larger(length, absolute(g[i]));

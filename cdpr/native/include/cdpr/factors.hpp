@@ -19,8 +19,8 @@ CDPR_INLINE void back_substitute(Matrix<double> R, const double* rhs, double* y,
         y[i] = difference(rhs[i], i + 1, k, [&](int64_t j) { return R(i, j) * y[j]; }) / R(i, i);
 }
 
-// A rotation of two numbers. The sine is kept with both signs: where the vectoriser of g++ finds a sum beside a
-// difference of products it fuses them (vfmaddsub), whatever -ffp-contract says. The bits are those of a difference.
+// Rotation of two numbers. The sine is stored with both signs: the vectoriser of g++ fuses adjacent sums and
+// differences of products (vfmaddsub), even with -ffp-contract=off. The bits are those of a difference.
 struct Rotation {
     double cosine, sine, minus_sine;
 
@@ -31,10 +31,10 @@ struct Rotation {
     }
 };
 
-// The rotation that turns (a, b) into (h, 0).
+// Rotation that turns (a, b) into (h, 0).
 CDPR_INLINE Rotation rotation_of(double a, double b, double h) { return {a / h, b / h, -b / h}; }
 
-// Append vector number k, which is J d: turn columns k.. of J so that only d[k] remains. d (r) is lost.
+// Append vector number k, which is J d: rotate columns k.. of J so that only d[k] remains. d (r) is overwritten.
 inline void append(Matrix<double> J, Matrix<double> R, double* d, int64_t r, int64_t k) {
     for (int64_t j = r - 1; j > k; j--) {
         const double a = d[j - 1], b = d[j];
@@ -47,7 +47,7 @@ inline void append(Matrix<double> J, Matrix<double> R, double* d, int64_t r, int
     for (int64_t i = 0; i <= k; i++) R(i, k) = d[i];
 }
 
-// Remove vector number `drop` of k, and its entries of u and member (k), and make R triangular again.
+// Remove vector number `drop` of k, and its entries of u and member (k), and restore the triangular form of R.
 inline void remove(Matrix<double> J, Matrix<double> R, double* u, double* member, int64_t r, int64_t k, int64_t drop) {
     for (int64_t j = drop; j < k - 1; j++) {
         u[j] = u[j + 1];
@@ -65,8 +65,8 @@ inline void remove(Matrix<double> J, Matrix<double> R, double* u, double* member
     }
 }
 
-// Reflect columns k to r of N (m, r), which stay orthonormal, so that of these only column k changes row i, of length
-// `size` there. v (r) is work space.
+// Reflect columns k to r of N (m, r), which stay orthonormal, so that row i, of length `size` there, is nonzero only in
+// column k. v (r) is work space.
 inline void turn(Matrix<double> N, int64_t m, int64_t r, int64_t k, int64_t i, double size, double* v) {
     v[k] = N(i, k) + copy_sign(size, N(i, k));
     for (int64_t j = k + 1; j < r; j++) v[j] = N(i, j);
@@ -75,7 +75,7 @@ inline void turn(Matrix<double> N, int64_t m, int64_t r, int64_t k, int64_t i, d
         const double s = sum(0.0, k, r, [&](int64_t j) { return N(row, j) * v[j]; }) * scale;
         for (int64_t j = k; j < r; j++) N(row, j) -= s * v[j];
     }
-    for (int64_t j = k + 1; j < r; j++) N(i, j) = 0.0;  // but for round-off, which would let the row drift
+    for (int64_t j = k + 1; j < r; j++) N(i, j) = 0.0;  // except for round-off, which would let the row drift
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -1,18 +1,18 @@
 // Declaration of an operation's arguments, which Python reads. SPDX-License-Identifier: Apache-2.0
 //
-//     template <class T> struct CrossProducts {
-//         const T* left;   // (n, 3)
-//         const T* right;  // (n, 3)
-//         T* product;      // (n, 3)
-//         int64_t n;
-//         static constexpr char fields[] = "left(n, 3), right(n, 3), product(n, 3), n";
-//     };
+//   template <class T> struct CrossProducts {
+//       const T* left;   // (n, 3)
+//       const T* right;  // (n, 3)
+//       T* product;      // (n, 3)
+//       int64_t n;
+//       static constexpr char fields[] = "left(n, 3), right(n, 3), product(n, 3), n";
+//   };
 //
-// The fields name the members in their order, arrays with their dimensions: sizes, integers or sums of products of
-// them, or a size with its least value, such as "w >= 6". An array whose member is `const T*` is read, another one is
-// written: nothing is read that the same call did not write. "both state(13)" is read and written; "work spare(m)" is
-// scratch space with arbitrary content. An integer that is part of a dimension is a size, which the binding computes;
-// another number is an argument, which may have a least value, too: "every >= 1".
+// The fields name the members in order, arrays with their dimensions: sizes, integers or sums of products of them, or a
+// size with a lower limit, such as "w >= 6". An array with the member type `const T*` is read, others are written: a
+// call reads nothing that it did not write. "both state(13)" is read and written; "work spare(m)" is scratch space with
+// arbitrary content. An integer in a dimension is a size, which the binding computes; another number is an argument,
+// which may have a lower limit, too: "every >= 1".
 #pragma once
 
 #include <stdint.h>
@@ -51,7 +51,7 @@ template <int... sizes> constexpr Text<(sizes + ... + 1) - int(sizeof...(sizes))
     return all;
 }
 
-// Fields of a struct whose first member is a struct with fields of its own, which the others follow.
+// Fields of a struct that begins with a struct with its own fields, followed by more fields.
 template <int size, int... sizes> constexpr auto extended(const char (&first)[size], const char (&... more)[sizes]) {
     return join(first, ", ", more...);
 }

@@ -1,8 +1,8 @@
 // Pose of the platform from the lengths of its cables, by damped least squares. SPDX-License-Identifier: Apache-2.0
 //
-// Gauss and Newton's step, J^T J step = J^T r with the differences r of the lengths and J = -W^T; damped, by a share of
-// the diagonal (Marquardt 1963), only where it does not reduce |r|. Turns are rotation vectors in world axes, so that
-// no attitude is singular. Pott, Cable-Driven Parallel Robots (2018), chapter 4.
+// Gauss-Newton step, J^T J step = J^T r with the differences r of the lengths and J = -W^T; damped, by a share of the
+// diagonal (Marquardt 1963), only if it does not reduce |r|. Rotations are rotation vectors in world axes, so that no
+// attitude is singular. Pott, Cable-Driven Parallel Robots (2018), chapter 4.
 #pragma once
 
 #include <cdpr/cholesky.hpp>
@@ -12,19 +12,20 @@ namespace cdpr::CDPR_TARGET {
 
 struct ForwardKinematics {
     static constexpr int MOST_ITERATIONS = 100;
-    // An undamped step shorter than this, m (turns times the characteristic length), is the last one: convergence is
-    // quadratic, or gains three digits a step where lengths disagree by a thousandth; what remains is below 1e-12 m.
+    // An undamped step shorter than this, m (rotations times the characteristic length), is the last one: convergence
+    // is quadratic, or gains three digits a step if lengths disagree by a thousandth; the remaining error is below
+    // 1e-12 m.
     static constexpr double LAST_STEP = 1e-9;
-    // Close to the optimum the sum of squares changes by less than its round-off: a step may raise it by this share.
+    // Near the optimum the sum of squares changes by less than its round-off: a step may raise it by this share.
     static constexpr double ROUND_OFF = 1e-10;
     static constexpr double FIRST_DAMPING = 1e-4, LEAST_DAMPING = 1e-7, MOST_DAMPING = 1e8;
 
     const double* lines;    // (m, w), w >= 6, as of geometry.hpp
     const int64_t* rows;    // (n), 0 to 5, degrees of freedom: rows of a twist
-    const double* scale;    // (n), what makes each a length: 1, or the characteristic length, m
+    const double* scale;    // (n), factor that makes each a length: 1, or the characteristic length, m
     const double* target;   // (m), m, lengths
     double* pose;           // (7), position, m, and unit quaternion: the start, then the fit
-    double* inverse;        // (n, n), (J^T J)^-1, infinite where J lacks rank
+    double* inverse;        // (n, n), (J^T J)^-1, infinite if J is rank-deficient
     double* residual;       // (1), m, norm of the remaining differences
     double* state;          // (13), work space: the pose at rest
     double* trial;          // (13), work space: the next one
@@ -33,7 +34,7 @@ struct ForwardKinematics {
     double* rate;           // (m), work space
     double* normal_matrix;  // (n, n), work space: J^T J, then its factor
     double* gradient;       // (n), work space: J^T r
-    double* step;           // (n), work space: a twist times a second
+    double* step;           // (n), work space: a twist times one second
     int64_t m;
     int64_t w;
     int64_t n;
@@ -61,7 +62,7 @@ inline double ForwardKinematics::cost(const double* at) const {
     });
 }
 
-// Write J^T J and J^T r at the state whose cost was computed last. A length shrinks along +u.
+// Write J^T J and J^T r at the state of the last computed cost. A length shrinks along +u.
 inline void ForwardKinematics::linearise() const {
     const Matrix<double> W = {matrix, m};
     for (int64_t k = 0; k < n; k++) {
@@ -86,7 +87,7 @@ inline void ForwardKinematics::move() const {
     store(Quaternion<double>{q.w / norm, q.x / norm, q.y / norm, q.z / norm}, trial + 3);
 }
 
-// Make one step where it reduces the squared differences, else raise the damping; return whether it is the last one.
+// Make one step if it reduces the squared differences, else raise the damping; return whether it is the last one.
 inline bool ForwardKinematics::iterate(double& squares, double& damping) const {
     linearise();
     if (factorise(A(), n, damping)) {
@@ -120,8 +121,8 @@ inline void ForwardKinematics::invert() const {
     }
 }
 
-// Fit the pose to the lengths, without its covariance and residual. Return the iterations, negative where it did not
-// converge; 0 for bad input.
+// Fit the pose to the lengths, without covariance and residual. Return the number of iterations, negative without
+// convergence; 0 for bad input.
 inline int fit_pose(const ForwardKinematics& fit) {
     for (int64_t k = 0; k < fit.n; k++)
         if (fit.rows[k] < 0 || fit.rows[k] > 5) return 0;

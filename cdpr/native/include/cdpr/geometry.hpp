@@ -1,6 +1,6 @@
-// Directions, lengths and rates of the cables, and what they exert. SPDX-License-Identifier: Apache-2.0
+// Directions, lengths and rates of the cables, and their wrench. SPDX-License-Identifier: Apache-2.0
 //
-// Conventions: `cdpr.model`; rows of `lines`: line.hpp. Rows of less than six numbers are BAD_INPUT.
+// Conventions: `cdpr.model`; rows of `lines`: line.hpp. Rows with fewer than six numbers are BAD_INPUT.
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -9,8 +9,8 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Return force and moment, N and N m, about p, world axes, of the tensions, N, on a body at p with attitude q.
-// `eight`: the answer of `are_eight`.
+// Return force and moment, N and N m, about p, world axes, of the tensions, N, on a body at p with attitude q. `eight`:
+// result of `are_eight`.
 template <bool eight = false, class T> CDPR_INLINE Wrench<T> pull_of_cables(const T* lines, int64_t width, int64_t m,
                                                                             const T* tension, Vector<T> p,
                                                                             Quaternion<T> q) {
@@ -25,8 +25,8 @@ template <class T> struct Geometry {
     const T* lines;  // (m, w), w >= 6
     const T* state;  // (13): position, m; quaternion; velocity, m/s; angular velocity, rad/s; world axes
     T* matrix;       // (6, m), moments about the platform's origin, m
-    T* length;       // (m), m, from the anchor on the platform to where the exit begins
-    T* rate;         // (m), m/s, -W^T twist: a cable shortens where it pulls along the motion
+    T* length;       // (m), m, from the anchor on the platform to the exit
+    T* rate;         // (m), m/s, -W^T twist: motion along the pull shortens a cable
     int64_t m;
     int64_t w;
     static constexpr char fields[] = "lines(m, w >= 6), state(13), matrix(6, m), length(m), rate(m), m, w";
@@ -94,14 +94,14 @@ template <class T> inline int cable_wrench(CableWrench<T>& cables) {
     return 0;
 }
 
-// Exits of cables that lead to given tips.
+// Exits of cables to given tips.
 template <class T> struct Exits {
     const T* lines;     // (m, w), w >= 6
     const T* tip;       // (m, 3), anchors on the platform, m, world
     const T* velocity;  // (m, 3), of the tips, m/s
-    T* point;           // (m, 3), where the cables leave the frame, m, world
+    T* point;           // (m, 3), exit points on the frame, m, world
     T* moving;          // (m, 3), velocity of these points, m/s
-    T* wrapped_length;  // (m), length of cable that lies on the exit, m
+    T* wrapped_length;  // (m), length of cable on the exit, m
     int64_t m;
     int64_t w;
     static constexpr char fields[] =

@@ -1,4 +1,4 @@
-// Platforms that a guide keeps from moving in some directions. SPDX-License-Identifier: Apache-2.0
+// Platforms on a guide that blocks some directions. SPDX-License-Identifier: Apache-2.0
 //
 // See `cdpr.mechanics.guide`. `guide` (6): 1 along and about each free world axis, so that the last three are the
 // hinge's axis, if there is one; else all three are 0. `inertial` (13): mass, kg, centre of mass (3), m, inertia about
@@ -47,9 +47,9 @@ template <class T> CDPR_INLINE Vector<T> along_axes(const T* guide, Vector<T> v)
 }
 
 // Return the acceleration under a wrench about the origin, world axes, and gravity, m/s^2. With a the hinge's axis, r
-// from origin to centre of mass, c = a x r along the free axes and f = force + m g - m a x (a x r) spin^2 along them:
-// m v' + m c w' = f and c . m v' + J w' = a . (moment + r x m g), J the inertia about the hinge, which turning about it
-// leaves unchanged.
+// from origin to centre of mass, c = a x r along the free axes and f = force + m g - m a x (a x r) spin^2 along them: m
+// v' + m c w' = f and c . m v' + J w' = a . (moment + r x m g), J the inertia about the hinge, which a rotation about
+// it does not change.
 template <class T> CDPR_INLINE GuidedAcceleration<T> guided_acceleration(const T* guide, const T* inertial,
                                                                          Vector<T> gravity, T angle, T spin,
                                                                          Wrench<T> applied) {
@@ -68,7 +68,7 @@ template <class T> CDPR_INLINE GuidedAcceleration<T> guided_acceleration(const T
     return {f / mass - alpha * free, alpha};
 }
 
-// Write the state (13) of a platform with such coordinates.
+// Write the state (13) of a platform with these coordinates.
 template <class T> CDPR_INLINE void write_state(const T* guide, GuidedMotion<T> motion, T* state) {
     store(motion.position, state);
     store(hinge_attitude(guide, motion.angle), state + 3);
@@ -79,8 +79,8 @@ template <class T> CDPR_INLINE void write_state(const T* guide, GuidedMotion<T> 
 // Body state of an engine's joint coordinates.
 template <class T> struct GuideState {
     const T* guide;       // (6)
-    const int64_t* rows;  // (n), of a wrench, that the coordinates belong to; the same in all lanes
-    const T* home;        // (3), m, world, from which slides are measured
+    const int64_t* rows;  // (n), rows of a twist of the coordinates; the same in all lanes
+    const T* home;        // (3), m, world, zero of the slides
     const T* coordinate;  // (n), m; rad from the upright platform
     const T* rate;        // (n), m/s and rad/s
     T* body;              // (13)

@@ -1,15 +1,15 @@
 // Distance of a segment from a convex hull. SPDX-License-Identifier: Apache-2.0
 //
-// The row of a solid (solids.hpp) whose size is the numbers of its triangles and edges, and the radius, m, of a sphere
-// around it; then come of each triangle its normal (3), height and corners (9), and of each edge both ends (6), from
-// the middle, m.
+// The row of a hull (solids.hpp): its size is the numbers of its triangles and edges, and the radius, m, of a sphere
+// around it. Then follow for each triangle its normal (3), height and corners (9), and for each edge both ends (6),
+// relative to the middle, m.
 #pragma once
 
 #include <cdpr/segments.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// A face's height over a segment a + s d is low + s up.
+// Height of a face over a segment a + s d: low + s up.
 struct Slope {
     double value, low, up;  // at s, at 0, and over s
 };
@@ -30,7 +30,7 @@ struct Hull {
     CDPR_INLINE const double* edge(int64_t k) const { return row + NUMBERS + FACE * faces() + EDGE * k; }
 };
 
-// Return how high a + s d is above the face above which it is highest.
+// Return the height of a + s d over the face with the largest height.
 inline Slope highest(Hull hull, Vector<double> a, Vector<double> d, double s) {
     Slope found = {-INFINITE, 0.0, 0.0};
     for (int64_t k = 0; k < hull.faces(); k++) {
@@ -41,10 +41,10 @@ inline Slope highest(Hull hull, Vector<double> a, Vector<double> d, double s) {
     return found;
 }
 
-// Return the least of that height for s from 0 to 1, where it is negative; else something that is not.
+// Return the smallest of that height for s from 0 to 1, if it is negative; else a non-negative number.
 //
-// It is the largest of straight lines, one for each face: where those meet that are the largest on either side, it is
-// least, unless another one is above them there, which takes the place of one.
+// It is the maximum of one straight line per face. Its minimum is the intersection of the largest lines on either side,
+// unless another line is above them there, which then replaces one.
 inline double lowest(Hull hull, Vector<double> a, Vector<double> d) {
     Slope first = highest(hull, a, d, 0.0);
     if (first.up >= 0.0) return first.value;
@@ -77,10 +77,10 @@ inline bool over(const double* corners, Vector<double> n, Vector<double> x) {
     return true;
 }
 
-// Return the distance of a segment, in its axes, from a convex hull, m; negative where it passes through it, as that of
-// other solids; NaN where the row is too short for its numbers.
+// Return the distance of a segment, in the hull's axes, from the hull, m; negative if it passes through, as for other
+// solids; NaN if the row is too short for its numbers.
 //
-// If they do not meet, it is that from an edge, or that of an end from a face that it is above.
+// Without contact, it is the distance from an edge, or that of an end from a face below it.
 inline double from_hull(Hull hull, Vector<double> a, Vector<double> b) {
     if (!hull.whole()) return NOT_A_NUMBER;
     const double depth = lowest(hull, a, b - a);

@@ -1,30 +1,30 @@
-// Tensions that cables have whatever was distributed. SPDX-License-Identifier: Apache-2.0
+// Tensions imposed on cables after the distribution. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/checks.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Give the cables the tensions that they are `held` at, N; NaN for cables that are free.
+// Set the tensions of `held` cables, N; NaN for free cables.
 template <class T> CDPR_INLINE void hold(const T* held, T* tension, int64_t m) {
     for (int64_t i = 0; i < m; i++) tension[i] = select(held[i] == held[i], held[i], tension[i]);
 }
 
 template <class T> struct Imposed {
-    const T* held;     // (m), N, NaN for cables that are free
+    const T* held;     // (m), N, NaN for free cables
     const T* matrix;   // (n, m), moments in N m per N
     const T* wrench;   // (n), N and N m
     const T* weights;  // (n), 1 for forces, 1 / characteristic length, 1/m, for moments
     const T* limits;   // (2, m), N
     T* tension;        // (m), N
-    T* report;         // (4), as of Acceptance; its status remains that of the distribution
+    T* report;         // (4), as in Acceptance; its status stays that of the distribution
     int64_t n;
     int64_t m;
     static constexpr char fields[] =
         "held(m), matrix(n, m), wrench(n), weights(n), limits(2, m), both tension(m), both report(4), n, m";
 };
 
-// Let held tensions be, and report what all tensions do.
+// Set held tensions, and write the report of all tensions.
 template <class T> inline int impose_tensions(Imposed<T>& p) {
     hold(p.held, p.tension, p.m);
     Acceptance<T> judged = {p.matrix, p.wrench, p.weights, p.limits, p.tension, p.tension, p.report, p.n, p.m};
@@ -32,12 +32,12 @@ template <class T> inline int impose_tensions(Imposed<T>& p) {
     return OK;
 }
 
-// Room of the tensions within the limits.
+// Distance of the tensions from their limits.
 template <class T> struct Room {
     const T* limits;   // (2, m), N
     const T* tension;  // (m), N
-    const T* held;     // (m), N, NaN for cables that are free
-    T* room;           // (m), N, to the nearer limit, negative beyond; NaN for cables that are held
+    const T* held;     // (m), N, NaN for free cables
+    T* room;           // (m), N, to the nearer limit, negative beyond; NaN for held cables
     int64_t m;
     static constexpr char fields[] = "limits(2, m), tension(m), held(m), room(m), m";
 };

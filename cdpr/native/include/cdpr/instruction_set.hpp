@@ -1,6 +1,6 @@
 // Check that the compiler uses no instruction beyond the requested set. SPDX-License-Identifier: Apache-2.0
 //
-// An option such as -mavx512f in CXXFLAGS outlives -march=x86-64. `portable` is the set of whoever compiles it.
+// An option such as -mavx512f in CXXFLAGS takes precedence over -march=x86-64. `portable` accepts any set.
 #pragma once
 
 #include <cdpr/target.hpp>

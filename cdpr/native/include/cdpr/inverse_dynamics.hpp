@@ -1,4 +1,4 @@
-// Wrench that moves the platform as wanted. SPDX-License-Identifier: Apache-2.0
+// Wrench for a desired motion of the platform. SPDX-License-Identifier: Apache-2.0
 //
 // Newton and Euler about the centre of mass G, which lies at r = R c from the platform's origin (Siciliano, Sciavicco,
 // Villani, Oriolo, Robotics (2009), section 7.5).
@@ -28,9 +28,9 @@ template <class T> struct Inertial {
     }
 };
 
-// Return the wrench about the platform's origin that gives it the acceleration a, m/s^2, of its origin and alpha,
-// rad/s^2, at attitude q and angular velocity omega, rad/s; world axes:
-// force = m (a + alpha x r + omega x (omega x r) - g), moment = I alpha + omega x I omega + r x force.
+// Return the wrench about the platform's origin for the acceleration a, m/s^2, of its origin and alpha, rad/s^2, at
+// attitude q and angular velocity omega, rad/s; world axes: force = m (a + alpha x r + omega x (omega x r) - g), moment
+// = I alpha + omega x I omega + r x force.
 template <class T> CDPR_INLINE Wrench<T> inverse_dynamics(Inertial<T> body, Vector<T> gravity, Quaternion<T> q,
                                                           Vector<T> omega, Vector<T> a, Vector<T> alpha) {
     const Vector<T> r = body.lever(q);

@@ -1,14 +1,14 @@
-// Eight doubles in a register, or in several where registers are narrower. SPDX-License-Identifier: Apache-2.0
+// Eight doubles in a register, or in several narrower ones. SPDX-License-Identifier: Apache-2.0
 //
-// A number beside lanes means eight of the same. Arrays of lanes have the lane as their last axis, length 8, and
-// need no more alignment than doubles.
+// A number beside lanes means eight equal ones. Arrays of lanes have the lane as their last axis, length 8, and need
+// only the alignment of doubles.
 #pragma once
 
 #include <cdpr/number.hpp>
 
 #ifdef CDPR_LANES
 #ifndef __clang__
-#pragma GCC diagnostic ignored "-Wpsabi"  // on how lanes are passed: none of these functions is called, all are inline
+#pragma GCC diagnostic ignored "-Wpsabi"  // about the passing of lanes: all these functions are inlined
 #endif
 
 namespace cdpr::CDPR_TARGET {
@@ -36,7 +36,7 @@ struct Mask {
         for (int i = 0; i < PARTS; i++) part[i] = PartMask{} - int64_t(same);
     }
     CDPR_INLINE Mask(const Mask& other) { *this = other; }
-    CDPR_INLINE Mask& operator=(const Mask& other) {  // as of Lanes
+    CDPR_INLINE Mask& operator=(const Mask& other) {  // as for Lanes
         for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
         return *this;
     }
@@ -48,7 +48,7 @@ struct Lanes {
     Part part[PARTS];
 
     Lanes() = default;
-    // Register by register: g++ would copy 16 bytes at a time, and then wait for these to load a register.
+    // Register by register: g++ would copy 16 bytes at a time, and loading a register would wait for these.
     CDPR_INLINE Lanes(const Lanes& other) {
         for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
     }
@@ -64,7 +64,7 @@ struct Lanes {
     CDPR_INLINE void set(int lane, double number) { part[lane / PART][lane % PART] = number; }
 };
 
-// Read eight numbers of an array that are `stride` apart.
+// Read eight numbers of an array at a distance of `stride`.
 CDPR_INLINE Lanes gather(const double* first, int64_t stride) {
     Lanes found;
     for (int i = 0; i < PARTS; i++) {

@@ -1,9 +1,8 @@
 // One cable at a pose of the platform. SPDX-License-Identifier: Apache-2.0
 //
 // Conventions: `cdpr.model`. A row of `lines` holds the anchors A_i on the frame, world, and B_i on the platform,
-// platform axes, m; where some cable leaves from something else than a point, also the kind of its exit (parts.hpp) and
-// that exit's numbers, `w` in all. Pott (2018), chapter 3: l_i = A_i - p - R B_i, u_i = l_i / |l_i|,
-// W_i = [u_i; R B_i x u_i].
+// platform axes, m; if some exit is not a point, also the kind of its exit (parts.hpp) and that exit's numbers, `w` in
+// all. Pott (2018), chapter 3: l_i = A_i - p - R B_i, u_i = l_i / |l_i|, W_i = [u_i; R B_i x u_i].
 #pragma once
 
 #include <cdpr/parts.hpp>
@@ -12,7 +11,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// The row of one cable, and the platform's pose.
+// Row of one cable, and the platform's pose.
 template <class T> struct Line {
     static constexpr int FRAME = 0, PLATFORM = 3, EXIT = 6, NUMBERS = 7;
 
@@ -40,7 +39,7 @@ template <class T> struct Line {
     CDPR_INLINE Vector<T> chord(Vector<T> point) const { return point - position - lever; }
 };
 
-// Return whether each row has the anchors at least.
+// Return whether each row has at least the anchors.
 template <class T> CDPR_INLINE bool has_anchors(int64_t width) { return width >= Line<T>::EXIT; }
 
 template <class T> CDPR_INLINE Line<T> line(const T* lines, int64_t width, int64_t i, Vector<T> p, Quaternion<T> q) {
@@ -62,7 +61,7 @@ template <class T> struct Column {
     T length, rate;
 };
 
-// Return that of a platform with velocity v, m/s, and angular velocity omega, rad/s, world axes.
+// Return the column for a platform with velocity v, m/s, and angular velocity omega, rad/s, world axes.
 template <class T> CDPR_INLINE Column<T> column_of(const Line<T>& cable, Vector<T> v, Vector<T> omega) {
     const ExitResult<T> exit = cable.lead();
     const Vector<T> l = cable.chord(exit.point);

@@ -33,8 +33,8 @@ struct LinearProgram {
     }
 };
 
-// A program without rows, of which there will be at most `most` >= m; the work space is (most + 2 m + 17, most + 1),
-// where r is at most m.
+// Return a program without rows, for at most `most` >= m of them; the work space is (most + 2 m + 17, most + 1), and r
+// is at most m.
 inline LinearProgram linear_program(double* space, int64_t most, int64_t r) {
     const Matrix<double> table = {space, most + 1}, rest = table.from(most);
     return {table, rest[0], rest[1], rest[2], rest[3], rest[4], rest[5], rest[6], rest[7], most, r, 0};

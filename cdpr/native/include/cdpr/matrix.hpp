@@ -1,11 +1,11 @@
-// Tables of numbers, row by row. SPDX-License-Identifier: Apache-2.0
+// Matrices, stored row by row. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/number.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// A view of memory that a caller owns. Rows begin `stride` numbers apart.
+// View of memory owned by the caller. Rows begin `stride` numbers apart.
 template <class T> struct Matrix {
     T* data;
     int64_t stride;

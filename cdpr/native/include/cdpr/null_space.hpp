@@ -1,8 +1,8 @@
 // Null-space form of a tension distribution, t = c + N x. SPDX-License-Identifier: Apache-2.0
 //
-// All solutions of W t = wrench. c is that of least norm, but for locked cables: their tension is given and the others
-// balance what is left. The columns of N are orthonormal and orthogonal to c. A row of N is zero, exactly, if and only
-// if x does not change that cable: it is locked, or the wrench alone determines its tension.
+// It contains all solutions of W t = wrench. c is that of least norm, except for locked cables: their tension is given
+// and the others balance the rest. The columns of N are orthonormal and orthogonal to c. A row of N is exactly zero if
+// and only if x does not change that cable: it is locked, or the wrench alone determines its tension.
 #pragma once
 
 #include <cdpr/sum.hpp>
@@ -15,20 +15,20 @@ constexpr double RANK_TOLERANCE = 1e-9;  // as in cdpr.model.rank
 // A dependent row is consistent if the wrench agrees with the other rows to this share of the largest load.
 constexpr double CONSISTENCY_TOLERANCE = 1e-9;
 
-// A row of N, whose columns are of unit length, that is shorter than this is round-off.
+// Round-off: a row of N, with columns of unit length, shorter than this.
 constexpr double ROUNDING = 1e-11;
 
-// Coordinates beyond this cannot be added up without becoming infinite: there are no such tensions.
+// Sums of coordinates beyond this may be infinite: no such tensions exist.
 constexpr double TOO_LARGE = 1e300;
 
-// The work space, one row for each name; `rows` are the rows of W, and then their Householder vectors.
+// Work space, one row per name; `rows` are the rows of W, and then their Householder vectors.
 template <class T> struct Factors {
     Matrix<T> rows;  // (n, free)
-    T* rhs;          // (n), the wrench that is left, then R^-T rhs
-    T* cable;        // (free), the number of each cable that is not locked
+    T* rhs;          // (n), remaining wrench, then R^-T rhs
+    T* cable;        // (free), number of each unlocked cable
     T* scale;        // (n), of the Householder vectors
     T* diagonal;     // (n), of R
-    T* y;            // (max(n, free)), squares of the rows' lengths, then a vector that is turned
+    T* y;            // (max(n, free)), squares of the rows' lengths, then a vector that is reflected
     int64_t n, free, rank;
 };
 
@@ -44,7 +44,7 @@ CDPR_INLINE void swap(double& a, double& b) {
     b = kept;
 }
 
-// Exchange row k for the longest from there on, and what belongs to it; return the square of its length.
+// Exchange row k and its data for the longest row from there on; return the square of its length.
 CDPR_INLINE double bring_longest(const Factors<double>& f, int64_t k) {
     int64_t pivot = k;
     for (int64_t j = k + 1; j < f.n; j++)
@@ -56,7 +56,7 @@ CDPR_INLINE double bring_longest(const Factors<double>& f, int64_t k) {
     return f.y[pivot];
 }
 
-// The same of lanes, each with a row of its own.
+// The same for lanes, each with its own row.
 template <class T> CDPR_INLINE T bring_longest(const Factors<T>& f, int64_t k) {
     T longest = f.y[k], pivot = 0.0 * longest + double(k);
     for (int64_t j = k + 1; j < f.n; j++) {
@@ -79,7 +79,7 @@ template <class T> CDPR_INLINE T bring_longest(const Factors<T>& f, int64_t k) {
     return longest;
 }
 
-// Reflect row j by the Householder vector v of row k; return the square of what is left of it.
+// Reflect row j by the Householder vector v of row k; return the square of the remaining length.
 template <class T> CDPR_INLINE T reflect_row(const Factors<T>& f, int64_t k, int64_t j) {
     const T* v = f.rows[k];
     T* row = f.rows[j];
@@ -93,7 +93,7 @@ template <class T> CDPR_INLINE T reflect_row(const Factors<T>& f, int64_t k, int
 }
 
 // Householder factorisation with pivoting (Golub and Van Loan, algorithm 5.4.1) of the transpose of `rows`. Write the
-// rank and R^-T rhs; return it or minus a status.
+// rank and R^-T rhs; return the rank or minus a status.
 template <class T> CDPR_INLINE int64_t triangulate(Factors<T>& f, T allowed) {
     for (int64_t j = 0; j < f.n; j++)
         f.y[j] = sum(T(0.0), 0, f.free, [&](int64_t i) { return f.rows(j, i) * f.rows(j, i); });
@@ -125,13 +125,13 @@ template <class T> CDPR_INLINE int64_t triangulate(Factors<T>& f, T allowed) {
     return f.rank;
 }
 
-// Write limits and locked tensions into the box; return how many cables are free, or minus a status.
+// Write limits and locked tensions into the box; return the number of free cables, or minus a status.
 template <class T> CDPR_INLINE int64_t lock_cables(const TensionProblem<T>& problem, const Factors<T>& f) {
     int64_t free = 0;
     for (int64_t i = 0; i < problem.m; i++) {
         const T low = problem.tension_min[i], high = problem.tension_max[i];
         if (!any(low <= high)) return -BAD_INPUT;  // NaN, too
-        problem.center()[i] = low;                 // which a locked cable keeps
+        problem.center()[i] = low;                 // tension of a locked cable
         problem.low()[i] = low;
         problem.high()[i] = high;
         if (any(low < high)) f.cable[free++] = double(i);
@@ -144,7 +144,7 @@ template <class T> CDPR_INLINE int64_t factorise(const TensionProblem<T>& proble
     const int64_t m = problem.m, free = lock_cables(problem, f);
     if (free < 0) return free;
     f.free = free;
-    T sound = 0.0, load = 0.0;  // `sound` is NaN where an entry is not finite
+    T sound = 0.0, load = 0.0;  // `sound` is NaN if an entry is not finite
     for (int64_t j = 0; j < f.n; j++) {
         const T* row = problem.matrix + j * m;
         T s = problem.wrench[j];
@@ -194,7 +194,7 @@ CDPR_INLINE void write_columns(const TensionProblem<T>& problem, const Factors<T
     }
 }
 
-// Write N (m, r), from what `reduce_to_point` has left.
+// Write N (m, r), from the results of `reduce_to_point`.
 template <class T> CDPR_INLINE void complete(const TensionProblem<T>& problem, const Factors<T>& f) {
     const Matrix<T> N = problem.N();
     const int64_t r = f.free - f.rank;
@@ -208,7 +208,7 @@ template <class T> CDPR_INLINE void complete(const TensionProblem<T>& problem, c
     }
 }
 
-// Do what `reduce` does, but for N, which `complete` writes where it is needed.
+// Do the same as `reduce` except for N, which `complete` writes if necessary.
 template <class T> CDPR_INLINE int64_t reduce_to_point(const TensionProblem<T>& problem, Factors<T>& f) {
     const int64_t rank = factorise(problem, f);
     if (rank < 0) return rank;
@@ -216,9 +216,9 @@ template <class T> CDPR_INLINE int64_t reduce_to_point(const TensionProblem<T>& 
     return f.free - rank;
 }
 
-// Write c and the limits into the box, and N; return r, the redundancy. -INFEASIBLE where W is rank-deficient and the
-// wrench outside its range, -NOT_FOUND where tensions are larger than numbers can be, -BAD_INPUT where an entry is not
-// finite or a lower limit above the upper one. Of lanes, those are answered as if alone for which `common` holds.
+// Write c and the limits into the box, and N; return r, the redundancy. -INFEASIBLE if W is rank-deficient and the
+// wrench outside its range, -NOT_FOUND if tensions exceed the range of numbers, -BAD_INPUT if an entry is not finite or
+// a lower limit exceeds the upper one. Lanes have the results of a single problem if `common` holds.
 template <class T> CDPR_INLINE int64_t reduce(const TensionProblem<T>& problem) {
     Factors<T> f = factors_of(problem);
     const int64_t r = reduce_to_point(problem, f);
@@ -226,7 +226,7 @@ template <class T> CDPR_INLINE int64_t reduce(const TensionProblem<T>& problem) 
     return r;
 }
 
-// Write W t = wrench as B^T t = B^T c, the columns of B (m, k), in place of N, orthonormal; return k, the rank. B spans
+// Write W t = wrench as B^T t = B^T c, the orthonormal columns of B (m, k), in place of N; return k, the rank. B spans
 // the rows of W, as N their null space; the rest is as in `reduce`.
 template <class T> CDPR_INLINE int64_t reduce_to_rows(const TensionProblem<T>& problem) {
     Factors<T> f = factors_of(problem);
@@ -237,8 +237,8 @@ template <class T> CDPR_INLINE int64_t reduce_to_rows(const TensionProblem<T>& p
     return rank;
 }
 
-// Return whether lanes went through `reduce`, which returned r, as each would have alone: of full rank, with all cables
-// free, finite.
+// Return whether lanes had in `reduce`, which returned r, the results of a single problem: full rank, all cables free,
+// finite.
 template <class T> CDPR_INLINE Truth<T> common(const TensionProblem<T>& problem, int64_t r) {
     if (r < 0 || r != problem.m - problem.n) return false;
     const Factors<T> f = factors_of(problem);

@@ -11,7 +11,7 @@ struct NullSpaceForm {
     const double* tension_min;  // (m), N
     const double* tension_max;  // (m), N
     double* center;             // (m), N, c
-    double* basis;              // (m, m), N in its first `redundancy` columns; the others are without meaning
+    double* basis;              // (m, m), N in its first `redundancy` columns; the others are undefined
     double* redundancy;         // (1), r
     double* box;                // (4, m), work space
     double* factors;            // (n + 5, n + m), work space
@@ -22,8 +22,8 @@ struct NullSpaceForm {
         "work box(4, m), work factors(n + 5, n + m), n, m";
 };
 
-// Write the form; return OK, INFEASIBLE where no tensions at all exert the wrench, NOT_FOUND where they are larger than
-// numbers can be, or BAD_INPUT.
+// Write the form; return OK, INFEASIBLE if no tensions exert the wrench, NOT_FOUND if they exceed the range of numbers,
+// or BAD_INPUT.
 inline int null_space_form(NullSpaceForm& p) {
     double status = OK;
     const TensionProblem<double> problem = {p.matrix, p.wrench, p.tension_min, p.tension_max, p.center, &status,

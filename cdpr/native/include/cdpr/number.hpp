@@ -1,7 +1,7 @@
 // Number types of the kernels: double, and Lanes, eight doubles side by side. SPDX-License-Identifier: Apache-2.0
 //
-// A kernel is a template over the number type T. Where it would branch on a number it selects: `select(condition, a,
-// b)` selects per lane, `if (any(condition))` branches for all eight, `whole` reads an index, which is the same in all.
+// A kernel is a template over the number type T. Instead of branching on a number it selects: `select(condition, a, b)`
+// selects per lane, `if (any(condition))` branches for all eight, `whole` reads an index, which is the same in all.
 // Each lane goes through the same operations in the same order as a double, so the bits are the same.
 #pragma once
 
@@ -28,9 +28,9 @@ CDPR_INLINE double hyperbolic_tangent(double number) { return ::tanh(number); }
 CDPR_INLINE double hypotenuse(double a, double b) { return ::hypot(a, b); }
 CDPR_INLINE double angle_of(double sine, double cosine) { return ::atan2(sine, cosine); }
 
-template <class T> using Truth = decltype(T() < T());  // bool, or Mask of Lanes
+template <class T> using Truth = decltype(T() < T());  // bool, or Mask for Lanes
 
-// As Python's max and min: the first, unless the second exceeds it; comparisons with NaN are false.
+// Like Python's max and min: the first, unless the second exceeds it; comparisons with NaN are false.
 template <class T> CDPR_INLINE T larger(T a, T b) { return select(b > a, b, a); }
 template <class T> CDPR_INLINE T smaller(T a, T b) { return select(b < a, b, a); }
 
@@ -42,7 +42,7 @@ CDPR_INLINE bool all_finite(const double* numbers, int64_t count) {
     return true;
 }
 
-// An index that is kept among numbers, the same in all lanes.
+// Index stored as a number, the same in all lanes.
 template <class T> CDPR_INLINE int64_t whole(T number) { return static_cast<int64_t>(first(number)); }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -1,8 +1,7 @@
-// Tables of the parts that cables are made of, by their kinds. SPDX-License-Identifier: Apache-2.0
+// Tables of cable parts by kind. SPDX-License-Identifier: Apache-2.0
 //
-// A kind is a number in a row of a table, the same in all lanes. It is the place of the part in `cdpr.cables`, whose
-// tests compare both. The answer of an unknown kind, or of a row with too few numbers for its kind, is NaN, which
-// reaches the checks.
+// A kind is a number in a row of a table, the same in all lanes. It is the position of the part in `cdpr.cables`, whose
+// tests compare both. An unknown kind, or a row with too few numbers for its kind, gives NaN, which the checks detect.
 #pragma once
 
 #include <cdpr/bent_cable.hpp>
@@ -29,7 +28,7 @@ CDPR_INLINE Vector<T> exit_point(T kind, Vector<T> anchor, const T* numbers, int
     return nowhere<T>();
 }
 
-// Return that point, and the length of cable that lies on the exit, m.
+// Return that point, and the length of cable on the exit, m.
 template <class T>
 CDPR_INLINE ExitResult<T> lead(T kind, Vector<T> anchor, const T* numbers, int64_t count, Vector<T> tip) {
     if (is(kind, POINT)) return {anchor, 0.0};
@@ -60,31 +59,31 @@ template <class T> CDPR_INLINE T drum_acceleration(T kind, const T* numbers, T c
     return NOT_A_NUMBER;
 }
 
-// Return the tension of a span that stretches, N.
+// Return the tension of an elastic span, N.
 template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwound, T stretching, T lowest) {
     if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, stretching, lowest);
     return NOT_A_NUMBER;
 }
 
-// Return the unwound length, m, at which a span that stretches has a tension, N.
+// Return the unwound length, m, of an elastic span with this tension, N.
 template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tension) {
     if (is(kind, ELASTIC)) return Elastic::rest(numbers, length, tension);
     return NOT_A_NUMBER;
 }
 
-// Return whether the force of a span that stretches may have another direction than its chord. Such a span answers by
-// `bent_pull` and `bent_rest` in place of `pull` and `rest`. Ours all pull along their chords.
+// Return whether the force of an elastic span may have another direction than its chord. Such a span has `bent_pull`
+// and `bent_rest` in place of `pull` and `rest`. All of ours pull along their chords.
 template <class T> CDPR_INLINE bool bends([[maybe_unused]] T kind) { return false; }
 
-// Return force and tension, N, of a span that bends, of which so much is unwound, m, when it stretches by so much a
-// second, m/s; `lowest` as of `pull`.
+// Return force and tension, N, of a bent span with this unwound length, m, and rate of stretch, m/s; `lowest` as for
+// `pull`.
 template <class T> CDPR_INLINE BentCable<T> bent_pull([[maybe_unused]] T kind, [[maybe_unused]] BentSpan<T> span,
                                                       [[maybe_unused]] T unwound, [[maybe_unused]] T stretching,
                                                       [[maybe_unused]] T lowest) {
     return {nowhere<T>(), NOT_A_NUMBER};
 }
 
-// Return the unwound length, m, at which a span that bends has a tension, N, at its winch.
+// Return the unwound length, m, of a bent span with this tension, N, at its winch.
 template <class T>
 CDPR_INLINE T bent_rest([[maybe_unused]] T kind, [[maybe_unused]] BentSpan<T> span, [[maybe_unused]] T tension) {
     return NOT_A_NUMBER;

@@ -1,5 +1,4 @@
-// The platform on its cables and their winches: fields, geometry and applied wrench. SPDX-License-Identifier:
-// Apache-2.0
+// Platform with its cables and their winches: fields, geometry and applied wrench. SPDX-License-Identifier: Apache-2.0
 //
 // "The body" is the platform in the frame in which it is integrated (`cdpr.mechanics.body_frame`). World axes, SI
 // units.
@@ -14,8 +13,8 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A cable at the present pose: the lever of its anchor on the body, the chord from there to the exit, that chord's
-// length, and the length of cable that lies on the exit, m.
+// Cable at the present pose: the lever of its anchor on the body, the chord from there to the exit, that chord's
+// length, and the length of cable on the exit, m.
 template <class T> struct CableRun {
     static constexpr int COUNT = 8;
 
@@ -28,7 +27,7 @@ template <class T> struct Plant {
     const T* lines;        // (m, w), w >= 6, geometry.hpp, B_i in the body frame
     const T* offset;       // (7), from the platform's origin to the body's, m, body axes, and the attitude between them
     const T* inertial;     // (13), as of Inertial, body frame
-    const T* free;         // (6), 1 for each row of a twist in which the platform moves, 0 where a guide holds it
+    const T* free;         // (6), 1 for each free row of a twist, 0 for directions blocked by a guide
     const T* gravity;      // (3), m/s^2
     const T* command;      // (m), N
     const T* external;     // (6), wrench at the platform's origin, N and N m
@@ -38,15 +37,15 @@ template <class T> struct Plant {
     T* highest;            // (m), largest size of each tension since the start, N
     T* length;             // (m), m
     T* cable_work;         // (1), of the cables on the platform since the start, J
-    T* beside;             // (6), force and moment of bent cables besides their tensions along their chords
-    T* place;              // (7), pose of the body when `cable_work` was last added to; only of plants with bent cables
+    T* beside;             // (6), wrench of bent cables less that of their tensions along their chords
+    T* place;              // (7), pose of the body at the last update of `cable_work`; only for plants with bent cables
     T* applied;            // (6), wrench of cables and `external` about the body's origin, N and N m
     T* rate;               // (m), m/s
     T* matrix;             // (6, m), W about the body's origin
     T* runs;               // (m, 8), work space: a CableRun of each
     T* light;              // (m), work space: tensions without the drums' inertia, N
     T* mass;               // (m), work space: that inertia along the cable, kg
-    T* pulls;              // (m), work space: 1 for each cable that pulls, 0 for one that hangs slack
+    T* pulls;              // (m), work space: 1 for each taut cable, 0 for a slack one
     const int64_t* kinds;  // (m, 3), of winches, spans and exits as in `chains` and `lines`; the same in all lanes
     int64_t m;
     int64_t w;
@@ -62,7 +61,7 @@ template <class T> struct Plant {
     CDPR_INLINE T& unwound(int64_t i) const { return winch[i]; }
     CDPR_INLINE T& speed(int64_t i) const { return winch[m + i]; }
 
-    // By how much a second cable i stretches, m/s.
+    // Return the rate of stretch of cable i, m/s.
     CDPR_INLINE T stretching(int64_t i) const { return rate[i] + chain(i).per_turn() * speed(i); }
 
     CDPR_INLINE CableRun<T> run(int64_t i) const {
@@ -82,7 +81,7 @@ template <class T> struct Plant {
         return {chain(i).span(), run(i).chord, run(i).wrapped_length, vector(gravity)};
     }
 
-    // Return whether cable i stretches; whether some cable does, or is bent.
+    // Return whether cable i is elastic; whether some cable is elastic, or bent.
     CDPR_INLINE bool stretches(int64_t i) const { return kinds[3 * i + 1] != INEXTENSIBLE; }
     CDPR_INLINE bool stretches() const {
         for (int64_t i = 0; i < m; i++)
@@ -114,7 +113,7 @@ template <class T> inline void plant_geometry(Plant<T>& plant) {
     }
 }
 
-// Return the acceleration, m/s^2, of the length of cable i if the platform did not accelerate: -W_i'^T twist.
+// Return the acceleration, m/s^2, of the length of cable i for a platform without acceleration: -W_i'^T twist.
 template <class T> CDPR_INLINE T length_acceleration(const Plant<T>& plant, int64_t i) {
     const Vector<T> p = vector(plant.body), v = vector(plant.body + 7), omega = vector(plant.body + 10);
     const CableRun<T> run = plant.run(i);
@@ -126,7 +125,7 @@ template <class T> CDPR_INLINE T length_acceleration(const Plant<T>& plant, int6
     return 0.0 - du.x * v.x - du.y * v.y - du.z * v.z - moment.x * omega.x - moment.y * omega.y - moment.z * omega.z;
 }
 
-// Write into `applied` what tensions, bent cables and the external wrench exert about the body's origin.
+// Write into `applied` the wrench of tensions, bent cables and the external wrench about the body's origin.
 template <class T> inline void apply(const Plant<T>& plant) {
     Vector<T> force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
     for (int64_t i = 0; i < plant.m; i++) {

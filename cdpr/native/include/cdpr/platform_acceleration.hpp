@@ -7,11 +7,11 @@
 namespace cdpr::CDPR_TARGET {
 
 // Mass matrix M and wrench c of the platform alone, about the body's origin, world axes: M twist' + c = applied, c with
-// the weight. In directions in which a guide holds the platform M is that of the identity.
+// the weight. In directions blocked by a guide M is the identity.
 template <class T> struct PlatformDynamics {
     T mass_matrix[36];  // its lower half
     T bias[6];
-    bool balanced;       // free, and the centre of mass is the body's origin: M falls into two blocks
+    bool balanced;       // free, and the centre of mass is the body's origin: M has two blocks
     bool known = false;  // whether all this is computed
 
     PlatformDynamics() {}
@@ -55,7 +55,7 @@ template <class T> struct PlatformDynamics {
     }
 };
 
-// Replace the lower half of M (6, 6), which has two blocks, by its factor; return whether it is not singular.
+// Replace the lower half of M (6, 6), which has two blocks, by its factor; return whether it is regular.
 template <class T> CDPR_INLINE Truth<T> factorise_blocks(Matrix<T> M) {
     const Matrix<T> linear = M, angular = {&M(3, 3), M.stride};
     const Truth<T> regular = linear(0, 0) > SINGULAR * linear(0, 0);
@@ -64,8 +64,8 @@ template <class T> CDPR_INLINE Truth<T> factorise_blocks(Matrix<T> M) {
     return regular & factorise(angular, 3, T(0.0));
 }
 
-// Write the platform's acceleration (6), linear of the body's origin and angular, under `applied`; NaN where its mass
-// matrix is singular. `system` (6, 6), whose lower half is the mass matrix, is overwritten.
+// Write the platform's acceleration (6), linear of the body's origin and angular, under `applied`; NaN for a singular
+// mass matrix. `system` (6, 6), whose lower half is the mass matrix, is overwritten.
 template <class T> CDPR_INLINE void accelerate(const Plant<T>& plant, const PlatformDynamics<T>& dynamics, T* system,
                                                bool blocks, T* acceleration) {
     const Matrix<T> M = {system, 6};
@@ -85,7 +85,7 @@ CDPR_INLINE void accelerate(const Plant<T>& plant, const PlatformDynamics<T>& dy
     accelerate(plant, dynamics, system, dynamics.balanced, acceleration);
 }
 
-// Write the acceleration of the platform with the drums of the cables that pull: M + sum of m_i w_i w_i^T.
+// Write the acceleration of the platform with the drums of taut cables: M + sum of m_i w_i w_i^T.
 template <class T>
 inline void accelerate_with_drums(const Plant<T>& plant, const PlatformDynamics<T>& dynamics, T* acceleration) {
     const Matrix<T> W = plant.W();
@@ -100,11 +100,11 @@ inline void accelerate_with_drums(const Plant<T>& plant, const PlatformDynamics<
     accelerate(plant, dynamics, system, false, acceleration);
 }
 
-// Take from the tensions what the drums' inertia needs to go with the platform.
+// Subtract from the tensions the force that accelerates the drums.
 //
-// T = max(0, t - m w . twist') with t the tension without it, m the mass that it is along the cable and w the cable's
-// column of W. Which cables pull is found in turns: with those of the last turn the platform's acceleration is solved
-// for, which says which do. One turn is enough where all pull.
+// T = max(0, t - m w . twist') with t the tension without inertia, m the drum's inertia as a mass along the cable and w
+// the cable's column of W. The set of taut cables is found by iteration: the acceleration with the last set determines
+// the next one. One iteration is enough if all cables are taut.
 template <class T> inline void share_inertia(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
     dynamics.compute(plant);
     const Matrix<T> W = plant.W();

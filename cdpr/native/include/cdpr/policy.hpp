@@ -1,4 +1,4 @@
-// Replacement of a solver that has no admissible answer. SPDX-License-Identifier: Apache-2.0
+// Replacement of an inadmissible answer of a solver. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/box_least_squares.hpp>
@@ -6,8 +6,8 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// By what a policy replaces an answer: the tensions nearest to the wrench within the limits; those of the step before;
-// or the solver's own, at the limits, if they are finite.
+// Replacement by a policy: the tensions with the nearest wrench within the limits; those of the previous step; or the
+// solver's own, clipped to the limits, if they are finite.
 enum Action { NEAREST, HOLD, CLIP };
 
 struct Fallback {
@@ -15,12 +15,12 @@ struct Fallback {
     const double* wrench;   // (n), N and N m
     const double* weights;  // (n), 1 for forces, 1 / characteristic length, 1/m, for moments
     const double* limits;   // (2, m), N
-    int64_t* known;         // (2): whether the solver has written anything into its answer; whether the report is of
-                            // its answer, refused: which check that failed
-    double* answer;         // (m), N, of the solver, NaN where it wrote none; replaced
-    double* tension;        // (m), N, of the step before; replaced
-    double* report;         // (4): status; residual, N; margin, N; number of cables at a limit
-    double* steps;          // (1), work space, as the following: box_least_squares.hpp
+    int64_t* known;   // (2): whether the solver has written anything into its answer; whether the report is that of
+                      // its rejected answer: the check that failed
+    double* answer;   // (m), N, of the solver, NaN if it wrote none; replaced
+    double* tension;  // (m), N, of the previous step; replaced
+    double* report;   // (4): status; residual, N; margin, N; number of cables at a limit
+    double* steps;    // (1), work space, like the following: box_least_squares.hpp
     double* basis;
     double* box;
     double* factors;
@@ -44,14 +44,14 @@ struct Fallback {
     }
 };
 
-// Replace the tensions of the step before, and let the report say what the new ones do, with the solver's status.
-// Return false, and change nothing, where an input is not finite.
+// Replace the tensions of the previous step, and write the report of the new ones, with the solver's status. Return
+// false, and change nothing, if an input is not finite.
 inline bool fall_back(const Fallback& p, double status) {
     if (!all_finite(p.wrench, p.n) || !all_finite(p.matrix, p.n * p.m)) return false;
     if (p.action == CLIP && all_finite(p.answer, p.m)) {
         for (int64_t i = 0; i < p.m; i++) p.tension[i] = p.answer[i];
     } else if (p.action != HOLD) {
-        // Should it give up, the tensions that it had reached are the best known.
+        // If the iteration fails, its last tensions are the best known.
         BoxLeastSquares nearest = p.nearest();
         box_least_squares(nearest);
     }
@@ -62,9 +62,9 @@ inline bool fall_back(const Fallback& p, double status) {
     return true;
 }
 
-// Replace tensions and answer where the solver gave no answer, or none that passed the checks; return OK. Return the
-// solver's status, which is taken in place of the time, and replace nothing, where there is more to say: it is none, an
-// input is not finite, or no rejected answer was reported yet.
+// Replace tensions and answer if the solver gave no answer, or a rejected one; return OK. Return the solver's status,
+// which is passed in place of the time, and replace nothing, if Python has to report: it is no status, an input is not
+// finite, or this is the first rejected answer.
 inline int replace_tension(Fallback& p, double solver_status) {
     const int status = int(solver_status);
     for (int64_t i = 0; i < p.m; i++)

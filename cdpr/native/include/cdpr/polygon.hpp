@@ -1,4 +1,4 @@
-// Admissible distributions of a robot with one or two cables too many. SPDX-License-Identifier: Apache-2.0
+// Admissible distributions of a robot with one or two redundant cables. SPDX-License-Identifier: Apache-2.0
 //
 // { x : low <= c + N x <= high }, N (m, r): for r = 1 an interval, for r = 2 a convex polygon (Mikelsons, Bruckmann,
 // Schramm and Hiller, ICRA 2008; Gouttefarde, Lamaury, Reichert and Bruckmann, IEEE Trans. Robotics 31, 2015). Both
@@ -10,7 +10,7 @@
 namespace cdpr::CDPR_TARGET {
 
 // A limit counts as kept within this share of the largest tension or limit: some hundred times the round-off of
-// clipping, so that a set without inner points (a segment, a point) is not lost.
+// clipping, to keep sets without interior (a segment, a point).
 constexpr double CLIPPING_TOLERANCE = 1e-12;
 
 inline double clipping_tolerance(const Polytope<double>& set) {
@@ -20,18 +20,18 @@ inline double clipping_tolerance(const Polytope<double>& set) {
     return CLIPPING_TOLERANCE * largest;
 }
 
-// Return whether a cable that x does not change is within its limits.
+// Return whether a cable independent of x is within its limits.
 CDPR_INLINE bool within(const Polytope<double>& set, int64_t i, double tolerance) {
     return set.low[i] - tolerance <= set.center[i] && set.center[i] <= set.high[i] + tolerance;
 }
 
-// Write the ends of the interval, ends[0] <= ends[1]; return how many there are: 0 where it is empty, 1 where it is a
-// point (then written twice), 2.
+// Write the ends of the interval, ends[0] <= ends[1]; return their number: 0 if it is empty, 1 for a point (written
+// twice), 2.
 inline int clip_interval(const Polytope<double>& set, double* ends) {
     const double tolerance = clipping_tolerance(set);
     ends[0] = -INFINITE;
     ends[1] = INFINITE;
-    double lower = 1.0, upper = 1.0;  // |N| of the cables that set the ends
+    double lower = 1.0, upper = 1.0;  // |N| of the cables that determine the ends
     for (int64_t i = 0; i < set.m; i++) {
         const double g = set.N(i, 0);
         if (g == 0.0) {  // x does not change this cable
@@ -51,7 +51,7 @@ inline int clip_interval(const Polytope<double>& set, double* ends) {
     }
     if (!finite(ends[1] - ends[0])) return 0;  // x changes no cable, or the input is not finite
     if (ends[1] - ends[0] > tolerance) return 2;
-    // Half way between two limits, weighed so that both are broken, if at all, by the same number of newtons.
+    // Between two conflicting limits, weighted so that both are violated, if at all, by the same force.
     const double share = upper / (lower + upper), overlap = ends[0] - ends[1];
     if (overlap * lower * share > tolerance) return 0;
     ends[0] -= share * overlap;
@@ -70,7 +70,7 @@ struct Corners {
         at[2 * k] = x;
         at[2 * k + 1] = y;
     }
-    // A convex polygon never needs more room; round-off might.
+    // A convex polygon never needs more space; round-off might.
     CDPR_INLINE void add(double x, double y) {
         if (count < room) set(count++, x, y);
     }
@@ -80,7 +80,7 @@ struct Corners {
     }
 };
 
-// Write what of a polygon lies in g . x <= b (Sutherland and Hodgman, Comm. ACM 17, 1974).
+// Write the part of a polygon with g . x <= b (Sutherland and Hodgman, Comm. ACM 17, 1974).
 inline void cut(const Corners& old, double gx, double gy, double b, double tolerance, Corners& left) {
     left.count = 0;
     double px = old.x(old.count - 1), py = old.y(old.count - 1), before = gx * px + gy * py - b;
@@ -97,7 +97,7 @@ inline void cut(const Corners& old, double gx, double gy, double b, double toler
     }
 }
 
-// Return whether a polygon has breadth: its area is more than a tolerance times its circumference.
+// Return whether a polygon has width: its area exceeds a tolerance times its circumference.
 inline bool broad(const Corners& corners, double tolerance) {
     double area = 0.0, around = 0.0;
     for (int64_t k = 0; k < corners.count; k++) {
@@ -110,7 +110,7 @@ inline bool broad(const Corners& corners, double tolerance) {
     return area > tolerance * around;
 }
 
-// Keep the two corners that are farthest apart.
+// Keep the two corners with the largest distance.
 inline void keep_ends(Corners& corners) {
     int64_t first = 0, second = 1;
     double longest = -1.0;
@@ -129,8 +129,8 @@ inline void keep_ends(Corners& corners) {
     corners.count = 2;
 }
 
-// Copy the corners without those that coincide; of a polygon without breadth only its two ends. `tidied` may have the
-// memory of `old`.
+// Copy the corners without duplicates; for a polygon without width only its two ends. `tidied` may be the memory of
+// `old`.
 inline void tidy(const Corners& old, double tolerance, Corners& tidied) {
     tidied.count = 0;
     for (int64_t k = 0; k < old.count; k++) {
@@ -142,8 +142,8 @@ inline void tidy(const Corners& old, double tolerance, Corners& tidied) {
     if (tidied.count > 2 && !broad(tidied, tolerance)) keep_ends(tidied);
 }
 
-// Write the corners of the polygon into `corners`; none where it is empty, 1 where it is a point, 2 where it is a
-// segment. `work` is as large: 2 m + 4 corners. A square that holds them all is cut by one limit after another.
+// Write the corners of the polygon into `corners`; none if it is empty, 1 for a point, 2 for a segment. `work` has the
+// same size: 2 m + 4 corners. The limits cut a square around the polygon one after another.
 inline void clip_polygon(const Polytope<double>& set, Corners& corners, double* work) {
     const double tolerance = clipping_tolerance(set);
     double reach = 0.0;  // |x_j| = |N_j . (t - c)| is at most this
@@ -174,7 +174,7 @@ inline void clip_polygon(const Polytope<double>& set, Corners& corners, double* 
 }
 
 // Write the centroid of a convex polygon of at least one corner, of a segment or of a point into x (2), N: the mean of
-// the triangles of a fan, weighed by their areas. It is never outside, however thin the polygon.
+// the triangles of a fan, weighted by area. It is never outside, however thin the polygon.
 inline void centre_of_polygon(const Corners& corners, double* x) {
     const double ox = corners.x(0), oy = corners.y(0);
     double total = 0.0;
@@ -183,7 +183,7 @@ inline void centre_of_polygon(const Corners& corners, double* x) {
     for (int64_t k = 2; k < corners.count; k++) {
         const double ax = corners.x(k - 1) - ox, ay = corners.y(k - 1) - oy;
         const double bx = corners.x(k) - ox, by = corners.y(k) - oy;
-        const double area = larger(ax * by - ay * bx, 0.0);  // below zero it is round-off
+        const double area = larger(ax * by - ay * bx, 0.0);  // negative values are round-off
         total += area;
         x[0] += area * (ax + bx) / 3.0;
         x[1] += area * (ay + by) / 3.0;

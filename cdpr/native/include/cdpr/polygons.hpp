@@ -24,14 +24,14 @@ template <int dimension> struct AdmissibleCorners {
     }
 };
 
-// Write the ends of the interval; return OK, or INFEASIBLE where it is empty.
+// Write the ends of the interval; return OK, or INFEASIBLE if it is empty.
 inline int admissible_interval(AdmissibleCorners<1>& problem) {
     const int64_t count = clip_interval(problem.set(), problem.corners);
     *problem.count = double(count);
     return count > 0 ? OK : INFEASIBLE;
 }
 
-// Write the corners of the polygon; return OK, or INFEASIBLE where it is empty.
+// Write the corners of the polygon; return OK, or INFEASIBLE if it is empty.
 inline int admissible_polygon(AdmissibleCorners<2>& problem) {
     Corners corners = {problem.corners, 0, 2 * problem.m + 4};
     clip_polygon(problem.set(), corners, problem.space);

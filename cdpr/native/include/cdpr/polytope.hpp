@@ -10,13 +10,13 @@
 namespace cdpr::CDPR_TARGET {
 
 template <class T> struct Polytope {
-    Matrix<const T> N;  // (m, r), rows that are round-off made zero
+    Matrix<const T> N;  // (m, r), with zeros for rows that are round-off
     const T* center;    // (m), c
     const T* low;       // (m), may be infinite
     const T* high;      // (m)
-    T* x;               // (r), what is found
-    T* point;           // (m), c + N x, exactly on the limits that hold x back and nowhere outside
-    T* active;          // (m): -1, 0 or 1 where the lower, no or the upper limit holds x back
+    T* x;               // (r), result
+    T* point;           // (m), c + N x, exactly on the active limits and never outside
+    T* active;          // (m): -1, 0 or 1 if the lower, no or the upper limit is active
     int64_t r, m;
 };
 
@@ -26,12 +26,12 @@ template <class T> CDPR_INLINE Polytope<T> polytope_of(const TensionProblem<T>& 
     return {N, problem.center(), problem.low(), problem.high(), x, problem.tension, active, r, problem.m};
 }
 
-// How far a point was moved onto the limits at most, and the largest number among c and the limits.
+// Largest distance by which a point was moved onto the limits, and the largest number among c and the limits.
 template <class T> struct Excess {
     T most, scale;
 };
 
-// Write c, moved onto the limits beyond which it lies, as the point, and 0 into `active`.
+// Write c, moved onto violated limits, as the point, and 0 into `active`.
 template <class T> CDPR_INLINE Excess<T> least(const Polytope<T>& p) {
     Excess<T> found = {0.0, 0.0};
     for (int64_t i = 0; i < p.m; i++) {
@@ -50,7 +50,7 @@ template <class T> CDPR_INLINE T coordinate(const Polytope<T>& p, int64_t i) {
     return sum(p.center[i], 0, p.r, [&](int64_t j) { return p.N(i, j) * p.x[j]; });
 }
 
-// Write the point of x, exactly on the active limits and nowhere outside.
+// Write the point of x, exactly on the active limits and never outside.
 CDPR_INLINE void settle(const Polytope<double>& p) {
     for (int64_t i = 0; i < p.m; i++) {
         double s = coordinate(p, i);

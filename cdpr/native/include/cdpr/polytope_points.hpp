@@ -7,12 +7,12 @@
 namespace cdpr::CDPR_TARGET {
 
 struct NearestPoint {
-    const double* basis;  // (m, r), N, rows that are round-off made zero
+    const double* basis;  // (m, r), N, with zeros for rows that are round-off
     const double* box;    // (3, m), c and the limits, which may be infinite
     double* x;            // (r)
     double* point;        // (m), c + N x
-    double* active;       // (m): -1, 0 or 1 where the lower, no or the upper limit holds x back
-    double* steps;        // (1), taken; minus a status where it fails
+    double* active;       // (m): -1, 0 or 1 if the lower, no or the upper limit is active
+    double* steps;        // (1), number of steps; minus a status on failure
     double* search;       // (2 r + 8, m + r), work space
     int64_t m;
     int64_t r;
@@ -26,7 +26,7 @@ struct NearestPoint {
 
 struct ExtremePoint {
     const double* objective;  // (r), g
-    const double* basis;      // as of NearestPoint, and so on
+    const double* basis;      // as in NearestPoint, and so on
     const double* box;
     double* x;
     double* point;
@@ -43,7 +43,7 @@ struct ExtremePoint {
     }
 };
 
-// Write the steps taken; return the status.
+// Write the number of steps; return the status.
 CDPR_INLINE int report(double* place, int64_t steps) {
     *place = double(steps);
     return steps < 0 ? int(-steps) : int(OK);
@@ -55,7 +55,7 @@ inline int nearest_point(NearestPoint& p) {
     return report(p.steps, nearest(p.polytope(), set));
 }
 
-// Write the x that minimises g . x; of several, that of least norm.
+// Write the x that minimises g . x, with the least norm if there are several.
 inline int extreme_point(ExtremePoint& p) {
     ActiveSet set = active_set(p.search, p.m + p.r, p.r);
     return report(p.steps, extreme(p.polytope(), set, p.objective));

@@ -7,17 +7,17 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Return whether each lane, or the one problem, has no answer: bits, 1 for the first.
+// Return whether each lane, or the one problem, has no solution: bits, 1 for the first.
 CDPR_INLINE int missing(bool answered) { return answered ? 0 : 1; }
 #ifdef CDPR_LANES
 CDPR_INLINE int missing(Mask answered) { return bits(!answered); }
 #endif
 
-// Solve (A + damping diag(A)) x = b. Return 0, or bits of the lanes whose matrix is singular.
+// Solve (A + damping diag(A)) x = b. Return 0, or the bits of lanes with a singular matrix.
 template <class T> struct PositiveDefinite {
     const T* matrix;  // (n, n), A; only its lower half is read
     const T* right;   // (n), b
-    T* solution;      // (n), x; NaN where the matrix is singular
+    T* solution;      // (n), x; NaN for a singular matrix
     T* factor;        // (n, n), work space: L
     double damping;   // 1, not negative; as in the method of Levenberg and Marquardt
     int64_t n;

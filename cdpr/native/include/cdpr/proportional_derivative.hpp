@@ -1,5 +1,4 @@
-// Errors of pose and velocity, and what proportional and damping terms make of them. SPDX-License-Identifier:
-// Apache-2.0
+// Errors of pose and velocity, and their proportional and damping terms. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/rotation.hpp>
@@ -11,7 +10,7 @@ template <class T> struct Feedback {
     Vector<T> linear, angular;
 };
 
-// Rotation vector, rad, that turns the actual into the desired attitude; both arrays begin with a pose (7).
+// Rotation vector, rad, from the actual to the desired attitude; both arrays begin with a pose (7).
 template <class T> CDPR_INLINE Vector<T> attitude_error(const T* state, const T* desired) {
     return logarithm(multiply(quaternion(desired + 3), conjugate(quaternion(state + 3))));
 }

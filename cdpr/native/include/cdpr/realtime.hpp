@@ -1,7 +1,7 @@
 // Desired motion, controller and tension distribution in a real-time program. SPDX-License-Identifier: Apache-2.0
 //
 // `cdpr export --to native` writes the structure of a program into a header and its numbers into a file: 8-byte words,
-// little-endian: magic, version, signature of the structure, count, the numbers, and the CRC-32 of all before it.
+// little-endian: magic, version, signature of the structure, count, the numbers, and the CRC-32 of the preceding words.
 // Nothing here allocates; all memory belongs to the caller.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace cdpr::CDPR_TARGET {
 constexpr uint64_t NUMBERS_MAGIC = 0x006d756e72706463;  // "cdprnum"
 constexpr uint64_t NUMBERS_VERSION = 1;
 constexpr size_t NUMBERS_HEAD = 4;       // words
-constexpr double UNIT_TOLERANCE = 1e-3;  // by which the squared norm of a quaternion may differ from 1
+constexpr double UNIT_TOLERANCE = 1e-3;  // allowed difference of the squared norm of a quaternion from 1
 
 enum class Loaded { YES, BAD_SIZE, BAD_MAGIC, BAD_VERSION, BAD_SIGNATURE, BAD_CHECKSUM };
 
@@ -30,21 +30,21 @@ struct ExportedMember {
 
 struct ExportedCall {
     cdpr_entry entry;
-    size_t first;  // its members begin there
+    size_t first;  // index of its first member
     bool in_order;
     Vital vital;
     size_t skip;
     int repair;
 };
 
-// Structure of a program: all but its numbers.
+// Structure of a program: everything except its numbers.
 struct ExportedProgram {
     uint64_t signature;
     const ExportedCall* calls;
     const ExportedMember* members;
-    const int64_t* integers;  // at the start
+    const int64_t* integers;  // initial integers
     size_t call_count, member_count, integer_count;
-    size_t number_count, work_count;  // numbers in the file; scratch space beside them
+    size_t number_count, work_count;  // numbers in the file; additional scratch space
     size_t cables;
     size_t state, desired, tension, report;  // indices into the numbers
 
@@ -131,7 +131,7 @@ inline void sample_motion(const ExportedProgram& program, uint64_t* memory, doub
     memcpy(desired, parts.number(program.desired), 19 * sizeof(double));
 }
 
-// Run one control step; return the call that failed, nullptr for none. Tensions (m) are written if none failed.
+// Run one control step; return the failed call, nullptr for success. Tensions (m) are written on success.
 inline const Call* step_program(const ExportedProgram& program, uint64_t* memory, double time, const double* state,
                                 const double* desired, double* tension) {
     const ExportedMemory parts(program, memory);

@@ -1,12 +1,12 @@
-// The tensions nearest to a target where cables are many: Newton's method on the few equations, not the many cables.
+// Tensions nearest to a target for robots with many cables: Newton's method on the few equations, not the many cables.
 // SPDX-License-Identifier: Apache-2.0
 //
-// The optimum is t(y) = target + B y, each cut off at its limits, for the y (k) with B^T t(y) = b, where B (m, k) spans
-// the rows of W. So t(y) keeps the limits and all conditions of optimality but the equations, whatever y is. Newton's
-// method with a line search solves these: they are the gradient of a concave function, piecewise quadratic, so that
-// near the solution a step is exact (Qi and Sun, Mathematical Programming 58, 1993). Where there is none that function
-// has no bound, along a direction that is the proof (Farkas). A step costs k^2 m instead of the (m - n) (2 m - n) of an
-// active set in the null space, and there are fewer.
+// The optimum is t(y) = target + B y, clipped to the limits, for the y (k) with B^T t(y) = b, where B (m, k) spans the
+// rows of W. For any y, t(y) satisfies the limits and all optimality conditions except the equations. Newton's method
+// with a line search solves these: they are the gradient of a concave, piecewise quadratic function, so that a step
+// near the solution is exact (Qi and Sun, Mathematical Programming 58, 1993). Without a solution that function is
+// unbounded along a direction, which is the proof (Farkas). A step costs k^2 m instead of the (m - n) (2 m - n) of an
+// active set in the null space, and fewer steps are needed.
 #pragma once
 
 #include <cdpr/null_space.hpp>
@@ -19,7 +19,7 @@ struct NearestByRows {
     const double* tension_min;  // (m), N
     const double* tension_max;  // (m), N
     const double* target;       // (m), N
-    double* tension;            // (m), N; without meaning unless the status is OK
+    double* tension;            // (m), N; undefined unless the status is OK
     double* status;             // (1), a Status
     double* basis;              // (m, m), work space: B
     double* box;                // (4, m), work space
@@ -33,48 +33,48 @@ struct NearestByRows {
 
 namespace row_space {
 
-// Allowed residual of the equations, as a share of the largest number in them: the round-off of a sum over many
-// cables. Newton goes on as long as that shrinks.
+// Allowed residual of the equations, as a share of the largest number in them: the round-off of a sum over many cables.
+// The iteration continues as long as the residual shrinks.
 constexpr double BALANCED = 1e-13;
 
-// Below this it will not shrink any more.
+// Below this the residual does not shrink any more.
 constexpr double ROUND_OFF = 5e-16;
 
-// A direction proves that no tensions balance the wrench if all together exert less along it than is wanted, by this
-// share of what is summed up: far above the round-off, so that the proof holds.
+// A direction proves infeasibility if all cables together exert less along it than required, by this share of the sum
+// of absolute values: far above the round-off, so that the proof is valid.
 constexpr double PROOF = 1e-9;
 
-// So much of the direction's length may be missing from what a cable exerts along it, or be too much.
+// Relative error of a cable's force along the direction, relative to the direction's length.
 constexpr double DIRECTION_ERROR = 1e-14;
 
-// Added to the eigenvalues of the Hessian, which lie between 0 and 1: zeros where fewer cables than equations are free.
+// Added to the eigenvalues of the Hessian, which lie between 0 and 1: zeros if fewer cables than equations are free.
 constexpr double REGULARISATION = 1e-12;
 
-// Ten steps are usual. What needs more is a set of admissible tensions that is as good as a point.
+// Ten steps are typical. Problems that need more have admissible tensions that are practically a point.
 constexpr int MOST_STEPS = 40;
 
-// How far a tension moves at most in the first trial of a line search, in largest tensions: beyond any limit, mostly.
+// Largest change of a tension in the first trial of a line search, in largest tensions: usually beyond any limit.
 constexpr double FAR = 10.0;
 
-// A line search ends where the slope has fallen to this share.
+// A line search ends when the slope has fallen to this share.
 constexpr double FLAT = 0.1;
 
-// Trials of a line search: a few are usual, and a fourfold step each time has then gone beyond all numbers.
+// Trials of a line search: a few are typical; this many fourfold steps exceed the range of numbers.
 constexpr int MOST_TRIALS = 60;
 
-// The work space, in that of `factorise`.
+// Work space, in that of `factorise`.
 struct Equations {
     Matrix<const double> B;  // (m, k), orthonormal columns
     const double* low;       // (m), N
     const double* high;      // (m), N
     double* tension;         // (m), N, t(y)
-    Matrix<double> G;        // (k, k), lower half: how B^T t(y) changes with y, then its factor
-    double* b;               // (k), what is wanted
+    Matrix<double> G;        // (k, k), lower half: derivative of B^T t(y) by y, then its factor
+    double* b;               // (k), right-hand side
     double* y;               // (k)
-    double* d;               // (k), direction in which y moves
+    double* d;               // (k), direction of y
     double* left;            // (k), b - B^T t(y)
     double* offset;          // (m), target + B y
-    double* rate;            // (m), how that changes along d
+    double* rate;            // (m), its rate along d
     int64_t k, m;
 
     CDPR_INLINE bool free(int64_t i) const { return low[i] < high[i]; }
@@ -102,7 +102,7 @@ struct Lack {
     double most, size;
 };
 
-// Write t(y), what the equations lack, and how they change with y through the cables that are within their limits.
+// Write t(y), the residual, and the derivative by y through the cables within their limits.
 CDPR_INLINE Lack evaluate(const Equations& e) {
     Lack lack = {0.0, 0.0};
     for (int64_t j = 0; j < e.k; j++) {
@@ -141,10 +141,10 @@ CDPR_INLINE void newton_step(const Equations& e) {
         e.d[j] = difference(e.d[j], j + 1, e.k, [&](int64_t p) { return G(p, j) * e.d[p]; }) / G(j, j);
 }
 
-// Along d: the slope at y, what is wanted, and how fast the fastest tension changes.
+// Along d: the slope at y, the required value, and the rate of the fastest tension.
 struct Direction {
     double slope, wanted, fastest;
-    bool proof;  // all cables together exert less than that
+    bool proof;  // all cables together exert less: infeasible
 };
 
 // Write the rates along d.
@@ -169,8 +169,8 @@ CDPR_INLINE Direction look_along(const Equations& e) {
     return {slope, wanted, fastest, wanted - reach > PROOF * total};
 }
 
-// Return a step > 0, the given one if it will do, where the slope, `start` > 0 at 0, has fallen to about zero; -1 where
-// there is none within reach. The slope is `wanted` less what the cables exert along the direction.
+// Return a step > 0, if possible the given one, at which the slope, `start` > 0 at 0, has fallen to about zero; -1 if
+// there is none within range. The slope is `wanted` less the force of the cables along the direction.
 CDPR_INLINE double line_search(const Equations& e, double step, double wanted, double start) {
     double near = 0.0, far = INFINITE, slope_near = start, slope_far = 0.0;
     for (int trial = 0; trial < MOST_TRIALS; trial++) {
@@ -188,7 +188,7 @@ CDPR_INLINE double line_search(const Equations& e, double step, double wanted, d
         if (far == INFINITE) {
             step *= 4.0;
         } else {
-            // The secant, kept off the ends so that the interval shrinks.
+            // Secant, kept away from the ends so that the interval shrinks.
             const double share = slope_near / (slope_near - slope_far);
             step = near + smaller(larger(share, 0.1), 0.9) * (far - near);
         }
@@ -196,9 +196,9 @@ CDPR_INLINE double line_search(const Equations& e, double step, double wanted, d
     return -1.0;
 }
 
-// Write the tensions nearest to the target, in the box. Return OK or INFEASIBLE, which are proved; BAD_INPUT as
-// `reduce`; or NOT_FOUND, which leaves the question to null_space.hpp and active_set.hpp, as where the admissible
-// tensions are as good as a point.
+// Write the tensions nearest to the target, in the box. Return OK or INFEASIBLE, both proved; BAD_INPUT as `reduce`; or
+// NOT_FOUND, which leaves the decision to null_space.hpp and active_set.hpp, for example if the admissible tensions are
+// practically a point.
 inline int nearest_by_rows(const TensionProblem<double>& problem) {
     const int64_t k = reduce_to_rows(problem);
     if (k < 0) return int(-k);
@@ -215,8 +215,8 @@ inline int nearest_by_rows(const TensionProblem<double>& problem) {
         const Direction along = look_along(e);
         if (along.proof) return INFEASIBLE;
         double step = 1.0;
-        if (!close) {  // where a line search would look at round-off
-            // With fewer cables free than equations Newton's step is far too long.
+        if (!close) {  // a line search would only see round-off
+            // With fewer free cables than equations Newton's step is far too long.
             const double first = smaller(1.0, FAR * lack.size / along.fastest);
             step = line_search(e, first, along.wanted, along.slope);
         }

@@ -1,4 +1,4 @@
-// The point of { x : low <= c + N x <= high } farthest from all limits. SPDX-License-Identifier: Apache-2.0
+// Point of { x : low <= c + N x <= high } farthest from all limits. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>
@@ -6,11 +6,11 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Write x and return the largest s with low + s d <= c + N x <= high - s d; of several x that of least norm. d_i is 1,
-// so that s is the smallest distance of a tension from its limits; with `ball` it is the length of row i of N, so that
-// s is the radius of the largest ball within the limits, and x its centre (Chebyshev). Locked cables do not count. s is
-// negative where no x lies within the limits; infinite where nothing can be changed or, with infinite limits, s can be
-// as large as one likes; NaN where the linear program was not solved. `space` is (4 m + 17, 2 m + 1).
+// Write x and return the largest s with low + s d <= c + N x <= high - s d; the x of least norm if there are several.
+// d_i is 1, so that s is the smallest distance of a tension from its limits; with `ball` it is the length of row i of
+// N, so that s is the radius of the largest ball within the limits, and x its centre (Chebyshev). Locked cables do not
+// count. s is negative if no x lies within the limits; infinite if x changes no cable or infinite limits do not bound
+// s; NaN if the linear program was not solved. `space` is (4 m + 17, 2 m + 1).
 inline double safest_point(bool ball, const Polytope<double>& set, double* space) {
     LinearProgram program = linear_program(space, 2 * set.m, set.r);
     for (int64_t j = 0; j < set.r; j++) set.x[j] = 0.0;
@@ -19,7 +19,7 @@ inline double safest_point(bool ball, const Polytope<double>& set, double* space
         const double c = set.center[i], low = set.low[i], high = set.high[i];
         scale = larger(scale, absolute(c));
         const double size = square_root(sum(0.0, 0, set.r, [&](int64_t j) { return set.N(i, j) * set.N(i, j); }));
-        if (ball && size == 0.0) {  // x does not change it: it only has to be right
+        if (ball && size == 0.0) {  // independent of x: it only has to be valid
             stuck = larger(larger(stuck, low - c), c - high);
             continue;
         }
@@ -49,7 +49,7 @@ struct SafestPoint {
         "basis(m, r), box(3, m), x(r), distance(1), work space(4*m + 17, 2*m + 1), ball, m, r";
 };
 
-// Return OK, or NOT_FOUND where the distance is NaN.
+// Return OK, or NOT_FOUND if the distance is NaN.
 inline int safest_points(SafestPoint& p) {
     const Polytope<double> set = {{p.basis, p.r}, p.box, p.box + p.m, p.box + 2 * p.m, p.x, nullptr, nullptr, p.r, p.m};
     *p.distance = safest_point(p.ball != 0, set, p.space);

@@ -1,7 +1,7 @@
 // Classical Runge-Kutta of order four, for the variables of any integrator. SPDX-License-Identifier: Apache-2.0
 //
-// A step of h goes through four stages. Each takes the slope k at its point y and adds weight * k to a sum; the next
-// point is y_0 + reach * k, and the result of the step y_0 + h/6 * sum.
+// A step of h has four stages. Each takes the slope k at its point y and adds weight * k to a sum; the next point is
+// y_0 + reach * k, and the result of the step y_0 + h/6 * sum.
 #pragma once
 
 #include <cdpr/attitude.hpp>
@@ -13,7 +13,7 @@ constexpr int STAGES = 4;
 // Weight of a stage in the sum of the slopes.
 CDPR_INLINE double weight(int stage) { return stage == 0 || stage == 3 ? 1.0 : 2.0; }
 
-// Distance of the next stage's point from the start of the step, s; nothing comes after the last.
+// Distance of the next stage's point from the start of the step, s; unused after the last.
 CDPR_INLINE double reach(int stage, double h) { return stage == 2 ? h : 0.5 * h; }
 
 // a + c b.

@@ -1,4 +1,4 @@
-// Rows of a wrench matrix that belong to the degrees of freedom. SPDX-License-Identifier: Apache-2.0
+// Rows of a wrench matrix for the degrees of freedom. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/field.hpp>

@@ -1,8 +1,8 @@
 // Cables of one robot side by side: eight in the lanes of a register. SPDX-License-Identifier: Apache-2.0
 //
-// Each lane goes through the operations of its cable alone, and sums take the cables in their order: the bits are those
-// of one cable after the other. Only of cables that leave from points. Lanes are eight robots already: of them nothing
-// is done here.
+// Each lane performs the operations of its cable alone, and sums keep the order of the cables: the bits are those of
+// one cable after the other. Only for exits that are points. Lanes are already eight robots: these functions do nothing
+// for them.
 #pragma once
 
 #include <cdpr/lanes.hpp>
@@ -10,14 +10,14 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Return whether these are eight cables that leave from points.
+// Return whether there are eight cables with points as exits.
 template <class T> CDPR_INLINE bool are_eight(int64_t, int64_t) { return false; }
 
 // Return force and moment of the tensions, N, of such cables on a body at p with attitude q.
 template <class T> CDPR_INLINE Wrench<T> pull_of_eight(const T*, const T*, Vector<T>, Quaternion<T>) { return {}; }
 
 // Write columns of the wrench matrix (6, m), lengths and rates (m) of full groups of such cables at a pose of a
-// platform with velocities v, m/s, and omega, rad/s; return the number of cables done.
+// platform with velocities v, m/s, and omega, rad/s; return the number of these cables.
 template <class T> CDPR_INLINE int64_t write_eights(const T*, int64_t, int64_t, Vector<T>, Quaternion<T>, Vector<T>,
                                                     Vector<T>, T*, T*, T*) {
     return 0;
@@ -25,7 +25,7 @@ template <class T> CDPR_INLINE int64_t write_eights(const T*, int64_t, int64_t, 
 
 #ifdef CDPR_LANES
 
-// The rows of eight cables, as one.
+// Rows of eight cables, as one.
 struct EightLines {
     static constexpr int WIDTH_OF_ROW = Line<Lanes>::EXIT;
 

@@ -1,7 +1,7 @@
 // Distances of points and segments from convex solids. SPDX-License-Identifier: Apache-2.0
 //
 // A solid is a row of 11 numbers: its kind, the middle (3), m, its attitude (4), a quaternion, and its size (3), m:
-// half widths of a box; radius of a sphere; radius and half height of a cylinder. That of a convex hull is longer
+// half widths of a box; radius of a sphere; radius and half height of a cylinder. The row of a convex hull is longer
 // (hull.hpp).
 #pragma once
 
@@ -10,10 +10,10 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Halvings of a segment on the way to where it is nearest to a solid: to the last digit of its length.
+// Bisections for the nearest point of a segment: to the last digit of its length.
 constexpr int HALVINGS = 52;
 
-// How far a point is outside of a solid, m, negative inside; and where that grows, of length 1, in its axes.
+// Distance of a point from a solid, m, negative inside; and its gradient, of length 1, in the solid's axes.
 struct SignedDistance {
     double distance;
     Vector<double> gradient;
@@ -66,7 +66,7 @@ inline SignedDistance from_box(Vector<double> x, Vector<double> half) {
     return {size, {copy_sign(u / size, x.x), copy_sign(v / size, x.y), copy_sign(w / size, x.z)}};
 }
 
-// Return that of a point in the axes of the solid, which is no hull. As the solid is convex, so is this function.
+// Return the signed distance of a point in the axes of the solid, which is no hull. It is convex, like the solid.
 inline SignedDistance signed_distance(Solid solid, Vector<double> x) {
     const Vector<double> size = solid.size();
     if (solid.is(Solid::SPHERE)) return from_sphere(x, size.x);
@@ -74,17 +74,18 @@ inline SignedDistance signed_distance(Solid solid, Vector<double> x) {
     return from_box(x, size);
 }
 
-// How high a point is above the faces at +-half of one axis, on one of which an anchor is; else `height`, NaN at first.
+// Height of a point above the faces at +-half of one axis, if the anchor is on one of them; else `height`, NaN at
+// first.
 CDPR_INLINE double above_face(double anchor, double end, double half, double near, double height) {
     if (!(absolute(absolute(anchor) - half) <= near)) return height;
     const double up = copy_sign(end, anchor * end) - absolute(anchor);
     return height != height ? up : larger(height, up);
 }
 
-// Return how high the end of a cable is above a solid's faces on which its anchor is, both in its axes, m.
+// Return the height of a cable's end above the faces of a solid with its anchor, both in the solid's axes, m.
 //
-// A cable from a point of the surface passes through the solid where this is negative (its tangent cone there), and
-// only there. NaN where the anchor is farther than `near` from all faces, or nowhere near the surface.
+// A cable from a point of the surface passes through the solid if and only if this is negative (its tangent cone
+// there). NaN if the anchor is farther than `near` from all faces, or not near the surface.
 inline double above(Solid solid, Vector<double> anchor, Vector<double> end, double near) {
     const Vector<double> size = solid.size();
     if (solid.is(Solid::SPHERE)) {
@@ -102,7 +103,7 @@ inline double above(Solid solid, Vector<double> anchor, Vector<double> end, doub
     return above_face(anchor.z, end.z, size.z, near, height);
 }
 
-// Return the distance of a segment from a sphere around a solid, m: quick, and no larger than that from the solid.
+// Return the distance of a segment from a sphere around a solid, m: fast, and a lower bound of that from the solid.
 CDPR_INLINE double beyond(Solid solid, Vector<double> start, Vector<double> end) {
     const Vector<double> size = solid.size();
     double radius = length(size);
@@ -113,7 +114,7 @@ CDPR_INLINE double beyond(Solid solid, Vector<double> start, Vector<double> end)
     return from_point(vector(solid.row + Solid::MIDDLE), start, end) - radius;
 }
 
-// Return the least signed distance along a segment, whose ends are in the world, m; convex, so by halving.
+// Return the smallest signed distance along a segment, whose ends are in the world, m; convex, so by bisection.
 inline double from_solid(Solid solid, Vector<double> start, Vector<double> end) {
     const Vector<double> a = solid.local(start), b = solid.local(end);
     if (solid.is(Solid::HULL)) return from_hull(solid.hull(), a, b);

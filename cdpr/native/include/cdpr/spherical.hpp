@@ -1,4 +1,4 @@
-// Platforms that a ball holds at their origin, about which they turn freely. SPDX-License-Identifier: Apache-2.0
+// Platforms on a ball joint at their origin. SPDX-License-Identifier: Apache-2.0
 //
 // See `cdpr.mechanics.spherical`, whose `pack` makes `packed` (21): mass times centre of mass (3), kg m; inertia about
 // the origin (3, 3), kg m^2; its inverse (3, 3); platform axes.
@@ -16,8 +16,7 @@ template <class T> struct Ball {
     CDPR_INLINE const T* inverse() const { return packed + 12; }
 };
 
-// Return the moment about the origin, N m, world axes, of the weight of a platform with attitude q and of what else
-// there is.
+// Return the moment about the origin, N m, world axes, of the weight of a platform with attitude q and of other loads.
 template <class T>
 CDPR_INLINE Vector<T> moment_about_ball(Ball<T> ball, Vector<T> gravity, Quaternion<T> q, Vector<T> moment) {
     return moment + cross(rotate(q, vector(ball.held())), gravity);

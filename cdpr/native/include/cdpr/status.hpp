@@ -5,10 +5,10 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Numbered as cdpr.tension.Status. A function that returns a count returns minus a status where it fails.
+// Numbered as cdpr.tension.Status. A function that returns a count returns minus a status on failure.
 enum Status { OK, INFEASIBLE, NOT_FOUND, UNSUPPORTED, BAD_INPUT };
 
-// Return the code of a kernel: its status; of lanes, the bits of those that are not OK.
+// Return the code of a kernel: its status; for lanes, the bits of those that are not OK.
 CDPR_INLINE int code(double status) { return int(status); }
 #ifdef CDPR_LANES
 CDPR_INLINE int code(const Lanes& status) { return bits(status != Lanes(double(OK))); }

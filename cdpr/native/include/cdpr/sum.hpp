@@ -1,7 +1,7 @@
-// Sums: the one place that decides their order. SPDX-License-Identifier: Apache-2.0
+// Sums: the single definition of their order. SPDX-License-Identifier: Apache-2.0
 //
-// Terms are added one after the other, first to last, on every processor and in every lane.
-// Another order would give other bits.
+// Terms are added one after the other, first to last, on every processor and in every lane. Another order would give
+// other bits.
 #pragma once
 
 #include <cdpr/number.hpp>

@@ -1,7 +1,7 @@
 // Namespace of the instruction set for which the headers are compiled. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Each instruction set has a namespace of its own: the linker merges functions of one name, and would keep any of them.
+// Each instruction set has its own namespace: the linker merges functions of the same name, and would keep any of them.
 #ifndef CDPR_TARGET
 #define CDPR_TARGET portable
 #endif
@@ -12,13 +12,13 @@ inline namespace CDPR_TARGET {}  // namespace CDPR_TARGET
 #pragma clang diagnostic ignored "-Winline-namespace-reopened-noninline"
 #endif
 
-// g++ and clang have the vector types that lanes need. Other compilers, and these where CDPR_PLAIN is defined, compile
-// the kernels for doubles alone.
+// g++ and clang have the vector types for lanes. Other compilers, and these with CDPR_PLAIN, compile the kernels for
+// doubles alone.
 #if defined(__GNUC__) && !defined(CDPR_PLAIN)
 #define CDPR_LANES
 #endif
 
-// Small functions are inlined even without optimisation, so that no copy of one can be merged.
+// Small functions are inlined even without optimisation, so that the linker cannot merge copies.
 #if defined(CDPR_LANES)
 #define CDPR_INLINE inline __attribute__((always_inline))
 #elif defined(_MSC_VER)
@@ -36,13 +36,13 @@ inline namespace CDPR_TARGET {}  // namespace CDPR_TARGET
 #error "cdpr: its kernels need doubles without excess precision; remove -mfpmath=387 from the compiler options"
 #endif
 
-// No fused multiply-add: the same bits for every instruction set, but for functions of the C library (sin, cos, tanh,
-// atan2), which selects them by the processor. Also where compiler options do not arrive.
+// No fused multiply-add: the same bits for every instruction set, except for functions of the C library (sin, cos,
+// tanh, atan2), which selects them by the processor. The pragma also works without compiler options.
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__)
 #pragma GCC optimize("fp-contract=off")
-#pragma GCC diagnostic ignored "-Wpsabi"  // of vectors as arguments: these functions are inlined
+#pragma GCC diagnostic ignored "-Wpsabi"  // about vectors as arguments: these functions are inlined
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #pragma float_control(precise, on)

@@ -10,13 +10,13 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// The solvers that work in null-space form share it. A cable whose limits are equal is locked: its tension is given.
+// Problem shared by the solvers in null-space form. A cable with equal limits is locked: its tension is given.
 template <class T> struct TensionProblem {
     const T* matrix;       // (n, m), W, moments in N m per N
     const T* wrench;       // (n), N and N m
     const T* tension_min;  // (m), N
     const T* tension_max;  // (m), N
-    T* tension;            // (m), N; without meaning unless the status is OK
+    T* tension;            // (m), N; undefined unless the status is OK
     T* status;             // (1), a Status
     T* basis;              // (m, m), work space: N, null_space.hpp
     T* box;                // (4, m), work space: a solution, the limits, a target
@@ -34,7 +34,7 @@ template <class T> struct TensionProblem {
     CDPR_INLINE T* low() const { return box + m; }
     CDPR_INLINE T* high() const { return box + 2 * m; }
     CDPR_INLINE T* target() const { return box + 3 * m; }
-    CDPR_INLINE T* spare() const { return factors; }  // of `reduce`; after it (n + 5)(n + m) numbers of work space
+    CDPR_INLINE T* spare() const { return factors; }  // of `reduce`; afterwards (n + 5)(n + m) free numbers
 };
 
 }  // namespace cdpr::CDPR_TARGET

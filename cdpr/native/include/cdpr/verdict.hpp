@@ -7,22 +7,22 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A breach of a limit below this share of the largest tension is the rounding of an ill-conditioned problem whose only
-// solution is a vertex: the band within which round-off decides feasibility.
+// A violation of a limit below this share of the largest tension is the round-off of an ill-conditioned problem whose
+// only solution is a vertex: the band within which round-off decides feasibility.
 constexpr double VERTEX_TOLERANCE = 1e-9;
 
-// Below this share it is the round-off of any sound problem: it balances as well as it can.
+// Below this share it is the round-off of any regular problem: the balance is as good as possible.
 constexpr double BREACH_ROUND_OFF = 1e-12;
 
-// Beyond that the tensions, moved onto the limits, must still balance each row to this share of what the tension stage
-// allows, which weighs moments by a length that is unknown here.
+// Beyond that the tensions, moved onto the limits, must still balance each row to this share of the tolerance of the
+// tension stage, which weighs moments by a length that is unknown here.
 constexpr double STRICTER = 0.1;
 
-// Share of the largest tension that replaces a newton in what may be left of a wrench, where it is more, from 1 kN on:
-// what is left by moving a tension onto a limit by round-off grows with the tensions.
+// Share of the largest tension that replaces a newton in the allowed residual from 1 kN on: the residual of moving a
+// tension onto a limit by round-off grows with the tensions.
 constexpr double LARGE = 1e-3;
 
-// The larger one, NaN if either is that.
+// The larger one, NaN if either is NaN.
 template <class T> CDPR_INLINE T larger_or_nan(T a, T b) { return select((b <= a) | (a != a), a, b); }
 
 // Return whether tensions that were moved onto the limits still balance each row; `largest` is the largest of them, N.
@@ -41,15 +41,15 @@ template <class T> CDPR_INLINE Truth<T> balances(const TensionProblem<T>& proble
     return balanced;
 }
 
-// Return whether tensions within the limits are an answer that differ by `breach` from a solution as large as `size`:
-// the one place that decides it, for all methods that work in the null space.
+// Return whether tensions within the limits are accepted if they differ by `breach` from a solution of magnitude
+// `size`: the single decision for all methods in the null space.
 template <class T> CDPR_INLINE Truth<T> answers(const TensionProblem<T>& problem, T breach, T size) {
     const Truth<T> near = breach <= VERTEX_TOLERANCE * size, close = breach <= BREACH_ROUND_OFF * size;
     if (all(close)) return close;
     return any(near) ? close | (near & balances(problem, size)) : close;
 }
 
-// By how much tensions differ from a solution at most, and how large that is.
+// Largest difference of tensions from a solution, and the magnitude of that solution.
 template <class T> struct Difference {
     T breach, size;
 };
@@ -66,14 +66,14 @@ template <class T> CDPR_INLINE Difference<T> compared(const TensionProblem<T>& p
     return found;
 }
 
-// Return OK where `tension`, within the limits, is the solution c + N x of W t = wrench, else INFEASIBLE.
+// Return OK if `tension`, within the limits, is the solution c + N x of W t = wrench, else INFEASIBLE.
 template <class T> CDPR_INLINE T verdict(const TensionProblem<T>& problem, int64_t r, const T* x) {
     const Difference<T> found = compared(problem, r, x);
     return select(answers(problem, found.breach, found.size), T(double(OK)), T(double(INFEASIBLE)));
 }
 
-// Return OK where `tension`, a solution of W t = wrench, keeps the limits, else INFEASIBLE. Where it breaks them by so
-// little that it may be OK, it is moved onto them.
+// Return OK if `tension`, a solution of W t = wrench, is within the limits, else INFEASIBLE. Tensions with an
+// acceptable violation are moved onto the limits.
 template <class T> CDPR_INLINE T clip_to_limits(const TensionProblem<T>& problem) {
     T breach = 0.0, size = 0.0;
     for (int64_t i = 0; i < problem.m; i++) {

@@ -1,4 +1,4 @@
-// Answer of a winch whose cable does not stretch. SPDX-License-Identifier: Apache-2.0
+// Result of a winch whose cable does not stretch. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cdpr/number.hpp>
@@ -6,7 +6,7 @@
 namespace cdpr::CDPR_TARGET {
 
 template <class T> struct WinchTension {
-    T tension;  // N, without what the winch's inertia takes when the platform accelerates
+    T tension;  // N, without the effect of the winch's inertia at an accelerating platform
     T mass;     // kg, that inertia as a mass along the cable
 };
 

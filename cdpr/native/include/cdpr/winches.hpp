@@ -5,7 +5,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Write unwound lengths and speeds at which each tension is its command and no cable stretches further; 0 of others.
+// Write unwound lengths and speeds for commanded tensions and constant stretch; 0 for cables that do not stretch.
 template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
     for (int64_t i = 0; i < plant.m; i++) {
         const ChainRow<T> row = plant.chain(i);
@@ -21,7 +21,7 @@ template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
     }
 }
 
-// Write the tensions of bent cables at their winches, and into `beside` what their forces differ from these by.
+// Write the tensions of bent cables at their winches, and into `beside` the difference of their forces from these.
 template <class T> inline void bend(Plant<T>& plant) {
     Vector<T> force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
     for (int64_t i = 0; i < plant.m; i++) {
@@ -61,7 +61,7 @@ template <class T> inline bool write_light_tensions(Plant<T>& plant) {
     return heavy;
 }
 
-// Write the tensions, and the wrench that they and the external one apply, at the pose of the present geometry.
+// Write the tensions, and the applied wrench of these and the external one, at the pose of the present geometry.
 template <class T> inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
     if (plant.stretches()) {
         const Truth<T> fresh = plant.winch[0] != plant.winch[0];
@@ -75,7 +75,7 @@ template <class T> inline void write_tensions(Plant<T>& plant, PlatformDynamics<
     }
 }
 
-// Return the work, J, of `beside` on the way from `place` to `body`, and make that the place.
+// Return the work, J, of `beside` on the way from `place` to `body`, and set the place.
 template <class T> inline T work_of_bent_cables(const Plant<T>& plant) {
     const Vector<T> moved = vector(plant.body) - vector(plant.place);
     const Vector<T> turned = logarithm(multiply(plant.attitude(), conjugate(quaternion(plant.place + 3))));
@@ -89,7 +89,7 @@ template <class T> inline T work_of_bent_cables(const Plant<T>& plant) {
 }
 
 // Write geometry, tensions and applied wrench at `body`; add the work of the last tensions on the way there. `dynamics`
-// is that of the platform there, if it is known.
+// is that of the platform there, if known.
 template <class T> inline void settle(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
     T* before = plant.light;
     for (int64_t i = 0; i < plant.m; i++) before[i] = plant.length[i];
@@ -100,7 +100,7 @@ template <class T> inline void settle(Plant<T>& plant, PlatformDynamics<T>& dyna
     write_tensions(plant, dynamics);
 }
 
-// Return by how much a second the speed of winch i grows under the tension of its cable.
+// Return the acceleration of winch i under the tension of its cable.
 template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64_t i) {
     const ChainRow<T> row = plant.chain(i);
     return drum_acceleration(row.winch_kind(), row.winch(), plant.command[i], plant.tension[i], plant.speed(i));
@@ -113,7 +113,7 @@ template <class T> inline int settle_winches(Plant<T>& plant) {
     return 0;
 }
 
-// The same, then winches advanced by a step, as semi-implicit engines do: speeds, with them unwound lengths.
+// The same, then a step of the winches as in semi-implicit engines: speeds, and with them unwound lengths.
 template <class T> struct WinchStep {
     Plant<T> plant;
     double step;  // s
