@@ -10,12 +10,15 @@ from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.arrays import FLOAT, real
 from cdpr.native.bind import bind
 from cdpr.plugins import TensionSolver
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
 # Factor of the tolerance in a second call, for interior-point methods that round-off keeps from the first tolerance.
 LOOSER = 100.0
+
+GIVEN = "W", "wrench", "t_min", "t_max"
 
 
 class LibrarySolver(TensionSolver):
@@ -73,8 +76,8 @@ class LibrarySolver(TensionSolver):
             array.shape != own.shape for array, own in zip(given, self._given, strict=True)
         ):
             return BAD_INPUT
-        for array, own in zip(given, self._given, strict=True):
-            own[...] = array
+        for array, own, name in zip(given, self._given, GIVEN, strict=True):
+            own[...] = array if type(array) is np.ndarray and array.dtype is FLOAT else real(array, name)
         status = self._pose()
         r = int(self._redundancy[0])
         if status == OK and r > 0:  # otherwise no tensions are admissible, or exactly one distribution

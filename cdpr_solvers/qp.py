@@ -12,6 +12,7 @@ from cdpr.errors import PluginError
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real, reals
 from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver
 from cdpr.tension.status import Status
@@ -111,12 +112,11 @@ def minimum_norm_tension(
     """
     if about not in ABOUT:
         raise ValueError(f"about: unknown value '{about}'; allowed: {', '.join(ABOUT)}.")
-    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
-    arrays = {name: np.array(value, dtype=np.float64) for name, value in given.items()}
+    arrays = reals(matrix=matrix, wrench=wrench, tension_min=tension_min, tension_max=tension_max)
     m = arrays["tension_min"].shape
-    arrays["reference"] = np.array(np.zeros(m) if reference is None else reference, dtype=np.float64)
-    arrays["root"] = np.sqrt(np.array(np.ones(m) if weights is None else weights, dtype=np.float64))
-    tension = np.array(np.full(m, np.nan) if previous is None else previous, dtype=np.float64)
+    arrays["reference"] = np.zeros(m) if reference is None else real(reference, "reference")
+    arrays["root"] = np.sqrt(np.ones(m) if weights is None else real(weights, "weights"))
+    tension = np.full(m, np.nan) if previous is None else real(previous, "previous").copy()
     values = {"about": ABOUT[about], "change": change, "weighted": int(weights is not None)}
     status = Status(bind("minimum_norm", **arrays, **values, tension=tension, status=np.empty(1))())
     if status != Status.OK:

@@ -17,6 +17,7 @@ from cdpr.cables.chain import MOST, Part, Span, Winch
 from cdpr.errors import CdprError
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import Array, CableExit, frozen_array
+from cdpr.native.arrays import real, reals
 from cdpr.native.bind import bind
 
 WINCHES: tuple[Winch, ...] = tuple(dict.fromkeys(chain.winch for chain in MODELS.values()))
@@ -100,10 +101,18 @@ def exits(lines: Array, tips: ArrayLike, velocities: ArrayLike | None = None) ->
     Example:
         >>> points, _, wrapped_length = exits(line_table(robot), tips)
     """
-    tip = np.ascontiguousarray(tips, dtype=np.float64)
-    velocity = np.zeros(tip.shape) if velocities is None else np.ascontiguousarray(velocities, dtype=np.float64)
+    tip = real(tips, "tips")
+    velocity = np.zeros(tip.shape) if velocities is None else real(velocities, "velocities")
     point, moving, wrapped_length = np.empty(tip.shape), np.empty(tip.shape), np.empty(len(tip))
-    bind("exits", lines=lines, tip=tip, velocity=velocity, point=point, moving=moving, wrapped_length=wrapped_length)()
+    bind(
+        "exits",
+        lines=real(lines, "lines"),
+        tip=tip,
+        velocity=velocity,
+        point=point,
+        moving=moving,
+        wrapped_length=wrapped_length,
+    )()
     return point, moving, wrapped_length
 
 
@@ -139,16 +148,17 @@ def chain_tensions(
     Example:
         >>> tension, mass = chain_tensions(chain_table(robot), command, length, rate, np.zeros(8), unwound, speed)
     """
-    given = {
-        "command": command,
-        "length": length,
-        "rate": rate,
-        "length_acceleration": length_acceleration,
-        "unwound": unwound,
-        "speed": speed,
-    }
-    tension, mass = np.empty(len(chains)), np.empty(len(chains))
-    bind("chain_tensions", chains=chains, **_arrays(given), tension=tension, mass=mass)()
+    arrays = reals(
+        chains=chains,
+        command=command,
+        length=length,
+        rate=rate,
+        length_acceleration=length_acceleration,
+        unwound=unwound,
+        speed=speed,
+    )
+    tension, mass = np.empty(arrays["command"].shape), np.empty(arrays["command"].shape)
+    bind("chain_tensions", **arrays, tension=tension, mass=mass)()
     return tension, mass
 
 
@@ -170,9 +180,9 @@ def chain_slopes(chains: Array, command: ArrayLike, tension: ArrayLike, speed: A
     Example:
         >>> unwinding, acceleration = chain_slopes(chain_table(robot), command, tension, speed)
     """
-    given = {"command": command, "tension": tension, "speed": speed}
-    unwinding, acceleration = np.empty(len(chains)), np.empty(len(chains))
-    bind("chain_slopes", chains=chains, **_arrays(given), unwinding=unwinding, acceleration=acceleration)()
+    arrays = reals(chains=chains, command=command, tension=tension, speed=speed)
+    unwinding, acceleration = np.empty(arrays["command"].shape), np.empty(arrays["command"].shape)
+    bind("chain_slopes", **arrays, unwinding=unwinding, acceleration=acceleration)()
     return unwinding, acceleration
 
 
@@ -194,14 +204,10 @@ def chain_start(chains: Array, command: ArrayLike, length: ArrayLike, rate: Arra
     Example:
         >>> unwound, speed = chain_start(chain_table(robot), command, length, rate)
     """
-    given = {"command": command, "length": length, "rate": rate}
-    unwound, speed = np.empty(len(chains)), np.empty(len(chains))
-    bind("chain_start", chains=chains, **_arrays(given), unwound=unwound, speed=speed)()
+    arrays = reals(chains=chains, command=command, length=length, rate=rate)
+    unwound, speed = np.empty(arrays["command"].shape), np.empty(arrays["command"].shape)
+    bind("chain_start", **arrays, unwound=unwound, speed=speed)()
     return unwound, speed
-
-
-def _arrays(given: dict[str, ArrayLike]) -> dict[str, Array]:
-    return {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
 
 
 def _kind(table: tuple[object, ...], part: object) -> int:

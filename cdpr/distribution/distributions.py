@@ -22,8 +22,9 @@ from cdpr.distribution.status_array import StatusArray
 from cdpr.errors import CdprError, PluginError
 from cdpr.mechanics import dynamics
 from cdpr.model import Robot
-from cdpr.model.arrays import checked, real
+from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.compiled import speaks_for

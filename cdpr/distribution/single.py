@@ -15,8 +15,8 @@ from cdpr import tolerances
 from cdpr.distribution.batch import Batch, BoundRows, Rows
 from cdpr.errors import CdprError
 from cdpr.model import Robot
-from cdpr.model.masks import masked
 from cdpr.model.robot import Array
+from cdpr.native.masks import masked
 from cdpr.plugins import CompiledSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import Registered, registry

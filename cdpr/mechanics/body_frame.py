@@ -15,6 +15,7 @@ from cdpr.cables.tables import line_table
 from cdpr.mechanics.guide import Guide
 from cdpr.model import rotations
 from cdpr.model.robot import Array, Robot
+from cdpr.native.arrays import reals
 from cdpr.native.bind import bind
 
 # Off-diagonal entries below this share of the trace are round-off of the input: the tensor is treated as diagonal.
@@ -96,7 +97,7 @@ def body_state(offset: ArrayLike, state: ArrayLike) -> Array:
         >>> body = body_state(BodyFrame(robot).offset, state)
     """
     body = np.empty(13)
-    bind("body_state", offset=_array(offset), state=_array(state), body=body)()
+    bind("body_state", **reals(offset=offset, state=state), body=body)()
     return body
 
 
@@ -117,7 +118,7 @@ def platform_state(offset: ArrayLike, body: ArrayLike) -> Array:
         >>> state = platform_state(BodyFrame(robot).offset, body)
     """
     state = np.empty(13)
-    bind("platform_state", offset=_array(offset), body=_array(body), state=state)()
+    bind("platform_state", **reals(offset=offset, body=body), state=state)()
     return state
 
 
@@ -143,11 +144,6 @@ def wrench_on_body(
         >>> wrench = wrench_on_body(frame.line_table, frame.offset, tension, np.zeros(6), body)
     """
     applied = np.empty(6)
-    given = {"offset": offset, "tension": tension, "external": external, "body": body}
-    arrays = {name: _array(value) for name, value in given.items()}
-    bind("applied_wrench", lines=line_table, **arrays, applied=applied)()
+    arrays = reals(lines=line_table, offset=offset, tension=tension, external=external, body=body)
+    bind("applied_wrench", **arrays, applied=applied)()
     return applied
-
-
-def _array(given: ArrayLike) -> Array:
-    return np.ascontiguousarray(given, dtype=np.float64)

@@ -7,9 +7,11 @@ of `cdpr.cables.tables.line_table`, (m, 6) or wider.
 
 from __future__ import annotations
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real
 from cdpr.native.compute import compute
 
 
@@ -31,8 +33,8 @@ def cable_geometry(lines: Array, state: ArrayLike) -> tuple[Array, Array, Array]
     Example:
         >>> matrix, length, rate = cable_geometry(line_table(robot), state)
     """
-    m = len(lines)
-    shapes = {"matrix": (6, m), "length": (m,), "rate": (m,)}
+    m = _count(lines)
+    shapes = {"matrix": (6, *m), "length": m, "rate": m}
     _, (matrix, length, rate) = compute("geometry", {"lines": lines, "state": state}, shapes)
     return matrix, length, rate
 
@@ -53,7 +55,7 @@ def wrench_matrix_rate(lines: Array, state: ArrayLike) -> Array:
     Example:
         >>> rate = wrench_matrix_rate(line_table(robot), state)
     """
-    _, (rate,) = compute("matrix_rate", {"lines": lines, "state": state}, {"rate": (6, len(lines))})
+    _, (rate,) = compute("matrix_rate", {"lines": lines, "state": state}, {"rate": (6, *_count(lines))})
     return rate
 
 
@@ -77,3 +79,9 @@ def cable_wrench(lines: Array, pose: ArrayLike, tension: ArrayLike) -> Array:
     given = {"lines": lines, "pose": pose, "tension": tension}
     _, (wrench,) = compute("cable_wrench", given, {"wrench": (6,)})
     return wrench
+
+
+def _count(lines: ArrayLike) -> tuple[int, ...]:
+    """Return the number of cables in a shape; an empty one if the table is a single number."""
+    table: Array = lines if type(lines) is np.ndarray else real(lines, "lines")
+    return table.shape[:1]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 
 
@@ -26,7 +27,7 @@ def segment_distances(first: ArrayLike, second: ArrayLike) -> Array:
         >>> segment_distances([[0, 0, 0, 1, 0, 0]], [[0, 2, 0, 1, 2, 0]])
         array([2.])
     """
-    one, other = _array(first), _array(second)
+    one, other = real(first, "first"), real(second, "second")
     distance = np.empty(len(one))
     bind("segment_distances", first=one, second=other, distance=distance)()
     return distance
@@ -50,11 +51,7 @@ def solid_distances(solid: ArrayLike, segments: ArrayLike) -> Array:
         >>> solid_distances(row(Sphere(0.5)), [[2, 0, -1, 2, 0, 1]])
         array([1.5])
     """
-    row, ends = _array(solid), _array(segments)
+    row, ends = real(solid, "solid"), real(segments, "segments")
     distance = np.empty(len(ends))
     bind("solid_distances", solid=row, segments=ends, distance=distance)()
     return distance
-
-
-def _array(given: ArrayLike) -> Array:
-    return np.ascontiguousarray(given, dtype=np.float64)

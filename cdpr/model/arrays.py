@@ -8,11 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.errors import CdprError
-from cdpr.model.masks import MASKED, masked
 from cdpr.model.robot import Array
-
-FLOAT = np.dtype(np.float64)
-REAL = "iuf"  # numpy's kinds of real numbers; text, booleans and complex numbers are rejected
+from cdpr.native.arrays import real
 
 
 def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, finite: bool = False) -> Array:
@@ -21,36 +18,15 @@ def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, fini
     Raises:
         CdprError: with the name, if they are no real numbers, have another shape, or are not finite with `finite`.
     """
-    if type(values) is np.ndarray and values.shape == shape and values.dtype == FLOAT and values.flags.carray:
-        array = values
-    else:
-        array = real(values, name)
-        fits = array.ndim == len(shape) and all(
-            want in (None, got) for want, got in zip(shape, array.shape, strict=True)
-        )
-        if not fits:
-            raise CdprError(f"{name}: the shape must be {shape_text(shape)}, got {array.shape}")
+    array = real(values, name)
+    if array.shape != shape and not (
+        array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
+    ):
+        raise CdprError(f"{name}: the shape must be {shape_text(shape)}, got {array.shape}")
     # a finite sum, which is fast to compute, proves that all numbers are finite
     if finite and not (array.ndim == 1 and math.isfinite(sum(array.tolist()))) and not np.isfinite(array).all():
         raise CdprError(f"{name}: all numbers must be finite")
     return array
-
-
-def real(values: ArrayLike, name: str) -> Array:
-    """Return `values` as C-contiguous, writeable float64 of any shape.
-
-    Raises:
-        CdprError: if they are no real numbers.
-    """
-    if masked(values):
-        raise CdprError(f"{name}: {MASKED}")
-    try:
-        found = np.asarray(values)
-    except (TypeError, ValueError) as error:
-        raise CdprError(f"{name}: numbers are expected: {error}") from error
-    if found.size and found.dtype.kind not in REAL:
-        raise CdprError(f"{name}: real numbers are expected, got an array of {found.dtype}")
-    return np.require(found, np.float64, ["C", "A", "W"])
 
 
 def live(array: Array, shape: tuple[int, ...], name: str) -> Array:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from cdpr.errors import CdprError
 from cdpr.lazy import late
 from cdpr.model.frozen import Frozen
-from cdpr.model.masks import MASKED, masked
 from cdpr.model.shapes import Frame, Shape
+from cdpr.native.masks import MASKED, masked
 
 Array = NDArray[np.float64]
 

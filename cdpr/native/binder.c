@@ -148,6 +148,19 @@ static int is_like(const Py_buffer *array, const Py_buffer *other) {
     return (uintptr_t)array->buf % 8 == 0;
 }
 
+/* Return whether arrays that are written, a bit each, share no memory with others. */
+static int are_apart(const Py_buffer *arrays, Py_ssize_t count, uint64_t written) {
+    for (Py_ssize_t i = 0; i < count; i++) {
+        const char *start = arrays[i].buf, *end = start + arrays[i].len;
+        if (!(written >> i & 1) || start == end) continue;
+        for (Py_ssize_t j = 0; j < count; j++) {
+            const char *other = arrays[j].buf;
+            if (j != i && arrays[j].len && start < other + arrays[j].len && other < end) return 0;
+        }
+    }
+    return 1;
+}
+
 static void forget_expected(Bound *bound) {
     while (bound->known > 0) PyBuffer_Release(&bound->expected[--bound->known]);
 }
@@ -192,15 +205,17 @@ static int get_like(PyObject *array, const Py_buffer *expected, int writes, Py_b
     return -1;
 }
 
-/* Call it on other arrays: their positions among the fields as bytes, then the arrays. */
+/* Call it on other arrays: their positions among the fields as bytes, then the arrays, which share no memory with
+   those that stay. */
 static PyObject *bound_on(PyObject *self, PyObject *const *args, Py_ssize_t given_args) {
     Bound *bound = (Bound *)self;
     const Py_ssize_t count = given_args - 1;
     uint64_t words[SIZE / 8];
     Py_buffer views[MOST];
     Py_ssize_t given, got = 0;
+    uint64_t written = 0;
     char *positions;
-    int status = -1;
+    PyObject *status = NULL;
     if (count < 0 || PyBytes_AsStringAndSize(args[0], &positions, &given) < 0) {
         PyErr_SetString(PyExc_TypeError, "on: expected positions as bytes, then arrays");
         return NULL;
@@ -215,11 +230,15 @@ static PyObject *bound_on(PyObject *self, PyObject *const *args, Py_ssize_t give
         const unsigned char position = (unsigned char)positions[got];
         const int writes = strncmp(bound->entry->types[position], "const", 5) != 0;
         if (get_like(args[got + 1], &bound->expected[got], writes, &views[got]) < 0) break;
-        words[position] = (uintptr_t)views[got++].buf;
+        words[position] = (uintptr_t)views[got].buf;
+        written |= (uint64_t)writes << got++;
     }
-    if (got == count) status = bound->operation(words, 0.0);
+    if (got == count && are_apart(views, count, written))
+        status = PyLong_FromLong(bound->operation(words, 0.0));
+    else if (got == count)
+        PyErr_SetString(PyExc_ValueError, "on: an array that is written shares memory with another one");
     for (Py_ssize_t i = 0; i < got; i++) PyBuffer_Release(&views[i]);
-    return got == count ? PyLong_FromLong(status) : NULL;
+    return status;
 }
 
 static PyObject *bound_words(PyObject *self, void *unused) {
@@ -337,19 +356,6 @@ static int fits(const Py_buffer *array, const char *about, const int64_t *shape)
     return 1;
 }
 
-/* Whether an array that is written shares memory with another one. */
-static int overlap(const Py_buffer *arrays, Py_ssize_t count, const char *about) {
-    for (Py_ssize_t i = 0; i < count; i++) {
-        const char *start = arrays[i].buf, *end = start + arrays[i].len;
-        if (!about[4 * i + 1] || start == end) continue;
-        for (Py_ssize_t j = 0; j < count; j++) {
-            const char *other = arrays[j].buf;
-            if (j != i && arrays[j].len && start < other + arrays[j].len && other < end) return 1;
-        }
-    }
-    return 0;
-}
-
 /* Return a struct with the addresses of arrays; None where they are not as described: bind.py then finds out why.
 
    The arguments are the type of arrays, the struct without addresses, four bytes for each array (whether its elements
@@ -366,6 +372,7 @@ static PyObject *fill(PyObject *module, PyObject *const *args, Py_ssize_t given)
         if (!PyErr_Occurred()) PyErr_SetString(PyExc_TypeError, "fill: expected five arguments");
         return NULL;
     }
+    uint64_t written = 0;
     const int64_t *shape = (const int64_t *)shapes, *const last = shape + lengths / 8;
     if (count > FILLED || described != 4 * count) return Py_BuildValue("");
     for (; got < count; got++) {
@@ -383,8 +390,9 @@ static PyObject *fill(PyObject *module, PyObject *const *args, Py_ssize_t given)
             break;
         }
         shape += each[3];
+        written |= (uint64_t)(each[1] != 0) << got;
     }
-    if (got == count && !overlap(views, count, about)) {
+    if (got == count && are_apart(views, count, written)) {
         filled = PyBytes_FromStringAndSize(content, size);
         if (filled && PyBytes_AsStringAndSize(filled, &words, &size) == 0) {
             for (Py_ssize_t i = 0; i < count; i++) {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 
 Array = NDArray[np.float64]
@@ -29,8 +30,8 @@ def solve_positive_definite(matrix: ArrayLike, right: ArrayLike, damping: float 
         >>> solve_positive_definite([[4.0, 0.0], [0.0, 2.0]], [2.0, 2.0])
         array([0.5, 1. ])
     """
-    A = np.ascontiguousarray(matrix, dtype=np.float64)
-    b = np.ascontiguousarray(right, dtype=np.float64)
+    A = real(matrix, "matrix")
+    b = real(right, "right")
     solution = np.empty(b.shape)
     bind("positive_definite", matrix=A, right=b, solution=solution, damping=damping)()
     return solution

@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr.native.arrays import INTEGER, Array, real, whole
 from cdpr.native.bind import DTYPES, bind
 from cdpr.native.operations import operations
 
 MOST = 64  # bound operations kept by a thread
 MOST_ARRAYS, MOST_BYTES = 8, 1024  # of `Bound.on`
 
-Array = np.ndarray[Any, Any]
 Shape = tuple[int, ...]
 # The call, its inputs, its results, the positions of both in its struct (none if a result is an input, too), and the
 # shapes and types of the results.
@@ -59,16 +59,19 @@ def compute(
     Raises:
         TypeError: if a name is missing or unknown.
         ValueError: if the shapes do not match.
+        CdprError: if an input is not made of real numbers.
 
     Example:
         >>> compute("positive_definite", {"matrix": [[4.0]], "right": [2.0]}, {"solution": (1,)}, damping=0.0)
         (0, (array([0.5]),))
     """
-    given = [value if type(value) is np.ndarray else np.asarray(value) for value in inputs.values()]
-    key = name, *inputs, *outputs, *[array.shape for array in given], *outputs.values(), *numbers.items()
+    given = [value if type(value) is np.ndarray else _numbers(name, key, value) for key, value in inputs.items()]
+    shapes = [array.shape for array in given]
+    # -0.0 and 0.0 are equal, and so are 1.0 and 1: their texts differ
+    key = name, *inputs, *outputs, *shapes, *outputs.values(), *numbers, *map(repr, numbers.values())
     found = _kept.bound.get(key)
     if found is None:
-        found = _bound(name, dict(zip(inputs, given, strict=True)), outputs, numbers)
+        found = _bound(name, inputs, outputs, numbers)
         if len(_kept.bound) >= MOST:
             _kept.bound.clear()
         _kept.bound[key] = found
@@ -79,15 +82,17 @@ def compute(
             return call.on(positions, *given, *fresh), fresh
         except (BufferError, TypeError, ValueError):
             pass  # an input is of another type, or not contiguous
-    for array, value in zip(read, given, strict=True):
-        array[...] = value
+    for argument, array, value in zip(inputs, read, given, strict=True):
+        array[...] = _numbers(name, argument, value)
     status: int = call()
     return status, tuple([array.copy() for array in written])
 
 
-def _bound(name: str, inputs: dict[str, Array], outputs: Mapping[str, Shape], numbers: Mapping[str, float]) -> Bound:
+def _bound(
+    name: str, inputs: Mapping[str, ArrayLike], outputs: Mapping[str, Shape], numbers: Mapping[str, float]
+) -> Bound:
     dtypes = _dtypes(name)
-    read = {key: np.array(value, dtypes.get(key), order="C") for key, value in inputs.items()}
+    read = {key: _numbers(name, key, value).copy() for key, value in inputs.items()}
     written = {key: read[key] if key in read else np.empty(shape, dtypes.get(key)) for key, shape in outputs.items()}
     call = bind(name, **{**read, **written}, **numbers)
     names = [field.name for field in operations()[name].fields]
@@ -96,6 +101,11 @@ def _bound(name: str, inputs: dict[str, Array], outputs: Mapping[str, Shape], nu
     positions = bytes(names.index(each) for each in several) if alone else b""
     kinds = [(array.shape, array.dtype) for array in written.values()]
     return call, tuple(read.values()), tuple(written.values()), positions, kinds
+
+
+def _numbers(name: str, key: str, value: ArrayLike) -> Array:
+    """Return an input as an array of the type that the operation reads."""
+    return (whole if _dtypes(name).get(key) == INTEGER else real)(value, key)
 
 
 @cache

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cdpr.native.arrays import reals
 from cdpr.native.bind import bind
 
 Array = NDArray[np.float64]
@@ -91,9 +92,9 @@ def from_rotation_vector(vector: ArrayLike) -> Array:
 
 
 def _compute(name: str, answer: tuple[str, int], **given: ArrayLike) -> Array:
-    arrays: dict[str, Any] = {key: np.asarray(value, dtype=np.float64) for key, value in given.items()}
+    arrays: dict[str, Any] = reals(**given)
     single = all(array.ndim == 1 for array in arrays.values())
-    arrays = {key: np.ascontiguousarray(array[None] if single else array) for key, array in arrays.items()}
+    arrays = {key: array[None] if single else array for key, array in arrays.items()}
     out = np.empty((max(len(array) for array in arrays.values()), answer[1]))
     bind(name, **arrays, **{answer[0]: out})()
     return out[0] if single else out

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.arrays import reals
 from cdpr.native.bind import LANES, bind
 from cdpr.native.foreign import Foreign
 from cdpr.native.operations import Operation, operations
@@ -20,6 +22,10 @@ from cdpr.tension.status import BAD_INPUT
 
 if TYPE_CHECKING:
     from cdpr.native.library import Bound
+
+
+# Of threads that solve with arrays that are copied. Python's own lock is held during the call anyway.
+_turn = RLock()
 
 
 class TensionSolver(ABC):
@@ -141,18 +147,15 @@ class CompiledSolver(TensionSolver):
 
     def _solve_copies(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Solve with arrays of any layout."""
-        call, arrays = self._alone
-        given = W, wrench, t_min, t_max, tension
-        if any(array.shape != own.shape for array, own in zip(given, arrays, strict=True)):
-            return BAD_INPUT
-        if self._on is None:
+        given = reals(W=W, wrench=wrench, t_min=t_min, t_max=t_max, tension=tension).values()
+        with _turn:
+            call, arrays = self._alone
+            if any(array.shape != own.shape for array, own in zip(given, arrays, strict=True)):
+                return BAD_INPUT
             for array, own in zip(given, arrays, strict=True):
                 own[...] = array
             status = call()
-        else:  # another thread may call at the same time
-            arrays = tuple(np.array(array, dtype=np.float64, order="C") for array in given)
-            status = self._on[0](self._on[1], *arrays)
-        tension[...] = arrays[-1]
+            tension[...] = arrays[-1]
         return status
 
     def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Bound | Foreign:

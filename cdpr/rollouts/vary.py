@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from cdpr.errors import CdprError, ScenarioError
 from cdpr.jobs.draw import MAX_COUNT, Random, drawn
-from cdpr.model.masks import MASKED, masked
+from cdpr.native.masks import MASKED, masked
 from cdpr.problems import Mark, Path, dotted, shown
 from cdpr.scenario.messages import explain
 from cdpr.scenario.overrides import Overrides, marked_changes, plain_value, read_overrides

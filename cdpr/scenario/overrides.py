@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.errors import CdprError
-from cdpr.model.masks import MASKED, masked
+from cdpr.native.masks import MASKED, masked
 from cdpr.problems import Mark, Path, shown
 from cdpr.scenario.document import Document
 from cdpr.scenario.problems import Problems

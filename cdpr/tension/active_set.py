@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real, reals
 from cdpr.native.bind import bind
 from cdpr.native.compute import compute
 from cdpr.tension.status import Status
@@ -33,7 +34,7 @@ def nearest_point(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high: Arr
         >>> nearest_point([[1.0], [1.0]], [0.0, 0.0], [1.0, 2.0], [5.0, 5.0])
         (array([2.]), array([2., 2.]), <Status.OK: 0>)
     """
-    return _point("nearest_point", basis, (center, low, high))
+    return _point("nearest_point", basis, reals(center=center, low=low, high=high))
 
 
 def extreme_point(
@@ -60,7 +61,8 @@ def extreme_point(
         >>> extreme_point([-1.0], [[1.0], [1.0]], [0.0, 0.0], [1.0, 2.0], [5.0, 4.0])
         (array([4.]), array([4., 4.]), <Status.OK: 0>)
     """
-    return _point("extreme_point", basis, (center, low, high), objective=np.array(objective, dtype=np.float64))
+    rows = reals(center=center, low=low, high=high)
+    return _point("extreme_point", basis, rows, objective=real(objective, "objective"))
 
 
 def extreme_tensions(basis: Array, center: Array, low: Array, high: Array) -> Array:
@@ -84,10 +86,8 @@ def extreme_tensions(basis: Array, center: Array, low: Array, high: Array) -> Ar
     return found
 
 
-def _point(
-    operation: str, basis: ArrayLike, rows: tuple[ArrayLike, ArrayLike, ArrayLike], **more: Array
-) -> tuple[Array, Array, Status]:
-    N, box = np.asarray(basis, dtype=np.float64), np.array(rows, dtype=np.float64)
+def _point(operation: str, basis: ArrayLike, rows: dict[str, Array], **more: Array) -> tuple[Array, Array, Status]:
+    N, box = real(basis, "basis"), np.stack(list(rows.values()))
     outputs = {"x": N.shape[1:], "point": box.shape[1:], "active": box.shape[1:], "steps": (1,)}
     code, (x, point, _, _) = compute(operation, {"basis": N, "box": box, **more}, outputs)
     status = Status(code)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real, reals
 from cdpr.native.compute import compute
 
 
@@ -33,10 +34,9 @@ def general_solution(
         (array([2., 0.]), array([[0.],
                [1.]]))
     """
-    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
-    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
-    m = arrays["matrix"].shape[-1]
-    shapes = {"center": (m,), "basis": (m, m), "redundancy": (1,)}
+    arrays = reals(matrix=matrix, wrench=wrench, tension_min=tension_min, tension_max=tension_max)
+    m = arrays["matrix"].shape[-1:]
+    shapes = {"center": m, "basis": (*m, *m), "redundancy": (1,)}
     status, (center, basis, redundancy) = compute("null_space_form", arrays, shapes)
     if status:
         return None
@@ -66,12 +66,12 @@ def admissible_corners(basis: ArrayLike, center: ArrayLike, low: ArrayLike, high
         array([[0.],
                [5.]])
     """
-    N = np.ascontiguousarray(basis, dtype=np.float64)
+    N = real(basis, "basis")
     if N.ndim != 2 or N.shape[1] not in (1, 2):
         raise ValueError(f"basis: expected shape (m, 1) or (m, 2), got {N.shape}.")
     shapes = {"corners": (2 * len(N) + 4, N.shape[1]), "count": (1,)}
     operation = "admissible_interval" if N.shape[1] == 1 else "admissible_polygon"
-    box = np.array([center, low, high], dtype=np.float64)
+    box = np.stack(list(reals(center=center, low=low, high=high).values()))
     _, (corners, count) = compute(operation, {"basis": N, "box": box}, shapes)
     return corners[: int(count[0])]
 
@@ -99,8 +99,8 @@ def farthest_from_limits(
         >>> farthest_from_limits([[0.6], [0.8]], [0.0, 0.0], [0.0, 0.0], [6.0, 8.0])
         (3.0, array([5.]))
     """
-    N = np.ascontiguousarray(basis, dtype=np.float64)
-    box = np.array([center, low, high], dtype=np.float64)
+    N = real(basis, "basis")
+    box = np.stack(list(reals(center=center, low=low, high=high).values()))
     shapes = {"x": N.shape[1:], "distance": (1,)}
     _, (x, distance) = compute("safest_point", {"basis": N, "box": box}, shapes, ball=int(ball))
     return float(distance[0]), x

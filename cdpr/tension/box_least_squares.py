@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import reals
 from cdpr.native.bind import bind
 from cdpr.tension.status import Status
 
@@ -41,8 +42,7 @@ def nearest_wrench_tension(
         >>> nearest_wrench_tension([[1.0, -1.0]], [20.0], [1.0, 1.0], [9.0, 9.0], [1.0])
         (array([9., 1.]), <Status.OK: 0>)
     """
-    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
-    arrays = {name: np.array(value, dtype=np.float64) for name, value in (given | {"weights": weights}).items()}
+    arrays = reals(matrix=matrix, wrench=wrench, tension_min=tension_min, tension_max=tension_max, weights=weights)
     tension = np.full(arrays["tension_min"].shape, np.nan)
     status = Status(bind(operation, **arrays, tension=tension, status=np.empty(1), steps=np.empty(1))())
     if status not in (Status.OK, Status.INFEASIBLE):

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real, reals
 from cdpr.native.bind import bind
 from cdpr.tension.status import Status
 
@@ -40,9 +41,7 @@ def distribute_once(
     """
     numbers = {name: value for name, value in options.items() if isinstance(value, int | float)}
     given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max, **options}
-    arrays = {
-        name: np.asarray(value, dtype=np.float64, order="C") for name, value in given.items() if name not in numbers
-    }
+    arrays = reals(**{name: value for name, value in given.items() if name not in numbers})
     tension = np.empty(arrays["tension_min"].shape)
     status = Status(bind(operation, **arrays, **numbers, tension=tension, status=np.empty(1))())
     if status != Status.OK:
@@ -82,9 +81,8 @@ def accept_tension(
         >>> accept_tension([[1.0, -1.0]], [2.0], [1.0], [1.0, 1.0], [9.0, 9.0], [6.0, 4.0])
         (array([6., 4.]), array([0., 0., 3., 0.]))
     """
-    limits = np.array([tension_min, tension_max], dtype=np.float64)
-    given = {"matrix": matrix, "wrench": wrench, "weights": weights, "answer": answer}
-    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+    limits = np.stack([real(tension_min, "tension_min"), real(tension_max, "tension_max")])
+    arrays = reals(matrix=matrix, wrench=wrench, weights=weights, answer=answer)
     tension, report = np.full(arrays["answer"].shape, np.nan), np.full(4, np.nan)
     bind("accept", **arrays, limits=limits, tension=tension, report=report)()
     return tension, report

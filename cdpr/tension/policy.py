@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real, reals
 from cdpr.native.bind import bind
 
 Policy = Literal["best_effort", "hold_tension", "stop"]
@@ -67,10 +68,10 @@ def replace_tension(
         >>> replace_tension("best_effort", 1, [[1.0, -1.0]], [20.0], [1.0], [[1.0, 1.0], [9.0, 9.0]], [5.0, 5.0])
         (array([9., 1.]), array([ 1., 12.,  0.,  2.]))
     """
-    given = {"matrix": matrix, "wrench": wrench, "weights": weights, "limits": limits}
-    arrays = {name: np.array(value, dtype=np.float64) for name, value in given.items()}
-    arrays |= {"tension": np.array(previous, dtype=np.float64), "report": np.full(4, np.nan)}
-    arrays["answer"] = np.array(np.full(arrays["tension"].shape, np.nan) if answer is None else answer, dtype=float)
+    tension = real(previous, "previous").copy()
+    own = np.full(tension.shape, np.nan) if answer is None else answer
+    arrays = reals(matrix=matrix, wrench=wrench, weights=weights, limits=limits, answer=own)
+    arrays |= {"tension": tension, "report": np.full(4, np.nan)}
     values = {"action": action(policy, answer is None), "answered": 0}
     code = bind("replace_tension", known=np.zeros(2, dtype=np.int64), **arrays, **values)(float(status))
     return None if code else (arrays["tension"], arrays["report"])

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import reals
 from cdpr.native.bind import bind
 from cdpr.tension.status import Status
 
@@ -35,8 +36,7 @@ def nearest_tension_by_rows(
         >>> nearest_tension_by_rows([[1.0, -1.0, 1.0]], [3.0], [1.0] * 3, [9.0] * 3, [1.0] * 3)[1]
         <Status.OK: 0>
     """
-    given = {"matrix": matrix, "wrench": wrench, "tension_min": tension_min, "tension_max": tension_max}
-    arrays = {name: np.array(value, dtype=np.float64) for name, value in (given | {"target": target}).items()}
+    arrays = reals(matrix=matrix, wrench=wrench, tension_min=tension_min, tension_max=tension_max, target=target)
     tension = np.empty(arrays["tension_min"].shape)
     status = Status(bind("nearest_by_rows", **arrays, tension=tension, status=np.empty(1))())
     if status != Status.OK:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import reals
 from cdpr.native.bind import bind
 
 
@@ -27,8 +28,7 @@ def solve_block_tridiagonal(diagonal: ArrayLike, upper: ArrayLike, right: ArrayL
         >>> solve_block_tridiagonal([[[4.0, 0.0], [0.0, 2.0]]], np.empty((0, 2, 2)), [[2.0, 2.0]])
         array([[0.5, 1. ]])
     """
-    given = {"diagonal": diagonal, "upper": upper, "right": right}
-    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+    arrays = reals(diagonal=diagonal, upper=upper, right=right)
     solution = np.empty(arrays["right"].shape)
     bind("block_tridiagonal", **arrays, solution=solution)()
     return solution

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import reals, whole
 from cdpr.native.bind import bind
 
 Indices = NDArray[np.int64]
@@ -39,9 +40,8 @@ def pace(
         >>> float(phases[:, 0].sum()), rows
         (2.35, array([0, 7]))
     """
-    given = {"starts": starts, "caps": caps, "accelerations": accelerations, "jerks": jerks}
-    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
-    first = np.ascontiguousarray(chains, dtype=np.int64)
+    arrays = reals(starts=starts, caps=caps, accelerations=accelerations, jerks=jerks)
+    first = whole(chains, "chains")
     sections = arrays["caps"].size
     if first.ndim != 1 or first.size < 2 or first[0] != 0 or first[-1] != sections or (np.diff(first) < 1).any():
         raise ValueError(f"pace: chains: expected increasing numbers from 0 to {sections}, 2 or more, got {first}.")

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import reals, whole
 from cdpr.native.bind import bind
 
 Indices = NDArray[np.int64]
@@ -55,11 +56,10 @@ def polygon_splines(
         >>> rows, pieces[:, 0]
         (array([0, 4]), array([0. , 0.9, 1. , 1.1]))
     """
-    given = {"points": points, "turn": turn, "tolerance": tolerance, "missing": missing}
-    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
-    changed = {"way": chord, "wanted": wanted, "allowed": allowed}
-    arrays |= {name: np.array(value, dtype=np.float64, order="C") for name, value in changed.items()}
-    ends, first = (np.ascontiguousarray(value, dtype=np.int64) for value in (parted, runs))
+    arrays = reals(points=points, turn=turn, tolerance=tolerance, missing=missing)
+    changed = reals(chord=chord, wanted=wanted, allowed=allowed)
+    arrays |= {"way" if name == "chord" else name: array.copy() for name, array in changed.items()}
+    ends, first = whole(parted, "parted"), whole(runs, "runs")
     vertices = arrays["turn"].size
     if first.ndim != 1 or first.size < 2 or first[0] != 0 or first[-1] != vertices or (np.diff(first) < 2).any():
         raise ValueError(f"polygon_splines: runs: expected numbers from 0 to {vertices}, 2 or more apart, got {first}.")

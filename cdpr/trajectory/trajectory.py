@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from cdpr.errors import CdprError
 from cdpr.model.arrays import checked, live
 from cdpr.model.robot import Array
+from cdpr.native.arrays import reals, whole
 from cdpr.native.bind import bind
 
 # Columns of a segment: start, duration, coefficients of position and of the rotation vector (3 x 6 each, lowest power
@@ -100,9 +101,8 @@ def sample_segments(segments: ArrayLike, which: ArrayLike, times: ArrayLike) -> 
     Raises:
         ValueError: if the shapes do not match, or a row does not exist.
     """
-    rows = np.ascontiguousarray(which, dtype=np.int64)
-    given = {"segments": segments, "times": times}
-    arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in given.items()}
+    rows = whole(which, "which")
+    arrays = reals(segments=segments, times=times)
     if rows.size and not 0 <= rows.min() <= rows.max() < len(arrays["segments"]):
         raise ValueError(f"segment_samples: which: expected rows 0 to {len(arrays['segments']) - 1}, got {rows}.")
     desired = np.empty((rows.size, 19))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real, reals
 from cdpr.native.bind import bind
 
 
@@ -49,7 +50,7 @@ def arithmetic(first: ArrayLike, second: ArrayLike, factor: ArrayLike) -> Models
         >>> arithmetic([[1, 0, 0, 0, 0]], [[2, 0, 0, 0, 0]], [3.0]).largest.round(9)
         array([1.])
     """
-    one, other, number = _array(first), _array(second), _array(factor)
+    one, other, number = real(first, "first"), real(second, "second"), real(factor, "factor")
     shape = len(one), 5
     found = Models(np.empty(shape), np.empty(shape), np.empty(shape), np.empty(len(one)))
     bind("model_arithmetic", first=one, second=other, factor=number, **found._asdict())()
@@ -74,11 +75,7 @@ def inverse_distance(vector: ArrayLike, half: ArrayLike, error: ArrayLike) -> Ar
         >>> inverse_distance([[2.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], [0.0])[0, 0]
         0.5
     """
-    given = {"vector": _array(vector), "half": _array(half), "error": _array(error)}
+    given = reals(vector=vector, half=half, error=error)
     model = np.empty((len(given["vector"]), 5))
     bind("inverse_distances", **given, model=model)()
     return model
-
-
-def _array(given: ArrayLike) -> Array:
-    return np.ascontiguousarray(given, dtype=np.float64)

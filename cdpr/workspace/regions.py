@@ -14,10 +14,11 @@ from cdpr import tolerances
 from cdpr.errors import CdprError
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
-from cdpr.model.arrays import checked, real
-from cdpr.model.masks import MASKED, masked
+from cdpr.model.arrays import checked
 from cdpr.model.robot import DOF_NAMES, Array, read_only
 from cdpr.model.rotations import held_upright
+from cdpr.native.arrays import real
+from cdpr.native.masks import MASKED, masked
 
 CELLS = 40  # default along the longest side
 MOST_CELLS = 10**9  # limit of a table in memory

@@ -94,6 +94,22 @@ def degenerate(value):
         yield from (np.full_like(array, 1 << 40), np.full_like(array, -(1 << 62)))
 
 
+def unreal(value):
+    """Yield arrays that are not made of real numbers, in place of an argument with numbers."""
+    if isinstance(value, bool | str) or value is None:
+        return
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        return
+    if array.ndim and array.size:
+        yield from (None, array + 1j, array.astype(object), array.astype(str), array.astype("M8[s]"), array.tobytes())
+        masked = np.ma.array(array)
+        masked[..., -1] = np.ma.masked
+        yield masked
+        yield [None, *array.tolist()]
+
+
 def outcome(function, given, named):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -102,6 +118,18 @@ def outcome(function, given, named):
         except CLEAR as error:
             return str(error)
     return "result"
+
+
+@pytest.mark.parametrize("name", sorted(functions()))
+def test_arrays_without_real_numbers_are_one_clear_error(name):
+    """Numpy would drop imaginary parts and masks, and read None as NaN and text as numbers."""
+    function, given, named = example(name)
+    for place, value in [*enumerate(given), *named.items()]:
+        for other in unreal(value):
+            changed = list(given), dict(named)
+            changed[isinstance(place, str)][place] = other
+            with pytest.raises(CdprError, match=r"^[\w ]+: "):
+                function(*changed[0], **changed[1])
 
 
 @pytest.mark.parametrize("name", sorted(functions()))

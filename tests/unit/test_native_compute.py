@@ -29,6 +29,18 @@ def test_results_are_arrays_of_their_own_and_inputs_of_any_kind():
     assert cross(np.array([[1, 0, 0]]), np.array([[0, 1, 0]])).tolist() == [[0.0, 0.0, 1.0]]
 
 
+def test_numbers_that_are_equal_in_python_alone_are_told_apart():
+    given, outputs = {"matrix": [[1.0]], "right": [1.0]}, {"solution": (1,)}
+    module._kept.bound.clear()
+    for damping in (0.0, -0.0, 0.0):
+        compute("positive_definite", given, outputs, damping=damping)
+    assert len({call.words for call, *_ in module._kept.bound.values()}) == 2
+    box = {"basis": [[1.0]], "box": [[0.0], [-1.0], [1.0]]}, {"x": (1,), "distance": (1,)}
+    compute("safest_point", *box, ball=1)
+    with pytest.raises(TypeError, match="ball: expected an integer, got float"):
+        compute("safest_point", *box, ball=1.0)
+
+
 def test_arrays_that_are_read_and_written_and_integers():
     status, (external,) = compute("external_loads", {"loads": np.zeros((0, 10)), "sample": [3]}, {"external": (6,)})
     assert (status, external.tolist()) == (0, [0.0] * 6)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import ctypes
 import mmap
+from concurrent.futures import ThreadPoolExecutor
+from time import sleep
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import cdpr
+from cdpr.errors import CdprError
 from cdpr.native.bind import bind
 from cdpr.native.foreign import MAPPINGS, OPERATION, Foreign
 from cdpr.plugins import CompiledSolver, Controller
+from cdpr.plugins.registry import registry
 
 
 def test_a_numba_function_takes_arrays():
@@ -113,6 +117,18 @@ def test_arrays_that_differ_are_rejected(products):
         products.on()
 
 
+def test_arrays_that_share_memory_are_rejected(products):
+    memory, other = np.zeros(27), np.ones((3, 3))
+    left, right, product = (memory[i : i + 9].reshape(3, 3) for i in (0, 9, 17))
+    for arrays in ((left, other, left), (left, right, product), (product, left, product[:])):
+        with pytest.raises(ValueError, match="on: an array that is written shares memory with another one"):
+            products.on(bytes([0, 1, 2]), *arrays)
+    assert products.on(bytes([0, 1, 2]), other, other, left) == 0  # both are read
+    nothing = memory[3:3].reshape(0, 3)
+    empty = bind("cross_products", left=nothing, right=nothing, product=np.empty((0, 3)))
+    assert empty.on(bytes([2]), nothing) == 0
+
+
 @pytest.mark.parametrize("address", [0, 1, 2, -1, 1 << 63, 1 << 64, 1 << 200])
 def test_an_address_below_all_code_is_an_error(address):
     with pytest.raises(ValueError, match="expected the address of a function"):
@@ -198,3 +214,65 @@ def test_a_solver_that_fails_is_a_clear_error(code, value, error):
 
     with pytest.raises(cdpr.PluginError, match=error):
         cdpr.simulate("caroca", solver=Wrong, overrides={"simulation.duration": 0.01})
+
+
+def made_of(robot, name):
+    entry = registry().get("solver", name)
+    return entry.make(robot, entry.read_options({}))
+
+
+class Slow(CompiledSolver):
+    """Writes the wrench that it reads after a while into the first tension."""
+
+    def __init__(self, robot, options):
+        def solve(place, time):
+            words = ctypes.cast(place, ctypes.POINTER(ctypes.c_void_p))
+            wrench, tension = (ctypes.cast(words[i], ctypes.POINTER(ctypes.c_double)) for i in (1, 4))
+            sleep(0.02)
+            tension[0] = wrench[0]
+            return 0
+
+        self.function = OPERATION(solve)
+        super().__init__(robot, options, ctypes.cast(self.function, ctypes.c_void_p).value)
+
+
+def test_threads_that_solve_by_one_foreign_function_do_not_disturb_each_other():
+    robot = cdpr.load_robot("caroca")
+    solver, W = Slow(robot, None), np.zeros((robot.n, robot.m))
+
+    def solve(number):
+        tension = np.empty(robot.m)
+        assert solver.solve(W, np.full(robot.n, number), tension.copy(), tension.copy(), tension) == 0
+        return tension[0]
+
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(solve, range(8))) == list(range(8))
+
+
+@pytest.mark.parametrize("solver", ["qp", "closed_form", "daqp"])
+def test_an_answer_may_take_the_place_of_an_input(solver):
+    robot = cdpr.load_robot("caroca")
+    rng = np.random.default_rng(2)
+    made = made_of(robot, solver)
+    W, low, high = rng.normal(size=(6, 8)), np.full(8, 1.0), np.full(8, 90.0)
+    wrench = W @ np.linspace(20.0, 60.0, 8)
+    wanted = np.full(8, np.nan)
+    assert made.solve(W, wrench, low, high, wanted) == 0
+    for place in range(4):
+        given = [W.copy(), wrench.copy(), low.copy(), high.copy()]
+        tension = given[place].ravel()[:8] if place != 1 else None
+        if place == 1:
+            memory = np.concatenate([wrench, [0.0, 0.0]])
+            given[1], tension = memory[:6], memory
+        assert made.solve(*given, tension) == 0
+        np.testing.assert_array_equal(tension, wanted)
+
+
+@pytest.mark.parametrize("solver", ["qp", "daqp"])
+def test_a_solver_rejects_arrays_that_are_not_of_real_numbers(solver):
+    robot = cdpr.load_robot("caroca")
+    made = made_of(robot, solver)
+    W, wrench, low, high = np.ones((6, 8)), np.ones(6), np.ones(8), np.full(8, 9.0)
+    for bad in (W + 1j, W.astype(object), np.ma.masked_equal(W, 1.0)):
+        with pytest.raises(CdprError, match=r"^W: "):
+            made.solve(bad, wrench, low, high, np.empty(8))

@@ -201,7 +201,7 @@ def test_what_does_not_fit_is_refused():
     line, three = np.zeros((3, 3)), np.zeros(3)
     for runs in ([0, 2], [1, 3], [0, 1, 3], [0, 3, 2]):
         with pytest.raises(ValueError, match="runs: expected"):
-            polygon_splines(line, three, three, three, three, three, three, three, runs)
+            polygon_splines(line, three, three, three, three, three, three, [False] * 3, runs)
     for chains in ([0, 2], [1, 3], [0, 2, 2, 3], [3, 0]):
         with pytest.raises(ValueError, match="chains: expected"):
             pace(np.arange(4.0), np.ones(3), np.ones(3), np.ones(3), chains)

@@ -1,0 +1,54 @@
+"""Conversion of callers' numbers to arrays for compiled operations, which check no types."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.errors import CdprError
+from cdpr.native.masks import MASKED, masked
+
+FLOAT, INTEGER = np.dtype(np.float64), np.dtype(np.int64)
+REAL = "iuf"  # numpy's kinds of real numbers; text, booleans and complex numbers are rejected
+WHOLE = "iub"
+
+Array = np.ndarray[Any, Any]
+
+
+def real(values: ArrayLike, name: str) -> Array:
+    """Return `values` as C-contiguous, writeable float64 of any shape; copy only if necessary.
+
+    Raises:
+        CdprError: if they are no real numbers, or masked.
+    """
+    if type(values) is np.ndarray and values.dtype == FLOAT and values.flags.carray:
+        return values
+    return _converted(values, name, FLOAT, REAL, "real")
+
+
+def reals(**values: ArrayLike) -> dict[str, Array]:
+    """Return arrays as `real` does, by name."""
+    return {name: real(each, name) for name, each in values.items()}
+
+
+def whole(values: ArrayLike, name: str) -> Array:
+    """Return `values` as C-contiguous, writeable int64 of any shape; copy only if necessary.
+
+    Raises:
+        CdprError: if they are neither whole numbers nor booleans, or masked.
+    """
+    return _converted(values, name, INTEGER, WHOLE, "whole")
+
+
+def _converted(values: ArrayLike, name: str, dtype: np.dtype[Any], kinds: str, kind: str) -> Array:
+    if masked(values):
+        raise CdprError(f"{name}: {MASKED}")
+    try:
+        found = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise CdprError(f"{name}: numbers are expected: {error}") from error
+    if found.size and found.dtype.kind not in kinds:
+        raise CdprError(f"{name}: {kind} numbers are expected, got an array of {found.dtype}")
+    return np.require(found, dtype, ["C", "A", "W"])
