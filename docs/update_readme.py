@@ -62,13 +62,12 @@ def figure_table() -> str:
 
 
 def step_cost() -> str:
-    """What a step costs, in a sentence."""
+    """Return the cost of a step, in a sentence."""
     steps = json.loads((ROOT / "benchmarks" / "figures.json").read_text())["step"]
-    first, *_, last = sorted(steps, key=lambda backend: steps[backend]["ratio"])
+    first, *_, last = sorted(steps, key=lambda backend: steps[backend]["step_us"])
     return (
-        f"A closed-loop step of an eight-cable robot with its log costs {steps[first]['ratio']:.2f} (`{first}`) to "
-        f"{steps[last]['ratio']:.2f} (`{last}`) of one\n"
-        "`numpy.linalg.pinv` of a 6x8 matrix: [docs/figures.md](docs/figures.md)."
+        f"A closed-loop step of an eight-cable robot with its log takes {steps[first]['step_us']:.1f} us (`{first}`) to "
+        f"{steps[last]['step_us']:.1f} us\n(`{last}`) on one core: [docs/figures.md](docs/figures.md)."
     )
 
 
