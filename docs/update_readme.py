@@ -66,8 +66,8 @@ def step_cost() -> str:
     steps = json.loads((ROOT / "benchmarks" / "figures.json").read_text())["step"]
     first, *_, last = sorted(steps, key=lambda backend: steps[backend]["step_us"])
     return (
-        f"A closed-loop step of an eight-cable robot with its log takes {steps[first]['step_us']:.1f} us (`{first}`) to "
-        f"{steps[last]['step_us']:.1f} us\n(`{last}`) on one core: [docs/figures.md](docs/figures.md)."
+        f"A closed-loop step of an eight-cable robot with its log takes {steps[first]['step_us']:.1f} us (`{first}`) "
+        f"to {steps[last]['step_us']:.1f} us\n(`{last}`) on one core: [docs/figures.md](docs/figures.md)."
     )
 
 
