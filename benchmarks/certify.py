@@ -13,7 +13,7 @@ from pathlib import Path
 from time import perf_counter
 
 import cdpr
-from cdpr.workspace import region, workspace
+from cdpr.analysis.workspace import region, workspace
 
 ROBOTS = Path(__file__).parent.parent / "scenarios" / "robots"
 WANTED = {"cogiro": 0.01, "caroca": 0.03}  # share that may stay undecided

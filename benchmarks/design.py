@@ -15,8 +15,8 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from cdpr.design import Design, load_design, run_design
-from cdpr.errors import PluginError
+from cdpr.analysis.design import Design, load_design, run_design
+from cdpr.base.errors import PluginError
 
 STUDIES = Path(__file__).parent.parent / "scenarios" / "studies"
 SEARCHES = ("random", "differential_evolution", "cma")

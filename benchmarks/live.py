@@ -27,15 +27,15 @@ from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 import cdpr
-from cdpr.errors import Interrupted
-from cdpr.live.drive import Driven
-from cdpr.live.foxglove import Foxglove
-from cdpr.live.requests import Request
-from cdpr.live.ros2 import Ros2
-from cdpr.live.sender import Sender
+from cdpr.base.errors import Interrupted
 from cdpr.log.ros2 import decode
 from cdpr.log.run import Header
 from cdpr.model.robot import Array
+from cdpr.ui.live.drive import Driven
+from cdpr.ui.live.foxglove import Foxglove
+from cdpr.ui.live.requests import Request
+from cdpr.ui.live.ros2 import Ros2
+from cdpr.ui.live.sender import Sender
 
 FILE = Path(__file__).parent.parent / "scenarios" / "caroca.yaml"
 FULL = 1e6  # times real time: as fast as it goes

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import cdpr
 from cdpr.log import summary
-from cdpr.report.pages import run as pages
-from cdpr.report.pages.still import still
-from cdpr.report.plots import histories
+from cdpr.ui.report.pages import run as pages
+from cdpr.ui.report.pages.still import still
+from cdpr.ui.report.plots import histories
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "browser"))
 from chromium import browser, executable

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.formats.write.native import write_native
 from cdpr.native.rotations import from_rotation_vector, multiply
 

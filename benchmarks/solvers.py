@@ -17,9 +17,9 @@ import distribute
 import numpy as np
 
 import cdpr
-from cdpr.bench import measures
-from cdpr.bench.oracle import consult
-from cdpr.bench.problems import make_paths, make_problems
+from cdpr.analysis.bench import measures
+from cdpr.analysis.bench.oracle import consult
+from cdpr.analysis.bench.problems import make_paths, make_problems
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.registry import registry
@@ -129,7 +129,7 @@ from time import perf_counter
 started = perf_counter()
 import cdpr
 robot = cdpr.load_robot({robot!r})
-cdpr.tension.distribute(robot, [0, 0, 1.2, 1, 0, 0, 0])
+cdpr.distribute(robot, [0, 0, 1.2, 1, 0, 0, 0])
 print(perf_counter() - started)
 """
 

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.study import Study, load_study
+from cdpr.analysis.study import Study, load_study
 
 ROOT = Path(__file__).parent.parent
 STUDY = """

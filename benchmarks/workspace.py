@@ -20,10 +20,10 @@ import numpy as np
 from scipy.optimize import linprog
 
 import cdpr
+from cdpr.analysis.workspace import box, measure, region
 from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
-from cdpr.workspace import box, measure, region
 
 try:
     from pycapacity.algorithms import hyper_plane_shift_method

@@ -15,42 +15,42 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-__version__ = "0.1.0"
+from cdpr.base.version import VERSION as __version__  # noqa: N811 - as in other packages
 
 _HOME = {
-    "BackendDied": "cdpr.errors",
-    "Batch": "cdpr.rollouts.batch",
-    "BeyondLimits": "cdpr.errors",
-    "CdprError": "cdpr.errors",
-    "Diverged": "cdpr.errors",
-    "FmuError": "cdpr.errors",
-    "FormatError": "cdpr.errors",
-    "Infeasible": "cdpr.errors",
-    "Interrupted": "cdpr.errors",
-    "LogError": "cdpr.errors",
-    "OutputError": "cdpr.errors",
-    "PlantEnded": "cdpr.errors",
-    "PluginError": "cdpr.errors",
+    "BackendDied": "cdpr.base.errors",
+    "Batch": "cdpr.analysis.rollouts.batch",
+    "BeyondLimits": "cdpr.base.errors",
+    "CdprError": "cdpr.base.errors",
+    "Diverged": "cdpr.base.errors",
+    "FmuError": "cdpr.base.errors",
+    "FormatError": "cdpr.base.errors",
+    "Infeasible": "cdpr.base.errors",
+    "Interrupted": "cdpr.base.errors",
+    "LogError": "cdpr.base.errors",
+    "OutputError": "cdpr.base.errors",
+    "PlantEnded": "cdpr.base.errors",
+    "PluginError": "cdpr.base.errors",
     "Robot": "cdpr.model.robot",
     "Run": "cdpr.log.run",
     "Scenario": "cdpr.scenario",
-    "ScenarioError": "cdpr.errors",
+    "ScenarioError": "cdpr.base.errors",
     "Simulation": "cdpr.simulation",
-    "SimulationStopped": "cdpr.errors",
-    "Touched": "cdpr.errors",
-    "Unanswered": "cdpr.errors",
-    "admissible": "cdpr.distribution",
-    "compare_scenario": "cdpr.compare.job",
-    "distribute": "cdpr.distribution",
+    "SimulationStopped": "cdpr.base.errors",
+    "Touched": "cdpr.base.errors",
+    "Unanswered": "cdpr.base.errors",
+    "admissible": "cdpr.analysis.distribution",
+    "compare_scenario": "cdpr.analysis.compare.job",
+    "distribute": "cdpr.analysis.distribution",
     "get_include": "cdpr.native",
-    "load_design": "cdpr.design",
+    "load_design": "cdpr.analysis.design",
     "load_robot": "cdpr.scenario",
     "load_run": "cdpr.log.reader",
     "load_scenario": "cdpr.scenario",
-    "load_study": "cdpr.study",
-    "rollout": "cdpr.rollouts.rollout",
-    "run_design": "cdpr.design",
-    "run_study": "cdpr.study",
+    "load_study": "cdpr.analysis.study",
+    "rollout": "cdpr.analysis.rollouts.rollout",
+    "run_design": "cdpr.analysis.design",
+    "run_study": "cdpr.analysis.study",
     "simulate": "cdpr.simulation",
 }
 
@@ -78,12 +78,9 @@ __all__ = [
     "Unanswered",
     "__version__",
     "admissible",
-    "bench",
-    "compare",
+    "analysis",
     "compare_scenario",
-    "design",
     "distribute",
-    "errors",
     "get_include",
     "load_design",
     "load_robot",
@@ -97,18 +94,20 @@ __all__ = [
     "run_design",
     "run_study",
     "simulate",
-    "study",
     "tension",
     "testing",
     "trajectory",
 ]
 
 if TYPE_CHECKING:
-    from cdpr import bench, compare, design, errors, mechanics, model, plugins, study, tension, testing, trajectory
-    from cdpr.compare.job import compare_scenario
-    from cdpr.design import load_design, run_design
-    from cdpr.distribution import admissible, distribute
-    from cdpr.errors import (
+    from cdpr import analysis, mechanics, model, plugins, tension, testing, trajectory
+    from cdpr.analysis.compare.job import compare_scenario
+    from cdpr.analysis.design import load_design, run_design
+    from cdpr.analysis.distribution import admissible, distribute
+    from cdpr.analysis.rollouts.batch import Batch
+    from cdpr.analysis.rollouts.rollout import rollout
+    from cdpr.analysis.study import load_study, run_study
+    from cdpr.base.errors import (
         BackendDied,
         BeyondLimits,
         CdprError,
@@ -130,14 +129,11 @@ if TYPE_CHECKING:
     from cdpr.log.run import Run
     from cdpr.model import Robot
     from cdpr.native import get_include
-    from cdpr.rollouts.batch import Batch
-    from cdpr.rollouts.rollout import rollout
     from cdpr.scenario import Scenario, load_robot, load_scenario
     from cdpr.simulation.simulate import simulate  # the package also has a module of that name
     from cdpr.simulation.simulation import Simulation
-    from cdpr.study import load_study, run_study
 else:
-    from cdpr.lazy import lazily
+    from cdpr.base.lazy import lazily
 
     __getattr__ = lazily(__name__, _HOME)
 

@@ -1,5 +1,5 @@
 """Entry point of `python -m cdpr`."""
 
-from cdpr.cli import main
+from cdpr.ui.cli import main
 
 main()

@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from cdpr.base.columns import Column
 from cdpr.cables import EXITS, MODELS
-from cdpr.columns import Column
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from cdpr import tolerances
-from cdpr.errors import FmuError, PluginError
+from cdpr.base import tolerances
+from cdpr.base.errors import FmuError, PluginError
 from cdpr.fmu.export import Plant, cached_fmu
 from cdpr.fmu.read.archive import Archive, open_archive
 from cdpr.fmu.read.trust import require_trust

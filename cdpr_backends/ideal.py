@@ -1,7 +1,7 @@
 """Check for plants that apply the commanded tensions directly."""
 
+from cdpr.base.errors import PluginError
 from cdpr.cables import immediate, model_of
-from cdpr.errors import PluginError
 from cdpr.model import Robot
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from cdpr import tolerances
-from cdpr.errors import BackendDied
+from cdpr.base import tolerances
+from cdpr.base.errors import BackendDied
 from cdpr.fmu.run.exchange import normaliser
 from cdpr.link.peer import Peer, check_peer, greeting_of
 from cdpr.model import Robot

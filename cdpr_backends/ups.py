@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.errors import CdprError
 from cdpr.cables.tables import line_table
-from cdpr.errors import CdprError
 from cdpr.mechanics.forward_kinematics import scales
 from cdpr.model import Robot
 from cdpr.model.robot import Array

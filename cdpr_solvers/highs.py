@@ -8,7 +8,7 @@ import highspy
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.hush import native_to_stderr
+from cdpr.base.redirect_output import native_to_stderr
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver

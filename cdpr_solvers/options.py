@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.plugins import PluginOptions
 

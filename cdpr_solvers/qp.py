@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.model import Robot
 from cdpr.model.robot import Array

@@ -10,7 +10,7 @@ import qpsolvers
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_matrix
 
-from cdpr.errors import PluginError, one_line
+from cdpr.base.errors import PluginError, one_line
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from marked import rewritten, table
 
-from cdpr.columns import BELIEVED, FIRST, LATER, WINCHED, Column
+from cdpr.base.columns import BELIEVED, FIRST, LATER, WINCHED, Column
 
 PAGE = Path(__file__).parent / "columns.md"
 

@@ -16,11 +16,11 @@ import numpy as np
 from marked import rewritten, table
 
 import cdpr
-from cdpr.errors import SimulationStopped
+from cdpr.base.errors import SimulationStopped
 from cdpr.log.run import Run
-from cdpr.report.figures.canvas import Axes, Chart, inline_svg, styled
-from cdpr.report.figures.surface import SUPERSCRIPT
-from cdpr.report.marks import AXES, CABLES, INK, SOFT
+from cdpr.ui.report.figures.canvas import Axes, Chart, inline_svg, styled
+from cdpr.ui.report.figures.surface import SUPERSCRIPT
+from cdpr.ui.report.marks import AXES, CABLES, INK, SOFT
 
 HERE = Path(__file__).parent
 SCENARIOS = HERE.parent / "scenarios"

@@ -25,12 +25,12 @@ import yaml
 from gazebo_legs import GazeboLegs, OrLowest, Playback
 from marked import rewritten, table
 
-from cdpr.errors import SimulationStopped
+from cdpr.analysis.study.plan import StudyCase, load_study
+from cdpr.base.errors import SimulationStopped
 from cdpr.log.run import Run
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.loop import Loop
-from cdpr.study.plan import StudyCase, load_study
 
 HERE = Path(__file__).parent
 STUDY, BELIEF = (HERE.parent / "scenarios" / "studies" / f"thesis_{name}.yaml" for name in ("ch6", "belief"))

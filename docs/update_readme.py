@@ -10,9 +10,9 @@ from pathlib import Path
 
 from marked import rewritten
 
-from cdpr.bench.overview import overview
+from cdpr.analysis.bench.overview import overview
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
-from cdpr.report.text.bench import OVERVIEW, overview_cells
+from cdpr.ui.report.text.bench import OVERVIEW, overview_cells
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"

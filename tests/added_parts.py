@@ -11,7 +11,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from cdpr.cables.exit import Exit
-from cdpr.fields import Vector3
+from cdpr.base.fields import Vector3
 
 
 class Ring(Exit):
@@ -32,7 +32,7 @@ SPRING = '''\
 """A spring in each cable, of constant stiffness however much cable there is."""
 
 from cdpr.cables.chain import Number, Span
-from cdpr.fields import Positive
+from cdpr.base.fields import Positive
 
 RATE = Number("cable.spring_rate", Positive, "N/m", "spring rate, force per stretch")
 SPRING = Span(header="cdpr/cables/spring/spring.hpp", numbers=(RATE,))
@@ -43,7 +43,7 @@ GEARED = '''\
 
 from cdpr.cables.chain import Number, Winch
 from cdpr.cables.drum import INERTIA, RADIUS
-from cdpr.fields import Positive
+from cdpr.base.fields import Positive
 
 RATIO = Number("winch.gear", Positive, "", "gear ratio")
 GEARED = Winch(header="cdpr/cables/geared/geared.hpp", numbers=(RADIUS, INERTIA, RATIO))

@@ -9,7 +9,7 @@ import sys
 import warnings
 from unittest import mock
 
-from cdpr.cli import main
+from cdpr.ui.cli import main
 
 
 def cdpr_here(*arguments: object, code: int | None = 0, cwd: object = ".") -> subprocess.CompletedProcess[str]:

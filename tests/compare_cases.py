@@ -8,11 +8,11 @@ from conftest import ROOT
 from pydantic import ValidationError
 
 import cdpr
-from cdpr.compare.comparison import compare
-from cdpr.compare.engines import field
-from cdpr.compare.job import summarise
-from cdpr.compare.runs import Made, Runs
-from cdpr.errors import CdprError
+from cdpr.analysis.compare.comparison import compare
+from cdpr.analysis.compare.engines import field
+from cdpr.analysis.compare.job import summarise
+from cdpr.analysis.compare.runs import Made, Runs
+from cdpr.base.errors import CdprError
 from cdpr.plugins.registry import registry
 
 SCENARIOS = ROOT / "scenarios"

@@ -9,7 +9,7 @@ import random
 from pathlib import Path
 from typing import Any
 
-from cdpr.checksums import sealed
+from cdpr.base.checksums import sealed
 
 SCALE = int(os.environ.get("CDPR_DAMAGE", "1"))  # times the number of cases of each test
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from conftest import ROOT
 
-from cdpr.design import Design, load_design
+from cdpr.analysis.design import Design, load_design
 
 BOX = """
 region: {lower: [-2, -1.5, 0], upper: [2, 1.5, 3], cells: 4}

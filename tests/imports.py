@@ -22,7 +22,7 @@ def modules(root: Path, packages: tuple[str, ...]) -> dict[str, Path]:
 def graph(files: dict[str, Path], *, types: bool) -> Graph:
     """Return what each module imports wherever it says so; what only `types` need too, if asked for.
 
-    A name that a package imports for type checkers alone is bound late (`cdpr.lazy`): who asks the package for it
+    A name that a package imports for type checkers alone is bound late (`cdpr.base.lazy`): who asks the package for it
     imports the module where it is, and the package itself does not.
     """
     late = bound_late(files)
@@ -88,13 +88,3 @@ def circles(edges: Graph) -> list[list[str]]:
                 ways[following] = [*ways[name], following]
                 todo.append(following)
     return list(found.values())
-
-
-def reached(edges: Graph, starts: set[str]) -> set[str]:
-    """Return the modules that these import, directly or not, and they themselves."""
-    todo, found = list(starts), set(starts)
-    while todo:
-        new = edges[todo.pop()] - found
-        found |= new
-        todo += new
-    return found

@@ -12,9 +12,9 @@ from conftest import ROOT
 from websockets.sync.client import connect
 
 import cdpr
-from cdpr.errors import CdprError
-from cdpr.live.drive import drive
-from cdpr.live.requests import Request
+from cdpr.base.errors import CdprError
+from cdpr.ui.live.drive import drive
+from cdpr.ui.live.requests import Request
 
 TEXT_TIMEOUT = 20.0  # s, that a test waits for anything
 RUN_TIMEOUT = 60.0  # s, that a test waits for the end of a run

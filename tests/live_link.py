@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cdpr.live.sender import Sender
+from cdpr.ui.live.sender import Sender
 
 
 class Quiet(Sender):

@@ -9,7 +9,7 @@ from time import monotonic
 
 from live_client import client
 
-from cdpr.live.foxglove import Foxglove
+from cdpr.ui.live.foxglove import Foxglove
 
 SECONDS = float(sys.argv[1])
 

@@ -14,7 +14,7 @@ from cdpr.log import reader as reader_module
 from cdpr.log import recorder as recorder_module
 from cdpr.log import summary as summary_module
 from cdpr.log.run import Run
-from cdpr.report.plots import histories
+from cdpr.ui.report.plots import histories
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 EVENTS = [

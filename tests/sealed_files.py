@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from cdpr.checksums import sealed
+from cdpr.base.checksums import sealed
 
 Edit = Callable[[dict[str, Any]], object]
 

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 
 from live_cases import CAROCA
 
-from cdpr.gui.board import Board
-from cdpr.gui.show import Show
 from cdpr.scenario import load_scenario
+from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.show import Show
 
 PATIENCE = 300.0  # s; kernels may have to be compiled on a busy machine
 # Here caroca can do without a cable.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cdpr.jobs.folder import LEDGER_NAME
+from cdpr.analysis.jobs.folder import LEDGER_NAME
 
 
 def content(folder: Path) -> dict[str, object]:

@@ -25,6 +25,7 @@ from typing import Annotated, Any, get_args
 
 from pydantic import Field, TypeAdapter
 
+from cdpr.base.errors import CdprError
 from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
@@ -33,7 +34,6 @@ from cdpr.cables.exit import Exit
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.point import Point
 from cdpr.cables.pulley import Pulley
-from cdpr.errors import CdprError
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
 

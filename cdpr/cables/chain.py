@@ -15,10 +15,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from cdpr.errors import CdprError
-from cdpr.fields import NonNegative, Positive, Section
+from cdpr.base.errors import CdprError
+from cdpr.base.fields import NonNegative, Positive, Section
+from cdpr.base.units import known_unit
 from cdpr.model import Cable
-from cdpr.units import known_unit
 
 MOST = 8  # maximum numbers of a part
 
@@ -39,7 +39,7 @@ class Number:
 
     Attributes:
         name: place in robot files, "cable" or "winch", and key; exported FMUs use it as the name of a parameter.
-        kind: type of its values, from `cdpr.fields`.
+        kind: type of its values, from `cdpr.base.fields`.
         unit: as in robot files, "" without unit.
         text: description; up to the first comma, after "the", it names what a cable lacks.
         default: default value; None if the part requires one.
@@ -59,7 +59,7 @@ class Number:
             raise CdprError(f"a number of a cable is called cable.KEY or winch.KEY, not {self.name}")
         unit = known_unit(self.unit_of_fmu) if self.unit else None
         if self.unit and (unit is None or unit.factor != 1.0):
-            found = "is not known: see cdpr.units" if unit is None else "is no SI unit: kernels take those"
+            found = "is not known: see cdpr.base.units" if unit is None else "is no SI unit: kernels take those"
             raise CdprError(f"{self.name}: the unit {self.unit_of_fmu} {found}")
 
     @property

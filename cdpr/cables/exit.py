@@ -16,7 +16,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.fields import Kind
+from cdpr.base.fields import Kind
 
 
 class Exit(Kind):

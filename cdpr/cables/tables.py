@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr.base.errors import CdprError
 from cdpr.cables import EXITS, MODELS, chain_of
 from cdpr.cables.chain import MOST, Part, Span, Winch
-from cdpr.errors import CdprError
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import Array, CableExit, frozen_array
 from cdpr.native.arrays import real, reals

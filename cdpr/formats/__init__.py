@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from cdpr.formats.read.bring import import_file as import_file
 else:
-    from cdpr.lazy import lazily
+    from cdpr.base.lazy import lazily
 
     __getattr__ = lazily(__name__, {"import_file": "cdpr.formats.read.bring"})
 

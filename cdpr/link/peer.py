@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import BackendDied
+from cdpr.base.errors import BackendDied
 from cdpr.link.options import PeerOptions
 from cdpr.link.transport import Program, Transport, check_program, connected, parsed
 from cdpr.model.robot import Array, Robot

@@ -15,8 +15,8 @@ from abc import ABC, abstractmethod
 from contextlib import suppress
 from pathlib import Path
 
-from cdpr.errors import BackendDied, CdprError
-from cdpr.interrupts import WAITING, uninterrupted
+from cdpr.base.errors import BackendDied, CdprError
+from cdpr.base.interrupts import WAITING, uninterrupted
 from cdpr.link.waiting import tell_wait
 
 MOST_BYTES = 16 * 2**20  # largest program

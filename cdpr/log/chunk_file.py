@@ -9,7 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Literal
 
-from cdpr.errors import OutputError, one_line
+from cdpr.base.errors import OutputError, one_line
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.chunk_index import Written
 from cdpr.log.files import require_process, unwritable

@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from cdpr.errors import OutputError, PluginError
+from cdpr.base.errors import OutputError, PluginError
 from cdpr.log.csv_lines import csv_lines
 from cdpr.log.files import make_folder, replacing
 from cdpr.log.run import Header, Run

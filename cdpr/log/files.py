@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from cdpr.errors import OutputError
-from cdpr.locks import Lock, lock, open_to_lock
+from cdpr.base.errors import OutputError
+from cdpr.base.locks import Lock, lock, open_to_lock
 
 GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
 LOCK_SECONDS = 10.0  # s that a new run waits for a repair to inspect its folder, which takes milliseconds

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdpr.columns import NEED_NOT_BE_FINITE
+from cdpr.base.columns import NEED_NOT_BE_FINITE
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 
@@ -14,7 +14,7 @@ from cdpr.model.robot import Array
 class Finite:
     """Search for non-finite logged values.
 
-    The columns of `cdpr.columns.NEED_NOT_BE_FINITE` are not checked. In columns of plugins, NaN means "no value".
+    The columns of `cdpr.base.columns.NEED_NOT_BE_FINITE` are not checked. In columns of plugins, NaN means "no value".
 
     Args:
         layout: columns of the run.

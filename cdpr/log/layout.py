@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Protocol
 
-from cdpr.columns import FIRST, WINCHED, Column
+from cdpr.base.columns import FIRST, WINCHED, Column
+from cdpr.model.robot import Array
 
 
 @dataclass(frozen=True)
@@ -46,3 +48,17 @@ class Layout:
     def added(self) -> slice:
         """Columns of `more`, which are the last ones."""
         return slice(self.width - sum(column.width or self.m for column in self.more), self.width)
+
+
+class Rows(Protocol):
+    """Rows of a long run, (K, width), read from its log on access."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of rows, and of columns."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, key: Any) -> Any: ...
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array: ...

@@ -22,7 +22,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
-from cdpr.errors import LogError
+from cdpr.base.errors import LogError
 from cdpr.log import run_json
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk_index import Written

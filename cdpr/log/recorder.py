@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import Diverged, OutputError
+from cdpr.base.errors import Diverged, OutputError
 from cdpr.log.finite import Finite
 from cdpr.log.mcap_file import BLOCK, LOG_NAME, PICTURE_ROWS
 from cdpr.log.pages import table

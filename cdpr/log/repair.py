@@ -12,8 +12,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from cdpr.errors import OutputError
-from cdpr.locks import Lock, lock, open_to_lock
+from cdpr.base.errors import OutputError
+from cdpr.base.locks import Lock, lock, open_to_lock
 from cdpr.log import run_json
 from cdpr.log.files import GOES_ON, Reserved, replacing, unwritable
 from cdpr.log.mcap_file import BLOCK, FORMATS, LOG_NAME, PICTURE_ROWS, LogFormat, Piece

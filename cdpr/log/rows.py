@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import LogError
+from cdpr.base.errors import LogError
 from cdpr.log.chunk_index import Written
 from cdpr.log.mcap_file import LogFormat
 from cdpr.model.robot import Array

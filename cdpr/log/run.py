@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.columns import BELIEVED, FIRST, Column
-from cdpr.errors import CdprError
-from cdpr.lazy import late
+from cdpr.base.columns import BELIEVED, FIRST, Column
+from cdpr.base.errors import CdprError
+from cdpr.base.lazy import late
+from cdpr.base.problems import printable
 from cdpr.log.event import Event
-from cdpr.log.layout import Layout
+from cdpr.log.layout import Layout, Rows
 from cdpr.model import rotations
 from cdpr.model.frozen import Frozen
 from cdpr.model.robot import COMMANDED, Array, ideal, read_only
-from cdpr.problems import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,9 +26,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from cdpr.log.beyond import LimitChanges
-    from cdpr.log.rows import LogRows
     from cdpr.mechanics.reach import Bounds
-    from cdpr.view import Subject
+    from cdpr.scene import Subject
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class Header:
     bounds: Bounds = ()  # limits of lengths and winding speeds, if any
     broken: tuple[tuple[int, float], ...] = ()  # index and time (s) of cables that break
     exits: tuple[dict[str, Any] | None, ...] = ()  # exits of cables, if not all leave the frame at their anchors
-    columns: tuple[Column, ...] = ()  # additional columns of the rows after `cdpr.columns.FIRST`
+    columns: tuple[Column, ...] = ()  # additional columns of the rows after `cdpr.base.columns.FIRST`
     frame: tuple[tuple[float, ...], ...] = ()  # (k, 6), edges of the robot's frame: two ends each, m, world
     colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", if given
     path: tuple[tuple[float, ...], ...] = ()  # (k, 3), m, points of the planned path
@@ -95,7 +94,7 @@ class Header:
     def subject(self) -> Subject:
         """Display data of the robot."""
         from cdpr.cables import read_exits  # takes long to import
-        from cdpr.view import Subject
+        from cdpr.scene import Subject
 
         return Subject(
             cables=self.cables,
@@ -200,7 +199,7 @@ class Run(Frozen):
     """
 
     header: Header
-    rows: Array | LogRows  # (K, width), columns as in header.layout; for long runs, read from the log on access
+    rows: Array | Rows  # (K, width), columns as in header.layout; for long runs, read from the log on access
     status: str = "finished"
     message: str = ""
     events: tuple[Event, ...] = ()

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import OutputError
+from cdpr.base.errors import OutputError
 from cdpr.log import run_json
 from cdpr.log.files import Reserved, beside, is_name, replace, require_process, unwritable
 from cdpr.log.run import Header, Run

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.checksums import check_type, checksum, sealed, unsealed
-from cdpr.errors import LogError
+from cdpr.base.checksums import check_type, checksum, sealed, unsealed
+from cdpr.base.errors import LogError
 from cdpr.log.event import Event
 from cdpr.log.files import replace
 from cdpr.log.run import Header, Run

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.columns import ARRAY, COMMANDS, TOPICS, Column
+from cdpr.base.columns import ARRAY, COMMANDS, TOPICS, Column
 from cdpr.log.layout import Layout
 from cdpr.log.run import Header
 from cdpr.model.robot import Array
@@ -41,7 +41,7 @@ class Group:
 
 
 def run_topics(header: Header, *, repeated: bool = False) -> Group:
-    """Return the topics that together hold all columns of all rows, as defined in `cdpr.columns`.
+    """Return the topics that together hold all columns of all rows, as defined in `cdpr.base.columns`.
 
     The time has no topic: it is k * control_step, with k the sequence number of the messages. Commands of ideal cables
     have no topic: they equal the efforts of the cable states. With `repeated`, as in logs of format 2, both have one.

@@ -1,8 +1,8 @@
 """3D display of a run: the platform's frame and shape, cables coloured by tension, and the clock.
 
 The run's range of tensions is unknown while a log is written. Colours therefore use a logarithmic scale over the range
-expected from the platform's weight, `cdpr.view.pictures.weight_range`, from dark blue to yellow. Slack cables are grey,
-cables at a limit magenta, and broken ones invisible.
+expected from the platform's weight, `cdpr.scene.pictures.weight_range`, from dark blue to yellow. Slack cables are
+grey, cables at a limit magenta, and broken ones invisible.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 from cdpr.log.run import Header
 from cdpr.log.topics import CLOCK, STAMPED, Group, Topic, ros_pose
 from cdpr.model.robot import Array
-from cdpr.view import Pictures, State, colours, pictures
-from cdpr.view.pictures import weight_range
+from cdpr.scene import Pictures, State, colours, pictures
+from cdpr.scene.pictures import weight_range
 
 TRANSFORM_RATE = 60.0  # Hz of simulation time, maximum; also of the clock, as players otherwise use 40
 MARKER_RATE = 30.0

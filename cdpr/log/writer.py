@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cdpr.errors import OutputError
+from cdpr.base.errors import OutputError
 from cdpr.log.chunk_file import ChunkFile
 from cdpr.log.files import unwritable
+from cdpr.log.layout import Rows
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Header
@@ -44,7 +45,7 @@ class LogWriter:
         self.out = ChunkFile(path, self._format)
         self._closed = False
 
-    def write(self, rows: Array | LogRows, stop: int) -> None:
+    def write(self, rows: Array | Rows, stop: int) -> None:
         """Write the rows up to `stop` (excluded), which must not include the last one of a thinned run."""
         while stop - self._rows >= BLOCK:
             self._append_block(rows, self._rows + BLOCK)
@@ -52,7 +53,7 @@ class LogWriter:
             part, first = _cut(rows, self._rows, stop), self._rows * self._every
             self.out.put_tail(lambda: self._format.block(part, first))
 
-    def so_far(self, rows: Array | LogRows, stop: int, last: Array) -> LogRows:
+    def so_far(self, rows: Array | Rows, stop: int, last: Array) -> LogRows:
         """Return all rows up to `stop` (excluded), followed by `last` (n, width); the file remains open."""
         with contextlib.suppress(OutputError):  # rows that could not be written are in memory
             self.out.wait()
@@ -61,7 +62,7 @@ class LogWriter:
         file = os.dup(self.out.file.fileno())
         return LogRows(file, self._format, blocks, np.concatenate([rest, last]), name=str(self.path))
 
-    def close(self, rows: Array | LogRows, stop: int) -> None:
+    def close(self, rows: Array | Rows, stop: int) -> None:
         """Write the rows up to `stop` (excluded) and complete the file; do nothing if it is complete.
 
         After an exception, the next call continues.
@@ -80,7 +81,7 @@ class LogWriter:
         except OSError as error:
             raise unwritable(self.path, error) from error
 
-    def _complete(self, rows: Array | LogRows, stop: int) -> None:
+    def _complete(self, rows: Array | Rows, stop: int) -> None:
         last = self._sample(rows, stop - 1) if stop else 0
         regular = stop - 1 if last % self._every else stop  # rows on the grid
         while regular > self._rows:
@@ -92,31 +93,31 @@ class LogWriter:
         self.out.wait()
         self.out.finish(self._format.ending(self.out.chunks, last, self.out.end))
 
-    def _sample(self, rows: Array | LogRows, k: int) -> int:
+    def _sample(self, rows: Array | Rows, k: int) -> int:
         """Return the sample number of row k."""
         return k if self._every == 1 else round(float(rows[k % len(rows)][0]) / self._step)
 
-    def _append_block(self, rows: Array | LogRows, stop: int) -> None:
+    def _append_block(self, rows: Array | Rows, stop: int) -> None:
         first, part = self._sample(rows, self._rows), _cut(rows, self._rows, stop)
         self.out.append("rows", stop, lambda: [Piece(0, first, len(part), self._format.block(part, first))])
         self._rows = stop
         if stop % PICTURE_ROWS == 0 and first % self._every == 0:
             self._append_pictures(rows)
 
-    def _append_pictures(self, rows: Array | LogRows) -> None:
+    def _append_pictures(self, rows: Array | Rows) -> None:
         first = (self._rows - 1) // PICTURE_ROWS * PICTURE_ROWS
         pieces = self._format.pictures(_cut(rows, first, self._rows), first * self._every)
         self.out.append("pictures", self._rows, lambda: pieces)
         self._pictured = self._rows
 
-    def _shut(self, rows: Array | LogRows, stop: int) -> None:
+    def _shut(self, rows: Array | Rows, stop: int) -> None:
         if self._readable and self.rows is None:
             self.rows = self.so_far(rows, stop, rows[:0])
         self._closed = True
         self.out.close()
 
 
-def _cut(rows: Array | LogRows, first: int, stop: int) -> Array:
+def _cut(rows: Array | Rows, first: int, stop: int) -> Array:
     """Return rows first to stop - 1 of the run, which are contiguous in the table."""
     begin = first % len(rows)
     return rows[begin : begin + stop - first]

@@ -9,6 +9,6 @@ if TYPE_CHECKING:
     from cdpr.mechanics import kinematics as kinematics
     from cdpr.mechanics import properties as properties
 else:  # loaded on first use
-    from cdpr.lazy import lazily
+    from cdpr.base.lazy import lazily
 
     __getattr__ = lazily(__name__)

@@ -24,8 +24,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cdpr.base.errors import CdprError
 from cdpr.cables.tables import line_table
-from cdpr.errors import CdprError
 from cdpr.mechanics import solids
 from cdpr.mechanics.contacts import PLATFORM
 from cdpr.mechanics.distances import solid_distances

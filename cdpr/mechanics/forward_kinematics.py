@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr import tolerances
+from cdpr.base import tolerances
+from cdpr.base.errors import CdprError
 from cdpr.cables.tables import line_table
-from cdpr.errors import CdprError
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind

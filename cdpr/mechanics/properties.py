@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr import tolerances
-from cdpr.errors import CdprError
+from cdpr.base import tolerances
+from cdpr.base.errors import CdprError
 from cdpr.mechanics.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
 from cdpr.model import rotations
 from cdpr.model.rank import significant

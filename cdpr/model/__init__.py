@@ -30,7 +30,7 @@ from cdpr.model.shapes import Box, Cylinder, Frame, Mesh, Sphere
 if TYPE_CHECKING:
     from cdpr.model import rotations as rotations
 else:  # loaded when first used
-    from cdpr.lazy import lazily
+    from cdpr.base.lazy import lazily
 
     __getattr__ = lazily(__name__)
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.model.robot import Array
 from cdpr.native.arrays import real
 

@@ -11,8 +11,8 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import CdprError
-from cdpr.lazy import late
+from cdpr.base.errors import CdprError
+from cdpr.base.lazy import late
 from cdpr.model.frozen import Frozen
 from cdpr.model.shapes import Frame, Shape
 from cdpr.native.masks import MASKED, masked

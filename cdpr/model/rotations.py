@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdpr import tolerances
+from cdpr.base import tolerances
 from cdpr.model.robot import DOF_NAMES, Array
 
 AXES = dict(zip("xyz", np.eye(3), strict=True))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.native.masks import MASKED, masked
 
 FLOAT, INTEGER = np.dtype(np.float64), np.dtype(np.int64)

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.native import get_include
 from cdpr.native.own import Own
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.native.sizes import Dimension
 
 VARIABLE = "CDPR_NATIVE_TARGET"

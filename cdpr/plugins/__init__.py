@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cdpr.columns import CABLES, Column
+from cdpr.base.columns import CABLES, Column
 from cdpr.plugins.info import INTERFACE_VERSION, FileName, PluginInfo, PluginOptions, hookimpl
 
 _INTERFACES = {
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from cdpr.plugins.snapshots import SnapshotOfArrays
     from cdpr.plugins.solver import CompiledSolver, TensionSolver
 else:  # interfaces are imported when first used, so that plugin rows stay light
-    from cdpr.lazy import lazily
+    from cdpr.base.lazy import lazily
 
     __getattr__ = lazily(__name__, _INTERFACES)
 

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 

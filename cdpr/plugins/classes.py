@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import Any
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.plugins.info import PluginInfo, PluginOptions, Role
 
 

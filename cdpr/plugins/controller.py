@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any, Literal, NamedTuple
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.own import Own

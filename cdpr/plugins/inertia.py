@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdpr.errors import CdprError, PluginError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix

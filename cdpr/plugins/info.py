@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import with_info_after_validator_function
 
-from cdpr.columns import Column, check_declared
+from cdpr.base.columns import Column, check_declared
 
 INTERFACE_VERSION = 1
 

@@ -15,10 +15,10 @@ from typing import Any
 import pluggy
 from pydantic import ValidationError
 
-from cdpr.columns import Column
-from cdpr.errors import CdprError, PluginError, one_line
-from cdpr.hush import hushed
-from cdpr.nearest import did_you_mean
+from cdpr.base.columns import Column
+from cdpr.base.errors import CdprError, PluginError, one_line
+from cdpr.base.nearest import did_you_mean
+from cdpr.base.redirect_output import hushed
 from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermost, read_file, role_of, source_version
 from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
 from cdpr.plugins.info import Role as Role  # modules that choose a plugin import it from here

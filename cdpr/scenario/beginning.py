@@ -6,10 +6,10 @@ import json
 
 from pydantic import ValidationError
 
-from cdpr.problems import Mark, Path
-from cdpr.scenario.document import Document
+from cdpr.base.problems import Mark, Path
+from cdpr.config.document import Document
+from cdpr.config.problems import Problems
 from cdpr.scenario.looks import FrameSection
-from cdpr.scenario.problems import Problems
 from cdpr.scenario.robot_schema import Home
 
 INITIAL: Path = ("initial",)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import Path, Problem, dotted, shown
 from cdpr.cables import COMMANDED, MODELS
+from cdpr.config.describe import look
+from cdpr.config.document import Document
+from cdpr.config.overrides import Change, apply
+from cdpr.config.problems import Problems, exact
 from cdpr.model import DOF_NAMES
-from cdpr.nearest import did_you_mean
-from cdpr.problems import Path, Problem, dotted, shown
-from cdpr.scenario.describe import look
-from cdpr.scenario.document import Document
 from cdpr.scenario.looks import FrameSection
-from cdpr.scenario.overrides import Change, apply
-from cdpr.scenario.problems import Problems, exact
 from cdpr.scenario.robot_schema import RobotSection
 
 KEY = "believed"

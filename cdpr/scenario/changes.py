@@ -8,11 +8,11 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from cdpr.errors import CdprError, PluginError, one_line
-from cdpr.nearest import did_you_mean
+from cdpr.base.errors import CdprError, PluginError, one_line
+from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import Path, dotted
+from cdpr.config.messages import explain
 from cdpr.plugins.registry import Registered, Role
-from cdpr.problems import Path, dotted
-from cdpr.scenario.messages import explain
 
 
 class RefusedError(CdprError):

@@ -9,11 +9,11 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from cdpr.fields import DEFERRED, Section
+from cdpr.base.fields import DEFERRED, Section
+from cdpr.base.problems import Path
+from cdpr.config.document import Document
+from cdpr.config.problems import Problems
 from cdpr.model import DOF_NAMES
-from cdpr.problems import Path
-from cdpr.scenario.document import Document
-from cdpr.scenario.problems import Problems
 from cdpr.scenario.robot_schema import MAX_CABLES, CableSection, DofName
 
 DOF: TypeAdapter[tuple[DofName, ...]] = TypeAdapter(tuple[DofName, ...], config=DEFERRED)

@@ -8,18 +8,18 @@ from itertools import groupby
 
 from pydantic import TypeAdapter, ValidationError
 
+from cdpr.base.fields import DEFERRED
+from cdpr.base.problems import Path, dotted
 from cdpr.cables import COMMANDED, MODELS
 from cdpr.cables.chain import DIAMETER
-from cdpr.fields import DEFERRED
-from cdpr.problems import Path, dotted
+from cdpr.config.document import Document
+from cdpr.config.problems import Problems
 from cdpr.scenario.changes import Options
 from cdpr.scenario.checks import Checks
-from cdpr.scenario.document import Document
 from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
-from cdpr.scenario.problems import Problems
 from cdpr.scenario.report import Below
 from cdpr.scenario.robot_schema import CableSection, TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation

@@ -12,9 +12,9 @@ from typing import Any, Literal
 
 import yaml
 
-from cdpr.errors import CdprError, OutputError
+from cdpr.base.errors import CdprError, OutputError
+from cdpr.base.nearest import did_you_mean
 from cdpr.log.files import create
-from cdpr.nearest import did_you_mean
 
 Kind = Literal["scenario", "robot", "study", "design"]
 

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from pydantic import Field
 
-from cdpr.fields import ZERO, Position, Section, Vector3, unit
+from cdpr.base.fields import ZERO, Position, Section, Vector3, unit
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
 from cdpr.scenario.orientation import UPRIGHT, Orientation

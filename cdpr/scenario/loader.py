@@ -5,19 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
+from cdpr.base.problems import Problem
+from cdpr.config.document import Document
+from cdpr.config.overrides import Overrides, apply, read_overrides
+from cdpr.config.problems import Problems
+from cdpr.config.validation import report_nulls, validate
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
-from cdpr.problems import Problem
 from cdpr.scenario import plausible
-from cdpr.scenario.document import Document
-from cdpr.scenario.overrides import Overrides, apply, choices, read_overrides
-from cdpr.scenario.problems import Problems
+from cdpr.scenario.choices import choices
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario, build_scenario
 from cdpr.scenario.source import kind_of, open_document, stem
-from cdpr.scenario.validation import report_nulls, validate
 
 
 def load_scenario(

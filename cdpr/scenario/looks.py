@@ -8,8 +8,8 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from cdpr.base.fields import ZERO, Colour, Position, Positive, Section, unit
 from cdpr.cables.exit import Exit
-from cdpr.fields import ZERO, Colour, Position, Positive, Section, unit
 from cdpr.model import rotations
 from cdpr.model.robot import Array, frozen_array
 from cdpr.model.shapes import Box, Cylinder, Frame, Hull, Mesh, Obstacle, Shape, Sphere

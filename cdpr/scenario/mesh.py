@@ -7,10 +7,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from cdpr.fields import MAX_DISTANCE
+from cdpr.base.fields import MAX_DISTANCE
+from cdpr.base.files import CpuBudget, UnreadableError, read
 from cdpr.model.hull import convex_hull, deepest
 from cdpr.model.robot import Array
-from cdpr.scenario.files import CpuBudget, UnreadableError, read
 
 ENDINGS = (".stl", ".obj")
 MAX_BYTES = 32 * 2**20  # half a million triangles in STL

@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from cdpr import tolerances
-from cdpr.fields import DEFERRED
+from cdpr.base import tolerances
+from cdpr.base.fields import DEFERRED
+from cdpr.config.problems import exact
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion, Motion
 from cdpr.scenario.motions.guide import Guide
-from cdpr.scenario.problems import exact
 from cdpr.scenario.report import Below
 from cdpr.scenario.robot_schema import Tools
 

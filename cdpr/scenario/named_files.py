@@ -7,14 +7,14 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
+from cdpr.base.problems import Path
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registry, Role
-from cdpr.problems import Path
 from cdpr.scenario.actuator_schema import Actuators
+from cdpr.scenario.choices import DEFAULT_TYPE
 from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import AnyMotion, Motion
-from cdpr.scenario.overrides import DEFAULT_TYPE
 
 MESH: Path = ("platform", "shape", "mesh")
 MOTIONS: tuple[type[Motion], ...] = get_args(get_args(AnyMotion)[0])

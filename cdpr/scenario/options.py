@@ -8,13 +8,13 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from cdpr.errors import PluginError, one_line
+from cdpr.base.errors import PluginError, one_line
+from cdpr.base.problems import Path
+from cdpr.config.document import Document
+from cdpr.config.messages import explain
+from cdpr.config.problems import Problems
 from cdpr.plugins.registry import Registry, Role
-from cdpr.problems import Path
-from cdpr.scenario.document import Document
-from cdpr.scenario.messages import explain
-from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.problems import Problems
+from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.schema import Simulation
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field, model_validator
 
-from cdpr import tolerances
-from cdpr.fields import EulerOrder, Number, Section, Vector3, unit
+from cdpr.base import tolerances
+from cdpr.base.fields import EulerOrder, Number, Section, Vector3, unit
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 

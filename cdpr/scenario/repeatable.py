@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.scenario.scenario import Scenario
 
 

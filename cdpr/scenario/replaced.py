@@ -12,12 +12,12 @@ from typing import Any
 
 from pydantic_core import PydanticUndefined
 
-from cdpr.errors import OptionsLeftOut, PluginError
+from cdpr.base.errors import OptionsLeftOut, PluginError
+from cdpr.base.problems import Mark, dotted, shown
+from cdpr.config.document import Document
 from cdpr.plugins.info import PluginOptions
 from cdpr.plugins.registry import Registry, Role
-from cdpr.problems import Mark, dotted, shown
-from cdpr.scenario.document import Document
-from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
+from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
-from cdpr.problems import Mark, Path, shown
+from cdpr.base.files import UnreadableError, read
+from cdpr.base.problems import Mark, Path, shown
 from cdpr.scenario.checks import Checks
-from cdpr.scenario.files import UnreadableError, read
 
 
 class Below:

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from cdpr import tolerances
+from cdpr.base import tolerances
+from cdpr.base.files import UnreadableError
+from cdpr.base.problems import Path, shown
 from cdpr.cables import MODELS
+from cdpr.config.problems import exact
 from cdpr.model.rotations import held_upright, multiply
-from cdpr.problems import Path, shown
 from cdpr.scenario.checks import Checks
-from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.mesh import box_around
-from cdpr.scenario.problems import exact
 from cdpr.scenario.robot_schema import (
     CableSection,
     CablesSection,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, create_model, model_validator
 
+from cdpr.base.fields import ZERO, Colour, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit
-from cdpr.fields import ZERO, Colour, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.looks import FrameSection, ShapeSection

@@ -8,17 +8,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cdpr import tolerances
+from cdpr.base import tolerances
+from cdpr.base.files import UnreadableError
+from cdpr.base.problems import Path, shown
+from cdpr.config.problems import exact
 from cdpr.model import rotations
-from cdpr.problems import Path, shown
 from cdpr.scenario.checks import Checks
-from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.looks import FrameSection, ObstacleSection
 from cdpr.scenario.mesh import hull_of
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
-from cdpr.scenario.problems import exact
 from cdpr.scenario.robot_schema import CablesSection, cable_name
 from cdpr.scenario.schema import Log, Simulation
 

@@ -10,36 +10,37 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from cdpr import tolerances
+from cdpr.base import tolerances
+from cdpr.base.errors import PluginError
+from cdpr.base.files import seen_from
+from cdpr.base.lazy import late
+from cdpr.base.problems import Problem
 from cdpr.cables import model_of
-from cdpr.errors import PluginError
+from cdpr.config.document import Document
+from cdpr.config.overrides import Change, Overrides
+from cdpr.config.problems import Problems
+from cdpr.config.validation import report_nulls, validate
+from cdpr.config.yaml_text import dump
 from cdpr.fmu.read.options import FMU
-from cdpr.lazy import late
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array, ideal
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registered, Registry, Role
-from cdpr.problems import Problem
 from cdpr.scenario import belief, plausible
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.changes import Options
-from cdpr.scenario.document import Document
+from cdpr.scenario.choices import CORE_KEYS, choices
 from cdpr.scenario.event_checks import EventChecks, beyond
 from cdpr.scenario.events import ScenarioEvent, redirected
-from cdpr.scenario.files import seen_from
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.options import OptionsReader
-from cdpr.scenario.overrides import CORE_KEYS, Change, Overrides, choices
-from cdpr.scenario.problems import Problems
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation, SolverSection, World
 from cdpr.scenario.source import change
-from cdpr.scenario.validation import report_nulls, validate
-from cdpr.scenario.yaml_text import dump
 from cdpr.trajectory import Trajectory, of_tool
 
 # Sections that do not affect the motion and its checks.

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from cdpr.defaults import BACKEND, CONTROLLER, SOLVER
-from cdpr.fields import Name, Positive, Section, Vector3, unit
+from cdpr.base.defaults import BACKEND, CONTROLLER, SOLVER
+from cdpr.base.fields import Name, Positive, Section, Vector3, unit
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
 from cdpr.scenario.initial import Initial

@@ -7,17 +7,17 @@ import re
 from functools import lru_cache
 from typing import Any, Literal
 
+from cdpr.base.files import UnreadableError, read
+from cdpr.base.problems import Mark, shown
+from cdpr.config.document import Document
+from cdpr.config.overrides import Change, Overrides, apply, read_overrides
+from cdpr.config.problems import Problems
+from cdpr.config.yaml_nodes import parse
 from cdpr.plugins.registry import Registry
-from cdpr.problems import Mark, shown
 from cdpr.scenario import belief, examples
 from cdpr.scenario.beginning import INITIAL, begin_at_home, forget
-from cdpr.scenario.document import Document
-from cdpr.scenario.files import UnreadableError, read
-from cdpr.scenario.overrides import Change, Overrides, apply, read_overrides
-from cdpr.scenario.problems import Problems
 from cdpr.scenario.replaced import Replacement
 from cdpr.scenario.robot_schema import RobotSection
-from cdpr.scenario.yaml_nodes import parse
 
 Kind = Literal["robot", "scenario", "study", "design"]
 

@@ -9,7 +9,7 @@ from cdpr.simulation.simulate import simulate
 if TYPE_CHECKING:
     from cdpr.simulation.simulation import Simulation
 else:  # stepping needs more imports than running to the end
-    from cdpr.lazy import lazily
+    from cdpr.base.lazy import lazily
 
     __getattr__ = lazily(__name__, {"Simulation": "cdpr.simulation.simulation"})
 

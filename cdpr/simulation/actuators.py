@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.errors import CdprError, FmuError
 from cdpr.cables import ACTUATED, with_model
 from cdpr.cables.tables import line_table
-from cdpr.errors import CdprError, FmuError
 from cdpr.fmu.export import Actuator, cached_fmu
 from cdpr.fmu.read.archive import Archive, open_archive
 from cdpr.fmu.read.trust import require_trust

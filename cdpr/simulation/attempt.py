@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdpr.errors import (
+from cdpr.base.errors import (
     BeyondLimits,
     CdprError,
     Diverged,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 
-from cdpr.errors import CdprError, PluginError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.log.recorder import Recorder, Taken
 from cdpr.log.run_folder import RunFolder, folder_name, next_folder
 from cdpr.plugins import TensionSolver

@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from cdpr import __version__
+from cdpr.base.version import VERSION
 from cdpr.cables import COMMANDED, exits_of, with_model
 from cdpr.log.run import Header
 from cdpr.mechanics.reach import bounds_of
@@ -20,12 +20,12 @@ from cdpr.plugins import Backend
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken, limit_changes
+from cdpr.scene.path import thinned
 from cdpr.simulation.columns import columns_of
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.prepare import prepare
 from cdpr.simulation.settings import Settings
 from cdpr.trajectory import Trajectory
-from cdpr.view.path import thinned
 
 # Libraries used by the arithmetic of every run.
 LIBRARIES = ("numpy",)
@@ -175,7 +175,7 @@ def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str
         PluginError: if a plugin is unknown or its requirements are not installed.
     """
     backend, controller, solver = plugins
-    versions = {"cdpr": __version__, "kernels": kernels_version(), "python": platform.python_version()}
+    versions = {"cdpr": VERSION, "kernels": kernels_version(), "python": platform.python_version()}
     names = set(LIBRARIES)
     for entry in (
         found.get("backend", backend),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.cables import COMMANDED
-from cdpr.errors import CdprError, PluginError
 from cdpr.plugins.registry import Registered
 from cdpr.scenario import Scenario
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdpr.columns import BELIEVED, FIRST, LATER, WINCHED, Column, clash
-from cdpr.errors import PluginError
+from cdpr.base.columns import BELIEVED, FIRST, LATER, WINCHED, Column, clash
+from cdpr.base.errors import PluginError
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -31,7 +31,7 @@ def chosen_plugins(scenario: Scenario) -> dict[Role, Registered]:
 
 
 def columns_of(scenario: Scenario) -> tuple[Column, ...]:
-    """Return the columns of a run's rows after `cdpr.columns.FIRST`.
+    """Return the columns of a run's rows after `cdpr.base.columns.FIRST`.
 
     Raises:
         PluginError: if two columns have one name, in the log or in an export.

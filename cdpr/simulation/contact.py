@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdpr.errors import Touched
+from cdpr.base.errors import Touched
 from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.contacts import passing
 from cdpr.model.robot import Array

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.errors import CdprError
 from cdpr.cables.tables import line_table
-from cdpr.errors import CdprError
 from cdpr.fmu.export import Control
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from numpy.typing import ArrayLike
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.log.files import is_name
 from cdpr.model.arrays import checked
 from cdpr.scenario.events import ScenarioEvent

@@ -9,7 +9,7 @@ from time import monotonic
 
 import numpy as np
 
-from cdpr.errors import BackendDied, Diverged, PluginError, SimulationStopped
+from cdpr.base.errors import BackendDied, Diverged, PluginError, SimulationStopped
 from cdpr.log.recorder import BLOCK
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind

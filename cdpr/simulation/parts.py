@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from cdpr.columns import LATER, Column
+from cdpr.base.columns import LATER, Column
 from cdpr.model import Robot
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -36,7 +36,7 @@ class Parts:
     events: tuple[ScenarioEvent, ...] = ()  # events of the run
     limits: Literal["warn", "stop"] = "warn"  # reaction to a cable that exceeds its length or speed_max
     ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
-    columns: tuple[Column, ...] = LATER  # additional columns of a row, after `cdpr.columns.FIRST`
+    columns: tuple[Column, ...] = LATER  # additional columns of a row, after `cdpr.base.columns.FIRST`
     settings: Settings | None = None  # options that may change
     obstacles: tuple[Obstacle, ...] = ()  # obstacles of the cables other than each other and their platform
     live: frozenset[Role] = frozenset()  # parts without a warm-up: a reset would not undo its effects

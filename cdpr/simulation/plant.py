@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from cdpr.errors import Diverged
+from cdpr.base.errors import Diverged
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
 from cdpr.plugins.compiled import speaks_for

@@ -13,15 +13,15 @@ from typing import TypeVar, cast, get_args
 
 import numpy as np
 
-from cdpr.columns import Column
-from cdpr.errors import CdprError, PluginError
+from cdpr.base.columns import Column
+from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.problems import Path
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
 from cdpr.model import Robot
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Role
-from cdpr.problems import Path
 from cdpr.scenario import Scenario
 from cdpr.simulation.cables import check_cables
 from cdpr.simulation.columns import chosen_plugins, columns_of

@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import CdprError, Infeasible
+from cdpr.base.errors import CdprError, Infeasible
 from cdpr.model.robot import Array
 from cdpr.native.bind import Compiled, bind
 from cdpr.simulation.proceed import (

@@ -6,7 +6,7 @@ import os
 import shutil
 from pathlib import Path
 
-from cdpr.errors import OutputError, ScenarioError
+from cdpr.base.errors import OutputError, ScenarioError
 from cdpr.log.chunk import Template
 from cdpr.log.files import unwritable
 from cdpr.log.mcap_file import BLOCK

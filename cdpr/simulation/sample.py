@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from cdpr.base.errors import BeyondLimits, Diverged
 from cdpr.cables.tables import line_table
-from cdpr.errors import BeyondLimits, Diverged
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import bounds_of

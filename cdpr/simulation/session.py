@@ -12,17 +12,17 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import ValidationError
 
-from cdpr.errors import CdprError, OutputError
+from cdpr.base.errors import CdprError, OutputError
+from cdpr.base.problems import dotted
+from cdpr.config.messages import explain
+from cdpr.config.overrides import plain_value
 from cdpr.log.event import Event
 from cdpr.log.files import replace
-from cdpr.problems import dotted
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import Span, overlay, written
 from cdpr.scenario.events.outside import Outside
 from cdpr.scenario.events.stop import EmergencyStop
-from cdpr.scenario.messages import explain
-from cdpr.scenario.overrides import plain_value
 from cdpr.simulation.record import Block, Record
 
 E = TypeVar("E", bound=ScenarioEvent)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.registry import Role
 from cdpr.scenario.changes import Options

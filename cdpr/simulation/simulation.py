@@ -13,9 +13,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr import tolerances
-from cdpr.errors import CdprError, PlantEnded, one_line
-from cdpr.lazy import late
+from cdpr.base import tolerances
+from cdpr.base.errors import CdprError, PlantEnded, one_line
+from cdpr.base.lazy import late
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.arrays import checked

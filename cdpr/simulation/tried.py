@@ -8,8 +8,8 @@ from time import process_time
 
 import numpy as np
 
-from cdpr import defaults
-from cdpr.errors import CdprError, Interrupted, SimulationStopped
+from cdpr.base import defaults
+from cdpr.base.errors import CdprError, Interrupted, SimulationStopped
 from cdpr.log.run import Run
 from cdpr.model import Robot
 from cdpr.model.robot import Array

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from cdpr.errors import Infeasible
+from cdpr.base.errors import Infeasible
 
 
 class Act(NamedTuple):

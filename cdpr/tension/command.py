@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.errors import BeyondLimits, Diverged
+from cdpr.base.errors import BeyondLimits, Diverged
 from cdpr.model import Robot
 from cdpr.native.bind import bind
 from cdpr.tension.acts import Act, perform

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import Diverged, Infeasible, PluginError, Unanswered
+from cdpr.base.errors import Diverged, Infeasible, PluginError, Unanswered
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind

@@ -19,7 +19,7 @@ Times are for information only. Samples and seeds are fixed, so results are repr
 
 from typing import TYPE_CHECKING
 
-from cdpr.lazy import lazily
+from cdpr.base.lazy import lazily
 from cdpr.testing.check import CheckResult
 from cdpr.testing.kit import (
     backend_checks,

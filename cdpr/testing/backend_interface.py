@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.model.robot import Array
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs

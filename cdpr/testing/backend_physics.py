@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.mechanics import dynamics
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array

@@ -12,7 +12,7 @@ from typing import Generic, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.errors import one_line
+from cdpr.base.errors import one_line
 
 S = TypeVar("S")
 

@@ -7,7 +7,7 @@ from time import perf_counter
 
 import numpy as np
 
-from cdpr.errors import CdprError, PluginError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array, frozen_array

@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import ValidationError
 
-from cdpr.errors import CdprError, PluginError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Column, Controller, PluginOptions, TensionSolver

@@ -9,9 +9,9 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.distribution import adversaries
-from cdpr.distribution.continuity import Path, steepest
-from cdpr.distribution.poison import POISON, Memory
+from cdpr.analysis.distribution import adversaries
+from cdpr.analysis.distribution.continuity import Path, steepest
+from cdpr.analysis.distribution.poison import POISON, Memory
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
@@ -165,8 +165,8 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
     """Where columns are parallel, limits touched, sets thin or W singular, OK is true, and so is INFEASIBLE.
 
     Asked of solvers that declare exact: true or coverage: full and respect the limits, on the problems of
-    `cdpr.distribution.adversaries` with rubbish in the solver's memory. Those closer to the edge than their band may be
-    refused.
+    `cdpr.analysis.distribution.adversaries` with rubbish in the solver's memory. Those closer to the edge than their
+    band may be refused.
     """
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
     needs(

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Column, Controller, TensionSolver

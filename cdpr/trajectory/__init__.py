@@ -7,7 +7,7 @@ target, and `of_tool` moves a tool of the platform. All use one table of segment
 
 from typing import TYPE_CHECKING
 
-from cdpr.lazy import lazily
+from cdpr.base.lazy import lazily
 from cdpr.trajectory.course import Course
 from cdpr.trajectory.curves import Curves, arcs, lines, together
 from cdpr.trajectory.following import follow

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.model.robot import Array
 from cdpr.trajectory.corners import ALONE, AROUND, ROUND, caps, corners
 from cdpr.trajectory.course import Course

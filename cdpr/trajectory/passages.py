@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.base.tolerances import HELD
 from cdpr.model.robot import Array
-from cdpr.tolerances import HELD
 
 # Share of a cable's largest distance from its anchor during the motion below which it passes the anchor. Controllers
 # have tracking errors of this size, and a cable this short turns by degrees within a control step.

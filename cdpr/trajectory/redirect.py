@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.trajectory.jerk_limited import NO_MOVE, Limits

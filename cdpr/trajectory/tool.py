@@ -11,7 +11,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.model import rotations
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array

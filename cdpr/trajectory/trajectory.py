@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.model.arrays import checked, live
 from cdpr.model.robot import Array
 from cdpr.native.arrays import reals, whole

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model.robot import Array
 from cdpr.plugins.inertia import Inertia, turned
 from cdpr_backends.quiet import quiet

@@ -15,13 +15,13 @@ from study_cases import write_study
 from test_report_cases import CASES
 
 import cdpr
-from cdpr.design import run_design
-from cdpr.report.pages.design import write_design
-from cdpr.report.pages.run import write_report
-from cdpr.report.pages.study import write_study as write_study_page
-from cdpr.report.pages.workspace import render_workspace
-from cdpr.study import load_study, run_study
-from cdpr.workspace import region, workspace
+from cdpr.analysis.design import run_design
+from cdpr.analysis.study import load_study, run_study
+from cdpr.analysis.workspace import region, workspace
+from cdpr.ui.report.pages.design import write_design
+from cdpr.ui.report.pages.run import write_report
+from cdpr.ui.report.pages.study import write_study as write_study_page
+from cdpr.ui.report.pages.workspace import render_workspace
 
 ROBOTS = ROOT / "scenarios" / "robots"
 BRIEF = "simulation.duration=0.2"

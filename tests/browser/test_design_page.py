@@ -6,8 +6,8 @@ import pytest
 from browser_pages import PHONE
 from design_cases import BOX, ONE, TWO, design_of
 
-from cdpr.design import run_design
-from cdpr.report.pages.design import write_design
+from cdpr.analysis.design import run_design
+from cdpr.ui.report.pages.design import write_design
 
 pytestmark = pytest.mark.browser
 

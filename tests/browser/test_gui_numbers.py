@@ -39,8 +39,8 @@ def chromium():
 
 
 def test_eight_cables_are_seen_whole_and_told_what_has_become_of_them(chromium):
-    from cdpr.gui.desk import Desk
-    from cdpr.gui.window import Window
+    from cdpr.ui.gui.desk import Desk
+    from cdpr.ui.gui.window import Window
 
     told = []
     with Window(Desk(str(ROOT / "scenarios" / "caroca.yaml")), told.append, port=0) as window:

@@ -11,7 +11,7 @@ from urllib.parse import quote
 import pytest
 from chromium import browser, executable
 
-foxglove = pytest.importorskip("cdpr.live.foxglove")
+foxglove = pytest.importorskip("cdpr.ui.live.foxglove")
 pytestmark = [
     pytest.mark.browser,
     pytest.mark.skipif(executable() is None, reason="no Chromium here"),

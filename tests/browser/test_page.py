@@ -14,7 +14,7 @@ from conftest import ROOT
 from test_report_cases import CASES, LED
 
 import cdpr
-from cdpr.report.pages.run import write_report
+from cdpr.ui.report.pages.run import write_report
 
 pytestmark = pytest.mark.browser
 

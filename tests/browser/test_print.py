@@ -6,8 +6,8 @@ import pytest
 from chromium import browser, executable
 
 import cdpr
-from cdpr.compare.finished import compare_finished
-from cdpr.report.pages.compare import render
+from cdpr.analysis.compare.finished import compare_finished
+from cdpr.ui.report.pages.compare import render
 
 pytestmark = pytest.mark.browser
 pytest.importorskip("playwright", reason="playwright is not installed: pip install 'cdpr[test]'")

@@ -7,12 +7,12 @@ import pytest
 from browser_pages import PHONE, READY, pixels
 from study_cases import write_study
 
-from cdpr.report.figures.study import multiples
-from cdpr.report.figures.study_layout import layouts
-from cdpr.report.marks import CABLES
-from cdpr.report.pages.study import write_study as write_page
-from cdpr.report.text.study import FIGURES
-from cdpr.study import load_study, run_study
+from cdpr.analysis.study import load_study, run_study
+from cdpr.ui.report.figures.study import multiples
+from cdpr.ui.report.figures.study_layout import layouts
+from cdpr.ui.report.marks import CABLES
+from cdpr.ui.report.pages.study import write_study as write_page
+from cdpr.ui.report.text.study import FIGURES
 
 pytestmark = pytest.mark.browser
 

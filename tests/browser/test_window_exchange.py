@@ -110,7 +110,7 @@ def test_an_import_that_hangs_is_given_up_with_its_dialog(page, theirs, monkeypa
     stuck.write_text("#!/bin/sh\nexec sleep 600\n")
     stuck.chmod(0o755)
     with monkeypatch.context() as patch:
-        patch.setattr("cdpr.gui.incoming.sys.executable", str(stuck))
+        patch.setattr("cdpr.ui.gui.incoming.sys.executable", str(stuck))
         dialog = opened(page, "Import…")
         dialog.get_by_label("Or their path").fill(str(theirs / "crane.yaml"))
         dialog.get_by_role("button", name="Read").click()

@@ -8,8 +8,8 @@ from browser_pages import PHONE, pixels
 from conftest import ROOT
 
 from cdpr import load_robot
-from cdpr.report.pages.workspace import render_workspace
-from cdpr.workspace import region, workspace
+from cdpr.analysis.workspace import region, workspace
+from cdpr.ui.report.pages.workspace import render_workspace
 
 pytestmark = pytest.mark.browser
 

@@ -39,8 +39,8 @@ def files(tmp_path):
 @pytest.fixture
 def window(files):
     pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")
-    from cdpr.gui.desk import Desk
-    from cdpr.gui.window import Window
+    from cdpr.ui.gui.desk import Desk
+    from cdpr.ui.gui.window import Window
 
     told = []
     with Window(Desk(str(files.scenario)), told.append, port=0) as found:

@@ -23,7 +23,7 @@ from cdpr_traps.backend import (
     Wrapped,
 )
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model import rotations
 from cdpr.plugins import Column
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cdpr
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.plugins.inertia import SINGLE_ROUND_OFF, Inertia, turned
 from cdpr_backends.reference_euler import SemiImplicitEuler
 

@@ -7,7 +7,7 @@ import controller_mutants
 import pytest
 import solver_mutants
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.testing import check_backend, check_controller, check_solver
 from cdpr.testing.kit import BACKEND, CONTROLLER, SOLVER
 from cdpr_controllers import ComputedTorqueOptions

@@ -11,7 +11,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.plugins import Backend, Controller, PluginInfo, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Registered, registry
 from cdpr.tension import Status

@@ -18,13 +18,13 @@ from conftest import ROOT
 from log_cases import make_header
 from spread import sampled
 
-from cdpr import user_cache
-from cdpr.cli import main
-from cdpr.cli.streams import printable_streams, streams
-from cdpr.errors import CdprError, OutputError
-from cdpr.hush import hushed
+from cdpr.base import user_folders as user_cache
+from cdpr.base.errors import CdprError, OutputError
+from cdpr.base.redirect_output import hushed
 from cdpr.log.run_folder import RunFolder, claim
 from cdpr.plugins.registry import registry
+from cdpr.ui.cli import main
+from cdpr.ui.cli.streams import printable_streams, streams
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 CDPR = [sys.executable, "-m", "cdpr"]
@@ -187,7 +187,7 @@ def test_a_full_disk_under_the_results_is_told_once(size, error, monkeypatch, ca
         if error is not None:
             raise error
 
-    monkeypatch.setattr("cdpr.cli.cli.main", command)
+    monkeypatch.setattr("cdpr.ui.cli.cli.main", command)
     with open("/dev/full", "wb") as full:
         kept = os.dup(1)
         os.dup2(full.fileno(), 1)

@@ -13,7 +13,7 @@ import pytest
 from compare_cases import ENGINES, SCENARIOS
 from conftest import ROOT
 
-from cdpr.checksums import KEY, sealed
+from cdpr.base.checksums import KEY, sealed
 
 CAROCA = str(SCENARIOS / "caroca.yaml")
 LONG = ("--set", "simulation.duration=3600")

@@ -21,15 +21,15 @@ from damage import SCALE, damage_json, damaged, forge_json
 
 import cdpr
 from cdpr import load_robot
-from cdpr.compare import baseline, baseline_file
-from cdpr.errors import CdprError, ExitCode, LogError, OutputError
-from cdpr.jobs.folder import JobFolder
+from cdpr.analysis.compare import baseline, baseline_file
+from cdpr.analysis.jobs.folder import JobFolder
+from cdpr.analysis.rollouts.kept import KeptInFolder
+from cdpr.analysis.workspace.chunks import workspace_in_chunks
+from cdpr.analysis.workspace.regions import region
+from cdpr.analysis.workspace.result import load_workspace, workspace
+from cdpr.base.errors import CdprError, ExitCode, LogError, OutputError
 from cdpr.log.reader import load_run
-from cdpr.rollouts.kept import KeptInFolder
 from cdpr.scenario import load_scenario
-from cdpr.workspace.chunks import workspace_in_chunks
-from cdpr.workspace.regions import region
-from cdpr.workspace.result import load_workspace, workspace
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.02}

@@ -12,10 +12,10 @@ import zlib
 import pytest
 from fmu_cases import ELF, description, make_fmu
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
+from cdpr.base.problems import printable
 from cdpr.fmu.read import archive as archives
 from cdpr.fmu.read.archive import extract, library, open_archive
-from cdpr.problems import printable
 
 
 def refused(path, *words):

@@ -18,7 +18,7 @@ from fmu.faulty import FAULTS, FaultyPlant, write_faulty_fmu
 from spread import sampled
 
 from cdpr import load_run, simulate
-from cdpr.errors import BackendDied, Diverged, ExitCode
+from cdpr.base.errors import BackendDied, Diverged, ExitCode
 from cdpr.fmu.read.archive import open_archive
 from cdpr.scenario import load_scenario
 

@@ -16,8 +16,8 @@ from time import monotonic, sleep
 
 import pytest
 
-from cdpr import processes
-from cdpr.errors import OutputError
+from cdpr.base import processes
+from cdpr.base.errors import OutputError
 from cdpr.fmu.run import folder as folders
 from cdpr.fmu.run.folder import PREFIX, Folder, sweep
 
@@ -98,14 +98,14 @@ def test_a_worker_ends_with_its_parent(root, tmp_path, stopped):
 
 
 def test_a_parent_that_ended_before_is_noticed():
-    code = f"from cdpr.processes import end_with; end_with({os.getpid()}); end_with(1); print('on')"
+    code = f"from cdpr.base.processes import end_with; end_with({os.getpid()}); end_with(1); print('on')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (1, "")
 
 
 def test_a_process_outlives_the_thread_that_asked_for_it():
     """The system's signal comes when the thread that started a process ends, not only when its parent does."""
-    code = f"from cdpr.processes import end_with; end_with({os.getpid()}); print('on', flush=True); input()"
+    code = f"from cdpr.base.processes import end_with; end_with({os.getpid()}); print('on', flush=True); input()"
     started = []
     command = [sys.executable, "-c", code]
 

@@ -9,11 +9,11 @@ from contextlib import contextmanager
 import pytest
 from click.testing import CliRunner
 
-from cdpr.cli.new import command as new
-from cdpr.errors import OutputError
+from cdpr.base.errors import OutputError
 from cdpr.formats.read.bring import Taken, write
-from cdpr.gui.desk import files
 from cdpr.scenario import examples
+from cdpr.ui.cli.new import command as new
+from cdpr.ui.gui.desk import files
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from conftest import ROOT
 from spread import sampled
 
 import cdpr
-from cdpr.errors import Diverged
+from cdpr.base.errors import Diverged
 from cdpr.simulation.build import build
 from cdpr.simulation.faults import FAULTS as FAULT_TEXTS
 from cdpr.simulation.loop import Loop

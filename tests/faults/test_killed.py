@@ -16,7 +16,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import Interrupted
+from cdpr.base.errors import Interrupted
 from cdpr.log.chunk_file import QUEUE
 from cdpr.log.files import Reserved
 from cdpr.log.mcap_file import BLOCK

@@ -10,9 +10,9 @@ import pytest
 from conftest import ROOT
 
 CODE = """
-import sys, threading, cdpr.cli
-from cdpr.gui.board import Board
-from cdpr.gui.show import Show
+import sys, threading, cdpr.ui.cli
+from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.show import Show
 from cdpr.scenario import load_scenario
 
 at_work = threading.Event()
@@ -32,7 +32,7 @@ show._jobs.put(None)
 at_work.wait(60.0)
 show.close()
 print("last words", end="")
-cdpr.cli._leave(5)
+cdpr.ui.cli._leave(5)
 """
 
 
@@ -50,7 +50,7 @@ def test_a_thread_that_does_not_end_does_not_crash_the_end():
 
 
 UNCLOSED = """
-import sys, cdpr.cli
+import sys, cdpr.ui.cli
 
 class Plugin:  # in a circle, as what is bound to itself is
     def __init__(self):
@@ -60,7 +60,7 @@ class Plugin:  # in a circle, as what is bound to itself is
 
 Plugin().write("rows")
 sys.argv[1:] = ["--version"]
-cdpr.cli.main()
+cdpr.ui.cli.main()
 """
 
 

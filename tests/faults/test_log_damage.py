@@ -13,7 +13,7 @@ from log_cases import make_header, make_rows, same_bits, write_log
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from cdpr.errors import LogError, OutputError
+from cdpr.base.errors import LogError, OutputError
 from cdpr.log.mcap_file import BLOCK, FORMATS, LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder

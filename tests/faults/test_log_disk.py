@@ -20,7 +20,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 
-from cdpr.errors import ExitCode, OutputError
+from cdpr.base.errors import ExitCode, OutputError
 from cdpr.log import recorder as recorder_module
 from cdpr.log import run_json
 from cdpr.log.chunk_file import QUEUE
@@ -280,7 +280,7 @@ def test_a_folder_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.Monkey
         raise PermissionError(errno.EACCES, "Permission denied")
 
     monkeypatch.setattr(Path, "open", refuse)  # the tests may run as root, who is never refused
-    from cdpr.errors import LogError
+    from cdpr.base.errors import LogError
 
     with pytest.raises(LogError, match=r"log\.mcap: cannot be read: Permission denied"):
         load_run(tmp_path)

@@ -9,7 +9,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import OutputError
+from cdpr.base.errors import OutputError
 
 PATIENCE = 20  # s until a child that hangs is ended
 REFUSED, OTHER = 7, 8

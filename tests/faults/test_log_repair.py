@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from log_cases import make_header, make_rows, write_log
 
-from cdpr.errors import LogError, OutputError
+from cdpr.base.errors import LogError, OutputError
 from cdpr.log import repair as repair_module
 from cdpr.log import run_folder as run_folder_module
 from cdpr.log.mcap_file import BLOCK

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from log_cases import make_header, make_rows, same_bits, write_log
 
-from cdpr.errors import LogError
+from cdpr.base.errors import LogError
 from cdpr.log import reader
 from cdpr.log.index import read_index
 from cdpr.log.mcap_file import BLOCK, LogFormat

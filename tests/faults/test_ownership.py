@@ -9,8 +9,8 @@ import stat
 
 import pytest
 
-from cdpr import ownership
-from cdpr.errors import OutputError
+from cdpr.base import ownership
+from cdpr.base.errors import OutputError
 from cdpr.fmu.export import archive
 from cdpr.fmu.export import library as exported
 

@@ -14,9 +14,9 @@ import pytest
 from conftest import FAULTY, ROOT
 
 import cdpr
-from cdpr.errors import Diverged
-from cdpr.jobs import forks, pool
-from cdpr.jobs.pool import Case, run_cases
+from cdpr.analysis.jobs import forks, pool
+from cdpr.analysis.jobs.pool import Case, run_cases
+from cdpr.base.errors import Diverged
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 SHORT = {"simulation.duration": 0.1}
@@ -199,7 +199,7 @@ def test_workers_find_what_is_around_us_now(monkeypatch, tmp_path):
 
 PARENT = """
 import sys
-from cdpr.jobs.pool import Case, Worker, wait
+from cdpr.analysis.jobs.pool import Case, Worker, wait
 changes = {"controller.type": "faulty", "controller.fault": "hang", "controller.once": sys.argv[2]}
 worker = Worker()
 worker.begin(Case("hang", sys.argv[1], changes), None)

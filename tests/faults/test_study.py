@@ -13,7 +13,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 from study_cases import command, environment, faulty_study, tables, wait_until, write_study
 
-from cdpr.errors import ExitCode
+from cdpr.base.errors import ExitCode
 
 pytestmark = pytest.mark.usefixtures("faulty_plugin")
 

@@ -15,7 +15,7 @@ from conftest import ROOT
 from study_cases import command, environment, faulty_study, tables, wait_until, write_study
 
 import cdpr
-from cdpr.errors import ExitCode
+from cdpr.base.errors import ExitCode
 
 # Asked for, not imported: that takes seconds, and each of pytest's processes collects this file.
 pytestmark = [
@@ -60,7 +60,7 @@ def at_work(cluster):
 
 
 def serves(process):
-    return "cdpr.jobs.worker" in process.cmdline()
+    return "cdpr.analysis.jobs.worker" in process.cmdline()
 
 
 def begin(study, out, cluster, files):

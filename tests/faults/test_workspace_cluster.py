@@ -16,11 +16,11 @@ from study_cases import wait_until
 from workspace_cases import content
 
 import cdpr
-from cdpr.errors import CdprError, ExitCode
-from cdpr.jobs.folder import LEDGER_NAME
-from cdpr.workspace import box, region, workspace
-from cdpr.workspace.chunk_files import SUMMARY
-from cdpr.workspace.chunks import workspace_in_chunks
+from cdpr.analysis.jobs.folder import LEDGER_NAME
+from cdpr.analysis.workspace import box, region, workspace
+from cdpr.analysis.workspace.chunk_files import SUMMARY
+from cdpr.analysis.workspace.chunks import workspace_in_chunks
+from cdpr.base.errors import CdprError, ExitCode
 
 # Asked for, not imported: that takes seconds, and each of pytest's processes collects this file.
 pytestmark = [

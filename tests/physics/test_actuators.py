@@ -13,11 +13,11 @@ from scipy.integrate import solve_ivp
 from winch_oracle import HELD, on_winches
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr import distribute
+from cdpr.base.errors import CdprError
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.mechanics.stability import longest, oscillator, stable
 from cdpr.simulation.build import build
-from cdpr.tension import distribute
 from cdpr.testing import samples
 
 pytest.importorskip("fmpy")

@@ -16,7 +16,7 @@ from conftest import ROOT
 from plants import installed, plant
 from spread import spread
 
-from cdpr.errors import Diverged, PluginError
+from cdpr.base.errors import Diverged, PluginError
 from cdpr.plugins import Backend
 from cdpr.scenario import load_scenario
 from cdpr.simulation import program

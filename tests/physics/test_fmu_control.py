@@ -15,12 +15,12 @@ from fmu.driver import Driver
 from spread import spread
 
 from cdpr import load_scenario, simulate
-from cdpr.cli import main
 from cdpr.fmu.export import Controller, Plant, fmu_bytes
 from cdpr.fmu.export.control import DESIRED
 from cdpr.fmu.read.archive import open_archive
 from cdpr.plugins.registry import registry
 from cdpr.simulation.exported import control_of
+from cdpr.ui.cli import main
 
 FMI = pytest.mark.parametrize("fmi", [2, 3])
 

@@ -11,7 +11,7 @@ from plants import installed, plant
 from spread import spread
 
 import cdpr
-from cdpr.errors import CdprError, ExitCode
+from cdpr.base.errors import CdprError, ExitCode
 
 ENGINES = installed("mujoco", "bullet", "dart")
 CASES = int(os.environ.get("CDPR_LIGHT_BODIES", "8"))  # random bodies of each robot

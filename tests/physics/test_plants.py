@@ -13,7 +13,7 @@ from conftest import GRAVITY, crossed_box, make_robot, random_state
 from oracle import oracle
 from plants import installed, plant
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model import rotations
 
 BACKENDS = installed("reference", "mujoco", "bullet", "dart")

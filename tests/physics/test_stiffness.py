@@ -10,14 +10,14 @@ from conftest import GRAVITY, ROOT
 from plants import plant
 
 from cdpr import load_robot
-from cdpr.distribution import distribute
+from cdpr.analysis.distribution import distribute
+from cdpr.analysis.workspace import answers
+from cdpr.analysis.workspace.question import Question
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.mechanics.properties import home_pose
 from cdpr.mechanics.stiffness import inertia, stiffness
 from cdpr.model import rotations
-from cdpr.workspace import answers
-from cdpr.workspace.question import Question
 
 NAMES = sorted(file.stem for file in (ROOT / "scenarios" / "robots").glob("*.yaml"))
 STIFF = 1e5  # N

@@ -12,11 +12,11 @@ from scipy.integrate import solve_ivp
 from spread import spread
 from winch_oracle import HELD, SMOOTH, Oracle, on_winches
 
-from cdpr.errors import PluginError
+from cdpr import distribute
+from cdpr.base.errors import PluginError
 from cdpr.mechanics.kinematics import make_state, wrench_matrix, wrench_matrix_rate
 from cdpr.model import rotations
 from cdpr.model.robot import DOF_NAMES
-from cdpr.tension import distribute
 from cdpr.testing import samples
 
 SAME_TENSION = 1e-8  # N, of the same instant by other equations; tensions are some hundred newtons

@@ -23,7 +23,7 @@ MOVES = """\
 import json
 import sys
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.scenario import load_scenario
 
 

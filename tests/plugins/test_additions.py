@@ -36,7 +36,7 @@ from pydantic import Field
 
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
-from cdpr.fields import Positive, unit
+from cdpr.base.fields import Positive, unit
 
 
 class Gust(ScenarioEvent):
@@ -74,11 +74,11 @@ from typing import Literal, Self
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.fields import Positive, unit
+from cdpr.base.fields import Positive, unit
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, pose, posed
-from cdpr.problems import Path
+from cdpr.base.problems import Path
 
 
 class Rise(Motion):
@@ -201,7 +201,7 @@ def test_a_motion(tree):
 def test_a_column(tree):
     """A line in the table, and the lines that compute it."""
     folder, add, run = tree
-    add(None, "", "cdpr/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
+    add(None, "", "cdpr/base/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
     place = "            acts += self._exerting()\n"  # what completes a sample
     add(None, "", "cdpr/simulation/sample.py", written=(MEASURED, place))
     scenario = ROOT / "scenarios" / "caroca.yaml"
@@ -249,7 +249,7 @@ def test_a_solver_a_controller_and_a_backend(tree):
 def test_a_command(tree):
     _, add, run = tree
     line = '    "cables": "Name the cables of a robot.",\n'
-    add("cdpr/cli/cables.py", COMMAND, "cdpr/cli/__init__.py", listed=(line, "COMMANDS = {\n"))
+    add("cdpr/ui/cli/cables.py", COMMAND, "cdpr/ui/cli/__init__.py", listed=(line, "COMMANDS = {\n"))
     assert "Name the cables of a robot." in run("--help").stdout
     done = run("cables", ROOT / "scenarios" / "robots" / "planar_point_mass.yaml")
     assert done.returncode == 0, done.stderr

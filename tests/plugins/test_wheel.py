@@ -13,7 +13,7 @@ import pytest
 from conftest import ROOT
 from offline import ONE_TARGET, has_compiler, pip
 
-WITHOUT_MATPLOTLIB = "import sys; sys.modules['matplotlib'] = None; from cdpr.cli import main; main()"
+WITHOUT_MATPLOTLIB = "import sys; sys.modules['matplotlib'] = None; from cdpr.ui.cli import main; main()"
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +120,7 @@ def test_the_wheel_has_the_kernel_library(python, tmp_path):
 
 
 # Nothing that compiles may be imported.
-WITHOUT_COMPILERS = "import sys; sys.modules |= {'numba': None, 'llvmlite': None}; from cdpr.cli import main; main()"
+WITHOUT_COMPILERS = "import sys; sys.modules |= {'numba': None, 'llvmlite': None}; from cdpr.ui.cli import main; main()"
 
 
 @pytest.mark.slow

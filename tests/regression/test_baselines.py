@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cdpr.compare import baseline, baseline_check, baseline_file
+from cdpr.analysis.compare import baseline, baseline_check, baseline_file
 from cdpr.plugins.registry import registry
 
 FOLDER = Path(__file__).parent / "baselines"

@@ -13,9 +13,9 @@ from compare_cases import ENGINES, SOUND, comparison, load
 from spread import sampled
 
 import cdpr
-from cdpr.errors import Diverged
-from cdpr.report.text.compare import LIMIT_ALONE, notes
+from cdpr.base.errors import Diverged
 from cdpr.testing import check_backend
+from cdpr.ui.report.text.compare import LIMIT_ALONE, notes
 
 # Trap: the checks of the kit that must fail; whether the guards end a run in which it acts; whether a comparison fails.
 CAUGHT = {

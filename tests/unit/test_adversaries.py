@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from bench_cases import plugin, plugins, wall
 
-from cdpr.bench import run
-from cdpr.bench.ask import Answers
-from cdpr.bench.measures import accuracy, judge
-from cdpr.bench.oracle import certified
-from cdpr.bench.overview import overview
-from cdpr.bench.problems import hard_problems
-from cdpr.distribution.adversaries import BAND, adversaries, certify, robots
-from cdpr.report.pages.bench import MISLEADING
+from cdpr.analysis.bench import run
+from cdpr.analysis.bench.ask import Answers
+from cdpr.analysis.bench.measures import accuracy, judge
+from cdpr.analysis.bench.oracle import certified
+from cdpr.analysis.bench.overview import overview
+from cdpr.analysis.bench.problems import hard_problems
+from cdpr.analysis.distribution.adversaries import BAND, adversaries, certify, robots
 from cdpr.tension import Status
+from cdpr.ui.report.pages.bench import MISLEADING
 from cdpr_solvers.qp import MinimumNorm
 
 COUNT = 90

@@ -6,7 +6,7 @@ import pytest
 from command_line import cdpr_here
 from rich.cells import cell_len
 
-from cdpr.report.text.aligned import table, vector
+from cdpr.ui.report.text.aligned import table, vector
 
 ROWS = [["cable", "what it is", "N"], ["a", "short", "1"], ["left", "x" * 300, "12.5"]]
 

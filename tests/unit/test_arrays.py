@@ -7,8 +7,8 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.distribution.survey import survey
-from cdpr.errors import CdprError
+from cdpr.analysis.distribution.survey import survey
+from cdpr.base.errors import CdprError
 from cdpr.mechanics import kinematics
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.forward_kinematics import forward_kinematics

@@ -9,7 +9,7 @@ import pytest
 from conftest import ROOT
 
 from cdpr import load_scenario, simulate
-from cdpr.errors import BackendDied, FmuError, PluginError, ScenarioError
+from cdpr.base.errors import BackendDied, FmuError, PluginError, ScenarioError
 from cdpr.fmu.export import Plant, fmu_bytes
 from cdpr.fmu.read.archive import open_archive
 from cdpr.mechanics import kinematics

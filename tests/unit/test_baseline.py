@@ -10,9 +10,9 @@ import pytest
 from command_line import cdpr_here
 from compare_cases import ENGINES, SCENARIOS
 
-from cdpr.checksums import sealed
-from cdpr.compare import baseline, baseline_check, baseline_file
-from cdpr.errors import CdprError, OutputError
+from cdpr.analysis.compare import baseline, baseline_check, baseline_file
+from cdpr.base.checksums import sealed
+from cdpr.base.errors import CdprError, OutputError
 
 SHORT = ["simulation.duration=0.1"]
 

@@ -9,8 +9,8 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.rollouts import block
-from cdpr.rollouts import case as case_module
+from cdpr.analysis.rollouts import block
+from cdpr.analysis.rollouts import case as case_module
 
 CAROCA, BREAK, WINCH = (ROOT / "scenarios" / f"{name}.yaml" for name in ("caroca", "cable_break", "winch"))
 BRIEF = {"simulation.backend": "reference", "simulation.duration": 0.4, "simulation.ends_early": True}

@@ -10,15 +10,15 @@ from command_line import cdpr_here
 from conftest import ROOT
 
 import cdpr
-from cdpr.compare.finished import compare_finished
-from cdpr.errors import Diverged
+from cdpr.analysis.compare.finished import compare_finished
+from cdpr.base.errors import Diverged
 from cdpr.mechanics.kinematics import lengths, wrench_matrix
 from cdpr.plugins import Controller
-from cdpr.report.pages.run import render
-from cdpr.report.text.reservations import reservations
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build
 from cdpr.tension import Status
+from cdpr.ui.report.pages.run import render
+from cdpr.ui.report.text.reservations import reservations
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 WINCH = str(ROOT / "scenarios" / "winch.yaml")

@@ -16,16 +16,16 @@ from click.testing import CliRunner
 from conftest import ROOT
 from test_report_html import NAMESPACES, Page
 
-from cdpr import bench
-from cdpr.bench import benchmark, measures
-from cdpr.cli import bench as command_module
-from cdpr.cli.bench import ROBOTS, command
-from cdpr.distribution import adversaries
-from cdpr.errors import OutputError, PluginError, ScenarioError
+from cdpr.analysis import bench
+from cdpr.analysis.bench import benchmark, measures
+from cdpr.analysis.distribution import adversaries
+from cdpr.base.errors import OutputError, PluginError, ScenarioError
 from cdpr.plugins import PluginInfo
-from cdpr.report.pages.bench import write_bench
-from cdpr.report.text.bench import COLUMNS, digits, percent, power
 from cdpr.scenario.examples import resolve
+from cdpr.ui.cli import bench as command_module
+from cdpr.ui.cli.bench import ROBOTS, command
+from cdpr.ui.report.pages.bench import write_bench
+from cdpr.ui.report.text.bench import COLUMNS, digits, percent, power
 
 FOLDER = ROOT / "scenarios" / "robots"
 POINT = str(FOLDER / "planar_point_mass.yaml")
@@ -186,7 +186,7 @@ def test_default_robots_are_there():
 
 
 def test_missing_libraries_have_a_remedy():
-    program = "import sys; sys.modules['daqp'] = None; import cdpr.cli; cdpr.cli.main()"
+    program = "import sys; sys.modules['daqp'] = None; import cdpr.ui.cli; cdpr.ui.cli.main()"
     done = subprocess.run(
         [sys.executable, "-c", program, "bench", "solvers", POINT], capture_output=True, text=True, timeout=120
     )

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from bench_cases import carriage, wall
 
-from cdpr.bench.oracle import OBJECTIVES, Oracle, consult
-from cdpr.bench.problems import Problems, make_problems
+from cdpr.analysis.bench.oracle import OBJECTIVES, Oracle, consult
+from cdpr.analysis.bench.problems import Problems, make_problems
 from cdpr_solvers.qp import MinimumNorm
 
 LIMITS = (10.0, 100.0)

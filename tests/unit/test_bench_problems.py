@@ -8,8 +8,8 @@ from bench_cases import wall
 from conftest import GRAVITY, ROOT
 from spread import sampled
 
-from cdpr.bench.oracle import consult
-from cdpr.bench.problems import HEAVY_EVERY, TILT, box, make_paths, make_problems, random_pose
+from cdpr.analysis.bench.oracle import consult
+from cdpr.analysis.bench.problems import HEAVY_EVERY, TILT, box, make_paths, make_problems, random_pose
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
 from cdpr.model import rotations

@@ -7,10 +7,10 @@ from dataclasses import fields
 
 import pytest
 
+from cdpr.base.errors import CdprError
+from cdpr.base.fields import Positive
 from cdpr.cables import NUMBERS, chain
 from cdpr.cables.chain import Number, Span
-from cdpr.errors import CdprError
-from cdpr.fields import Positive
 from cdpr.model import Cable, Winch
 from cdpr.scenario.robot_schema import CableSection, CablesSection, WinchSection
 

@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear
 from spread import sampled
 from test_workspace import poses_of, robot_of
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.mechanics import solids
 from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.distances import segment_distances, solid_distances

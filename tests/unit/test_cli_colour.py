@@ -12,9 +12,9 @@ from click.testing import CliRunner
 from conftest import ROOT
 from spread import sampled
 
-from cdpr.cli import COMMANDS, GROUPS, cli
-from cdpr.cli.colour import bar, coloured
-from cdpr.cli.streams import Printable
+from cdpr.ui.cli import COMMANDS, GROUPS, cli
+from cdpr.ui.cli.colour import bar, coloured
+from cdpr.ui.cli.streams import Printable
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are of POSIX")
 
@@ -112,7 +112,7 @@ def test_a_bar_is_full_in_the_end():
 )
 def test_commands_count_what_they_have_done(command, last, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("cdpr.cli.progress.FILE_SECONDS", 0.0)
+    monkeypatch.setattr("cdpr.ui.cli.progress.FILE_SECONDS", 0.0)
     done = CliRunner().invoke(cli, list(map(str, command)))
     assert done.exit_code == 0, done.output
     assert last in done.stderr

@@ -10,12 +10,12 @@ import pytest
 from click.testing import CliRunner
 from conftest import ROOT
 
-from cdpr.cli import cli
-from cdpr.cli.completion import keys, plugins
-from cdpr.errors import ScenarioError
-from cdpr.report.text.aligned import unit_for
+from cdpr.analysis.study import load_study
+from cdpr.base.errors import ScenarioError
 from cdpr.scenario import load_scenario
-from cdpr.study import load_study
+from cdpr.ui.cli import cli
+from cdpr.ui.cli.completion import keys, plugins
+from cdpr.ui.report.text.aligned import unit_for
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_what_goes_on_is_the_whole_command(tmp_path, monkeypatch):
     def interrupted(*arguments, **more):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cdpr.study.run_study", interrupted)
+    monkeypatch.setattr("cdpr.analysis.study.run_study", interrupted)
     (tmp_path / "p.py").write_text(PLUGIN)
     words = ["--jobs", "2", "--set", "world.gravity=[0, 0, -1]", "--plugin", str(tmp_path / "p.py"), "--no-report"]
     result = study(tmp_path, *words, "--out", str(tmp_path / "a b"))

@@ -11,8 +11,8 @@ import sys
 import click
 import pytest
 
-from cdpr.cli import progress
-from cdpr.cli.progress import STOPPING, Progress, terminating
+from cdpr.ui.cli import progress
+from cdpr.ui.cli.progress import STOPPING, Progress, terminating
 
 
 class Stderr(io.StringIO):
@@ -128,13 +128,13 @@ def test_what_a_library_makes_of_an_interrupt_is_one(handlers):
 
 
 WITHIN_A_TEXT = """
-import cdpr.cli
+import cdpr.ui.cli
 
 def interrupted(*words, **more):
     exec("raise KeyboardInterrupt")
 
-cdpr.cli.cli.main = interrupted
-cdpr.cli.main()
+cdpr.ui.cli.cli.main = interrupted
+cdpr.ui.cli.main()
 """
 
 

@@ -121,9 +121,9 @@ def test_real_time_is_no_faster_than_the_clock():
 
 
 def test_a_run_imports_nothing_slow_that_it_does_not_need(tmp_path):
-    slow = ("scipy", "matplotlib", "mujoco", "rich", "numpy.ma", "cdpr.workspace", "cdpr.report.pages")
+    slow = ("scipy", "matplotlib", "mujoco", "rich", "numpy.ma", "cdpr.analysis.workspace", "cdpr.ui.report.pages")
     code = (
-        "import atexit, sys; from cdpr.cli import main;"
+        "import atexit, sys; from cdpr.ui.cli import main;"
         f"atexit.register(lambda: print([*{set(slow)!r} & set(sys.modules)], file=sys.stderr)); main()"
     )
     words = ["run", str(CAROCA), "--set", "simulation.duration=0.02", "--no-report", "--out", str(tmp_path / "run")]

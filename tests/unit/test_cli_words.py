@@ -14,12 +14,12 @@ from click.testing import CliRunner
 from command_line import cdpr_here
 from conftest import ROOT
 
-from cdpr.cli import cli
-from cdpr.cli.numbers import AnyReal, AnyWhole, Real, Whole
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.mechanics.restraint import few_cables
 from cdpr.scenario import load_robot, load_scenario
 from cdpr.scenario.plausible.angles import in_degrees
+from cdpr.ui.cli import cli
+from cdpr.ui.cli.numbers import AnyReal, AnyWhole, Real, Whole
 
 SCENARIOS = ROOT / "scenarios"
 CAROCA = SCENARIOS / "caroca.yaml"

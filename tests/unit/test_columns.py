@@ -15,19 +15,19 @@ from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 
 import cdpr
-from cdpr.cli import cli
-from cdpr.columns import BELIEVED, CABLES, FIRST, LATER, TOPICS, WINCHED, Column
-from cdpr.errors import LogError, PluginError
-from cdpr.lazy import LATE, late
+from cdpr.base.columns import BELIEVED, CABLES, FIRST, LATER, TOPICS, WINCHED, Column
+from cdpr.base.errors import LogError, PluginError
+from cdpr.base.lazy import LATE, late
 from cdpr.log.export import column_names, export
 from cdpr.log.ros2 import encode
 from cdpr.log.run import Header, Run
 from cdpr.log.topics import run_topics
 from cdpr.plugins import Backend, Controller, PluginInfo, TensionSolver
-from cdpr.report.pages.run import render
 from cdpr.simulation.columns import columns_of
 from cdpr.tension import Status
 from cdpr.testing import check_controller
+from cdpr.ui.cli import cli
+from cdpr.ui.report.pages.run import render
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.02}

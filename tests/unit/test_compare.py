@@ -9,16 +9,16 @@ import pytest
 from compare_cases import ENGINES, INSTALLED, Here, comparison, load, shrunk
 
 import cdpr
-from cdpr.compare.comparison import compare
-from cdpr.compare.differences import QUANTITIES, apart, difference, pose_apart
-from cdpr.compare.engines import engine_of, field, is_continuous
-from cdpr.compare.excitation import unexcited
-from cdpr.compare.finished import compare_finished
-from cdpr.compare.runs import Made, Runs, Wanted
-from cdpr.compare.scenarios import changes
-from cdpr.compare.verdict import against_scheme, spans
-from cdpr.errors import CdprError, LogError, PluginError
-from cdpr.jobs.pool import Outcome
+from cdpr.analysis.compare.comparison import compare
+from cdpr.analysis.compare.differences import QUANTITIES, apart, difference, pose_apart
+from cdpr.analysis.compare.engines import engine_of, field, is_continuous
+from cdpr.analysis.compare.excitation import unexcited
+from cdpr.analysis.compare.finished import compare_finished
+from cdpr.analysis.compare.runs import Made, Runs, Wanted
+from cdpr.analysis.compare.scenarios import changes
+from cdpr.analysis.compare.verdict import against_scheme, spans
+from cdpr.analysis.jobs.pool import Outcome
+from cdpr.base.errors import CdprError, LogError, PluginError
 
 SHORT = {"simulation.duration": 0.2}
 needs_mujoco = pytest.mark.skipif("mujoco" not in ENGINES, reason="mujoco is not installed")
@@ -279,9 +279,9 @@ def test_runs_are_read_when_they_are_asked_for(monkeypatch, tmp_path):
             cdpr.simulate(load("caroca", SHORT), overrides=case.changes, out=case.out)
             done(Outcome(case.key, "finished", "", case.out))
 
-    monkeypatch.setattr("cdpr.compare.runs.run_cases", ended)
-    read, real = [], cdpr.compare.runs.read
-    monkeypatch.setattr("cdpr.compare.runs.read", lambda outcome: read.append(outcome.key) or real(outcome))
+    monkeypatch.setattr("cdpr.analysis.compare.runs.run_cases", ended)
+    read, real = [], cdpr.analysis.compare.runs.read
+    monkeypatch.setattr("cdpr.analysis.compare.runs.read", lambda outcome: read.append(outcome.key) or real(outcome))
     runs, wanted = Runs(load("caroca", SHORT), tmp_path, 1, None, lambda done, total: None), Wanted("reference", "qp")
     runs.make([wanted])
     assert read == []

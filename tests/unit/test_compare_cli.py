@@ -11,10 +11,10 @@ import pytest
 from command_line import cdpr_here
 from compare_cases import ENGINES, INSTALLED, SCENARIOS, SOUND, comparison
 
-from cdpr.cli.compare import command
-from cdpr.errors import CdprError, ExitCode
-from cdpr.jobs.cases import Outcome
-from cdpr.report.text.compare import lines
+from cdpr.analysis.jobs.cases import Outcome
+from cdpr.base.errors import CdprError, ExitCode
+from cdpr.ui.cli.compare import command
+from cdpr.ui.report.text.compare import lines
 
 CAROCA = str(SCENARIOS / "caroca.yaml")
 SHORT = ("--set", "simulation.duration=0.1")
@@ -95,7 +95,7 @@ def test_an_interrupt_leaves_the_folder_to_the_next_comparison(tmp_path, monkeyp
 
     for folder in (tmp_path / "new", tmp_path / "there"):
         with monkeypatch.context() as patch:
-            patch.setattr("cdpr.compare.runs.run_cases", interrupted)
+            patch.setattr("cdpr.analysis.compare.runs.run_cases", interrupted)
             if folder.name == "there":
                 folder.mkdir()
             done = cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", folder, code=130)
@@ -116,7 +116,7 @@ def test_a_full_disk_is_no_disagreement(tmp_path, monkeypatch):
             )
         )
 
-    monkeypatch.setattr("cdpr.compare.runs.run_cases", full)
+    monkeypatch.setattr("cdpr.analysis.compare.runs.run_cases", full)
     phase = ("--set", 'events=[{"type": "sine", "time": 0, "force": [1, 0, 0], "frequency": 1, "phase": 90}]')
     done = cdpr_here("compare", CAROCA, *ONE, *SHORT, *phase, "--out", tmp_path / "out", code=8)
     assert "events[0].phase: 90 rad is more than a whole turn" in done.stderr  # compare tells the scenario's notes

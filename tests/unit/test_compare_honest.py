@@ -9,10 +9,10 @@ import pytest
 import random_scenarios
 from compare_cases import ENGINES, Here
 
-from cdpr.compare.comparison import compare
-from cdpr.compare.engines import field
-from cdpr.compare.job import summarise
-from cdpr.compare.refinement import refine
+from cdpr.analysis.compare.comparison import compare
+from cdpr.analysis.compare.engines import field
+from cdpr.analysis.compare.job import summarise
+from cdpr.analysis.compare.refinement import refine
 
 COUNT = int(os.environ.get("CDPR_SCENARIOS", "2"))
 # Of a scheme that only MuJoCo has; it holds external wrenches over a step, so with one it is of first order.

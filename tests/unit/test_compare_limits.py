@@ -9,7 +9,7 @@ import pytest
 from compare_cases import load
 
 import cdpr
-from cdpr.compare.verdict import against_order
+from cdpr.analysis.compare.verdict import against_order
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ import pytest
 from compare_cases import ENGINES, SCHEME, Here, load
 
 import cdpr
-from cdpr.compare.comparison import compare
-from cdpr.compare.engines import field
-from cdpr.compare.job import summarise
-from cdpr.compare.refinement import refine
-from cdpr.compare.runs import Made
+from cdpr.analysis.compare.comparison import compare
+from cdpr.analysis.compare.engines import field
+from cdpr.analysis.compare.job import summarise
+from cdpr.analysis.compare.refinement import refine
+from cdpr.analysis.compare.runs import Made
 
 
 def test_orders():

@@ -9,13 +9,13 @@ import pytest
 from compare_cases import ENGINES, Here, load
 
 import cdpr
-from cdpr.compare.comparison import compare
-from cdpr.compare.engines import field
-from cdpr.compare.job import summarise
-from cdpr.compare.refinement import Measured
-from cdpr.compare.runs import Made
-from cdpr.report.pages.compare import render
-from cdpr.report.text.compare import lines
+from cdpr.analysis.compare.comparison import compare
+from cdpr.analysis.compare.engines import field
+from cdpr.analysis.compare.job import summarise
+from cdpr.analysis.compare.refinement import Measured
+from cdpr.analysis.compare.runs import Made
+from cdpr.ui.report.pages.compare import render
+from cdpr.ui.report.text.compare import lines
 
 FACTS = {
     "scenario": "a <b>",

@@ -11,17 +11,17 @@ from click.testing import CliRunner
 from conftest import ROOT
 
 import cdpr
-from cdpr.cli import run as run_command
-from cdpr.errors import ExitCode, ScenarioError
+from cdpr.analysis.workspace import measure
+from cdpr.analysis.workspace.path import flown
+from cdpr.base.errors import ExitCode, ScenarioError
 from cdpr.log import recorder as recorder_module
 from cdpr.log.run import CLEARANCE
 from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.closest import Closest, Level
-from cdpr.report.pages.run import render
-from cdpr.report.text.reservations import reservations
 from cdpr.simulation import program
-from cdpr.workspace import measure
-from cdpr.workspace.path import flown
+from cdpr.ui.cli import run as run_command
+from cdpr.ui.report.pages.run import render
+from cdpr.ui.report.text.reservations import reservations
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 THICK = {"robot.cable.diameter": 0.02}

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from conftest import ROOT
 
 from cdpr import __version__
-from cdpr.cli import cli
+from cdpr.ui.cli import cli
 
 PAGES = {name: (ROOT / name).read_text() for name in ("CONTRIBUTING.md", "SECURITY.md")}
 QUOTED = {name: re.findall(r"`([^`\n]+)`", text) for name, text in PAGES.items()}

@@ -10,12 +10,12 @@ from click.testing import CliRunner
 from conftest import ROOT
 
 import cdpr
-from cdpr.cli import info, run, tension
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.mechanics.kinematics import wrench_matrix
 from cdpr.scenario import load_scenario
 from cdpr.tension import Status
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
+from cdpr.ui.cli import info, run, tension
 
 CAROCA, PLANAR = ROOT / "scenarios" / "caroca.yaml", ROOT / "scenarios" / "planar.yaml"
 FORCES = {"controlled": ["x", "y", "z"], "simulation.duration": 0.5}

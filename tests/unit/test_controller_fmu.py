@@ -8,7 +8,7 @@ from conftest import ROOT
 from fmu.controller import ENDS, write_controller
 
 from cdpr import load_scenario, simulate
-from cdpr.errors import ExitCode, FmuError, PlantEnded
+from cdpr.base.errors import ExitCode, FmuError, PlantEnded
 from cdpr.fmu.read.archive import open_archive
 from cdpr.simulation.build import build
 from cdpr.testing import check_controller

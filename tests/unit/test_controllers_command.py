@@ -9,7 +9,7 @@ import pytest
 from conftest import GRAVITY, ROOT, crossed_box, make_robot, random_state
 
 import cdpr
-from cdpr.errors import BeyondLimits, CdprError, Diverged, Infeasible, PluginError
+from cdpr.base.errors import BeyondLimits, CdprError, Diverged, Infeasible, PluginError
 from cdpr.mechanics import dynamics, kinematics
 from cdpr.plugins import Controller
 from cdpr.plugins.registry import registry

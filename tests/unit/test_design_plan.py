@@ -7,9 +7,9 @@ import pytest
 from design_cases import BOX, ONE, TWO, design_of, write_design
 
 import cdpr
-from cdpr.design.evaluate import Value
-from cdpr.errors import CdprError, ScenarioError
-from cdpr.workspace import box, ellipsoid, measure, region, workspace
+from cdpr.analysis.design.evaluate import Value
+from cdpr.analysis.workspace import box, ellipsoid, measure, region, workspace
+from cdpr.base.errors import CdprError, ScenarioError
 
 HALF = [30, 30, 30, 3, 3, 3]
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from design_cases import BOX, ONE, design_of
 
-from cdpr.design.evaluate import Value
-from cdpr.design.rank import REFUSED, Score, best, crowding, dominance, front, score, select
+from cdpr.analysis.design.evaluate import Value
+from cdpr.analysis.design.rank import REFUSED, Score, best, crowding, dominance, front, score, select
 
 SUM = """
 goal: {maximise: [{figure: volume, weight: 2, scale: 10}, {figure: clearance, weight: -1}]}

@@ -16,12 +16,12 @@ from sealed_files import edit_file, edit_lines
 from spread import sampled
 
 import cdpr
-from cdpr.checksums import sealed
-from cdpr.design import load_design, run_design
-from cdpr.design.rank import Score, front
-from cdpr.design.search import look, spread
-from cdpr.errors import CdprError, ExitCode, LogError, OutputError, PluginError
-from cdpr.workspace import box, region, workspace
+from cdpr.analysis.design import load_design, run_design
+from cdpr.analysis.design.rank import Score, front
+from cdpr.analysis.design.search import look, spread
+from cdpr.analysis.workspace import box, region, workspace
+from cdpr.base.checksums import sealed
+from cdpr.base.errors import CdprError, ExitCode, LogError, OutputError, PluginError
 
 CMA = pytest.param("type: cma", ONE, id="cma")
 SEARCHES = [
@@ -276,7 +276,7 @@ class Spender:
         self.function, self.left, self.points, self.scores = function, most, [], []
 
     def __call__(self, points):
-        from cdpr.design.ask import SpentError
+        from cdpr.analysis.design.ask import SpentError
 
         found = [Score(*self.function(point)) for point in points[: self.left]]
         self.points += [np.array(point) for point in points[: self.left]]

@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from conftest import ROOT
 from docs_cases import PAGES, commands, words
 
-from cdpr.cli import cli
+from cdpr.ui.cli import cli
 
 DOCS = ROOT / "docs"
 SCRIPTS = {"thesis.md": thesis, "teaching.md": teaching, "columns.md": columns}

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from docs_cases import INSTALLED, NOT_RUN, PAGES, SLOW, WHOLE, code, commands, make_folder, shorter, words
 
-from cdpr.cli import cli
+from cdpr.ui.cli import cli
 
 # By the page that shows them first: what several pages show runs once, as its folder is then taken.
 SHOWN: dict[str, str] = {}
@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(path)
         patch.setenv("XDG_CONFIG_HOME", str(path / "config"))
-        patch.setattr("cdpr.cli.gui._hold", lambda signals: None)  # a window goes on until it is ended
+        patch.setattr("cdpr.ui.cli.gui._hold", lambda signals: None)  # a window goes on until it is ended
         for name in ("one", "another"):
             run(["run", "my_scenario.yaml", "--no-report", "--out", f"runs/{name}"])
         run(["fmu", "export", "my_robot.yaml", "-o", "plant.fmu"])

@@ -9,7 +9,7 @@ import pytest
 from conftest import ROOT
 
 from cdpr import Diverged, PluginError, Simulation, rollout, simulate
-from cdpr.errors import ExitCode
+from cdpr.base.errors import ExitCode
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.tension.status import Status
 

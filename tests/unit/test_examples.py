@@ -10,11 +10,11 @@ from conftest import ROOT
 from spread import sampled
 
 import cdpr
-from cdpr.cli import cli
-from cdpr.design import load_design
-from cdpr.errors import CdprError, OutputError, ScenarioError
+from cdpr.analysis.design import load_design
+from cdpr.analysis.study import load_study
+from cdpr.base.errors import CdprError, OutputError, ScenarioError
 from cdpr.scenario import examples
-from cdpr.study import load_study
+from cdpr.ui.cli import cli
 
 SCENARIOS = ROOT / "scenarios"
 ALL = examples.examples()

@@ -14,11 +14,11 @@ from conftest import ROOT
 from native_compiler import tool
 
 from cdpr import load_robot, load_scenario, simulate
-from cdpr.cli.export import command
-from cdpr.errors import CdprError, OutputError
+from cdpr.base.errors import CdprError, OutputError
 from cdpr.formats.write.native import HEADER, NUMBERS, native_files, write_native
 from cdpr.formats.write.native.header import flattened
 from cdpr.log.export import export
+from cdpr.ui.cli.export import command
 
 EXAMPLE = ROOT / "examples" / "realtime"
 FLAGS = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", "-fno-exceptions", "-fno-rtti"]

@@ -11,7 +11,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 from export_cases import ROBOTS, subject_of
 
-from cdpr.errors import CdprError, FormatError
+from cdpr.base.errors import CdprError, FormatError
 from cdpr.formats.write.subject import Options, export
 from cdpr.model import rotations
 

@@ -10,13 +10,13 @@ from click.testing import CliRunner
 from conftest import ROOT
 
 from cdpr import Infeasible, Unanswered, load_run, simulate
-from cdpr.cli import run as run_command
-from cdpr.errors import ExitCode
+from cdpr.base.errors import ExitCode
 from cdpr.log.run import Event
-from cdpr.report.pages.tables import ending
-from cdpr.report.text.reservations import fallback
 from cdpr.tension.policy import FALLBACK
 from cdpr.tension.status import Status
+from cdpr.ui.cli import run as run_command
+from cdpr.ui.report.pages.tables import ending
+from cdpr.ui.report.text.reservations import fallback
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"
 HELD = FALLBACK["hold_tension"]

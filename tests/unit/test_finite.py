@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import cdpr
-from cdpr.columns import BELIEVED, NEED_NOT_BE_FINITE, Column
-from cdpr.errors import Diverged, ExitCode
+from cdpr.base.columns import BELIEVED, NEED_NOT_BE_FINITE, Column
+from cdpr.base.errors import Diverged, ExitCode
 from cdpr.log.finite import Finite
 from cdpr.log.layout import Layout
 from cdpr_backends.reference_euler import SemiImplicitEuler

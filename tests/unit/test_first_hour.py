@@ -17,9 +17,7 @@ from conftest import ROOT
 from spread import sampled
 
 import cdpr
-from cdpr import health
-from cdpr.cli import cli
-from cdpr.errors import ExitCode
+from cdpr.base.errors import ExitCode
 from cdpr.native import library as native
 from cdpr.native.operations import target
 from cdpr.plugins.registry import OWN_DISTRIBUTION, registry
@@ -27,6 +25,7 @@ from cdpr.scenario import load_any, load_robot, load_scenario
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.template import RESTS
 from cdpr.tension.closure import positive_null_vector
+from cdpr.ui.cli import cli, health
 
 ROBOTS = sorted((ROOT / "scenarios" / "robots").glob("*.yaml"))
 SIZES = [

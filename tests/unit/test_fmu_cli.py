@@ -17,7 +17,7 @@ import yaml
 from conftest import ROOT
 from fmu_cases import PLANT, description, make_fmu, signals, variable
 
-from cdpr.cli import main
+from cdpr.ui.cli import main
 
 CAROCA = str(ROOT / "scenarios/robots/caroca.yaml")
 

@@ -10,7 +10,7 @@ import pytest
 from conftest import crossed_box, make_robot
 from fmu_cases import description, make_fmu, signals, variable
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
 from cdpr.fmu.read.archive import open_archive
 from cdpr.fmu.read.description import read_description
 from cdpr.fmu.read.mapping import resolve

@@ -13,11 +13,11 @@ from click.testing import CliRunner
 from conftest import ROOT, crossed_box, make_robot
 from fmu_cases import description, signals, variable
 
-from cdpr.cli import cli
 from cdpr.fmu.read.description import read_description
 from cdpr.fmu.read.mapping import map_signals
 from cdpr.fmu.read.options import Signals
 from cdpr.fmu.read.signals import INPUTS, OUTPUTS
+from cdpr.ui.cli import cli
 
 TEXT = (ROOT / "docs/fmu.md").read_text()
 SETTLED = 1e-3  # m: a second after the ramp, 10 time constants of 0.1 s, of a lag of 0.05 m

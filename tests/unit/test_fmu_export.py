@@ -18,10 +18,10 @@ from fmu.cases import plant_of, scenario, write
 from fmu.driver import Driver
 from spread import spread
 
-from cdpr.cli import main
 from cdpr.fmu.export import archive, cached_fmu, fmu_bytes
 from cdpr.fmu.read.archive import open_archive
 from cdpr.fmu.read.mapping import map_signals
+from cdpr.ui.cli import main
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 ROBOT = str(ROOT / "scenarios" / "robots" / "caroca.yaml")

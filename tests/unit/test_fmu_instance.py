@@ -17,7 +17,7 @@ import pytest
 from conftest import ROOT
 from fmu.controller import ENDS, STANDS_STILL, write_controller
 
-from cdpr.errors import BackendDied, FmuError, PlantEnded
+from cdpr.base.errors import BackendDied, FmuError, PlantEnded
 from cdpr.fmu.read.archive import open_archive
 from cdpr.fmu.read.options import FmuFile
 from cdpr.fmu.run.folder import sweep

@@ -7,7 +7,7 @@ import pytest
 from conftest import crossed_box, make_robot
 from fmu_cases import PLANT, description, signals, variable
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
 from cdpr.fmu.read.description import read_description
 from cdpr.fmu.read.mapping import map_signals, resolve
 from cdpr.fmu.read.options import Signals, Source

@@ -12,7 +12,7 @@ from fmu.cases import write
 from fmu.driver import Driver
 
 from cdpr import load_scenario
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.fmu.export import Controller
 from cdpr.native import get_include
 from cdpr.native.bind import bind

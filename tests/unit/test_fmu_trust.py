@@ -8,8 +8,8 @@ import os
 import pytest
 from fmu_cases import ELF, make_fmu
 
-from cdpr import ownership
-from cdpr.errors import FmuError, OutputError
+from cdpr.base import ownership
+from cdpr.base.errors import FmuError, OutputError
 from cdpr.fmu.read import trust
 from cdpr.fmu.read.archive import open_archive
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from cdpr.units import BASE_UNITS, alike, known_unit, si
+from cdpr.base.units import BASE_UNITS, alike, known_unit, si
 
 KNOWN = [
     ("N", "kg m s-2", 1.0), ("kN", "kg m s-2", 1e3), ("N.m", "kg m2 s-2", 1.0), ("N*m", "kg m2 s-2", 1.0),

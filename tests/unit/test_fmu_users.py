@@ -20,7 +20,7 @@ from fmu.driver import STATE, Driver
 from lxml import etree
 from spread import spread
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.fmu.export import Actuator, fmu_bytes
 from cdpr.fmu.export.library import CROSS, IDENTIFIER
 from cdpr.fmu.read.archive import open_archive

@@ -10,7 +10,7 @@ from conftest import ROOT, crossed_box, make_robot, random_state
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.mechanics import kinematics
 from cdpr.mechanics.forward_kinematics import forward_kinematics
 from cdpr.model import rotations

@@ -10,10 +10,10 @@ import pytest
 from click.testing import CliRunner
 from test_scenario_base import PLUGINS, ROBOT, changed, whole
 
-from cdpr.cli import cli
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
+from cdpr.gcode.program import MAX_MOVES
 from cdpr.scenario import Gcode, examples, load_scenario
-from cdpr.scenario.motions.gcode_program import MAX_MOVES
+from cdpr.ui.cli import cli
 
 BEGIN = np.array([0.0, 0.1, 1.2])  # the initial position of the scenario around it
 MOTION = "trajectory: {type: gcode, file: a.ngc, limits: {velocity: 1, acceleration: 2, jerk: 20}}\n"

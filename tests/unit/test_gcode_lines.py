@@ -7,8 +7,8 @@ import itertools
 import pytest
 from test_gcode import HEAD, PRINTER, course, points, read, refused, same
 
-from cdpr.scenario.motions.gcode_program import _Reader
-from cdpr.scenario.motions.gcode_words import LineError, read_lines
+from cdpr.gcode.program import _Reader
+from cdpr.gcode.words import LineError, read_lines
 
 MODAL_GROUPS = (
     "4 53 92 92.1 92.2 92.3",

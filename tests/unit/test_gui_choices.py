@@ -7,11 +7,11 @@ import re
 import pytest
 from test_import_collections import SEEN, model
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.formats.read.bring import import_file
-from cdpr.gui.choices import FIELDS, in_window
-from cdpr.gui.page import document
-from cdpr.gui.server import said
+from cdpr.ui.gui.choices import FIELDS, in_window
+from cdpr.ui.gui.page import document
+from cdpr.ui.gui.server import said
 
 
 def test_a_cable_set_is_a_field(tmp_path):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cdpr.gui.board import encoded
-from cdpr.gui.curves import MOST, PIECE, Curves, Mark
+from cdpr.ui.gui.board import encoded
+from cdpr.ui.gui.curves import MOST, PIECE, Curves, Mark
 
 
 @pytest.mark.parametrize("samples", [10, MOST, 100_001])

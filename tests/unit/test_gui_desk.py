@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from desk_cases import SCENARIOS, caroca_in
 
-from cdpr.errors import CdprError, ScenarioError
-from cdpr.gui.desk import Desk
+from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.scenario import load_scenario
-from cdpr.scenario.overrides import typed
+from cdpr.scenario.choices import typed
+from cdpr.ui.gui.desk import Desk
 
 
 @pytest.fixture
@@ -208,7 +208,7 @@ def test_a_robot_that_is_named_no_more_hinders_nothing(folder: Path) -> None:
 @pytest.mark.slow
 def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:
     code = (
-        "import json, sys; from cdpr.gui.desk import Desk; desk = Desk('caroca'); json.dumps(desk.form());"
+        "import json, sys; from cdpr.ui.gui.desk import Desk; desk = Desk('caroca'); json.dumps(desk.form());"
         "print([name for name in ('scipy', 'matplotlib', 'mujoco', 'websockets') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from desk_cases import caroca_in
 
-from cdpr.errors import OutputError
-from cdpr.gui.desk import Desk
+from cdpr.base.errors import OutputError
 from cdpr.scenario import load_robot, load_scenario
+from cdpr.ui.gui.desk import Desk
 
 STL = """solid box
 facet normal 0 0 1

@@ -7,8 +7,8 @@ from conftest import ROOT
 from show_cases import staged
 
 import cdpr
-from cdpr.gui.drawing import Drawing
 from cdpr.scenario import load_scenario
+from cdpr.ui.gui.drawing import Drawing
 
 
 def test_the_scene_tells_how_the_base_is_turned():

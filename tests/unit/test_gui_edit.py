@@ -9,10 +9,10 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from cdpr.errors import CdprError
-from cdpr.gui.desk.edit import insert, read, remove, same, set_value
-from cdpr.scenario.document import copied
-from cdpr.scenario.yaml_text import flow
+from cdpr.base.errors import CdprError
+from cdpr.config.document import copied
+from cdpr.config.yaml_text import flow
+from cdpr.ui.gui.desk.edit import insert, read, remove, same, set_value
 
 TEXT = """\
 # Head.

@@ -25,12 +25,12 @@ import cdpr
 from cdpr.formats import import_file
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import export
-from cdpr.gui.board import Board
-from cdpr.gui.desk import Desk
-from cdpr.gui.exchange import Exchange
-from cdpr.gui.incoming import Incoming
-from cdpr.gui.server import MOST_BYTES
-from cdpr.gui.window import Window
+from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.exchange import Exchange
+from cdpr.ui.gui.incoming import Incoming
+from cdpr.ui.gui.server import MOST_BYTES
+from cdpr.ui.gui.window import Window
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 ROBOT = SUCCESSOR.encode()
@@ -295,7 +295,7 @@ def test_an_import_is_given_up_and_one_goes_on_at_a_time(looker, window, tmp_pat
     stuck.write_text("#!/bin/sh\nexec sleep 600\n")
     stuck.chmod(0o755)
     with monkeypatch.context() as patch:
-        patch.setattr("cdpr.gui.incoming.sys.executable", str(stuck))
+        patch.setattr("cdpr.ui.gui.incoming.sys.executable", str(stuck))
         upload(looker, {"crane.yaml": ROBOT})
         looker.send(do="export", to="urdf")
         assert "another import or export is going on" in failed(looker, "export")
@@ -324,13 +324,13 @@ def test_what_crashes_ends_no_window(looker, tmp_path, monkeypatch, script, said
     broken = tmp_path / "broken"
     broken.write_text(f"#!/bin/sh\n{script}\n")
     broken.chmod(0o755)
-    monkeypatch.setattr("cdpr.gui.incoming.sys.executable", str(broken))
+    monkeypatch.setattr("cdpr.ui.gui.incoming.sys.executable", str(broken))
     upload(looker, {"crane.yaml": ROBOT})
     assert said in failed(looker, "import")
 
 
 def test_what_takes_too_long_is_given_up(looker, monkeypatch):
-    monkeypatch.setattr("cdpr.gui.incoming.SECONDS", 0.01)
+    monkeypatch.setattr("cdpr.ui.gui.incoming.SECONDS", 0.01)
     upload(looker, {"crane.yaml": ROBOT})
     assert failed(looker, "import") == "crane.yaml: reading it takes more than 0.01 s, and was given up"
 
@@ -346,7 +346,7 @@ def test_faults_of_ours_are_told_and_the_terminal_has_more(tmp_path, monkeypatch
     broken = tmp_path / "broken"
     broken.write_text("""#!/bin/sh\ncat > /dev/null\necho '{"fault": "KeyError: 1", "trace": "Traceback: of it"}'\n""")
     broken.chmod(0o755)
-    monkeypatch.setattr("cdpr.gui.incoming.sys.executable", str(broken))
+    monkeypatch.setattr("cdpr.ui.gui.incoming.sys.executable", str(broken))
     log, reader = [], Board().join()
     exchange = Exchange(lambda: None, lambda name, reader: None, log.append)
     exchange.begin("import", {"path": "a.xml"}, reader)
@@ -360,7 +360,7 @@ def test_faults_of_ours_are_told_and_the_terminal_has_more(tmp_path, monkeypatch
 
 @pytest.mark.slow
 def test_long_texts_are_not_shown_and_are_written_all_the_same(monkeypatch, tmp_path):
-    monkeypatch.setattr("cdpr.gui.incoming.MOST_SHOWN", 100)
+    monkeypatch.setattr("cdpr.ui.gui.incoming.MOST_SHOWN", 100)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "crane.yaml").write_bytes(ROBOT)

@@ -8,14 +8,14 @@ from typing import Any, get_args
 
 import pytest
 
-from cdpr.errors import CdprError
-from cdpr.gui.desk import Desk
-from cdpr.gui.desk.fields import every
+from cdpr.base.errors import CdprError
 from cdpr.plugins.registry import registry
 from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import AnyMotion
 from cdpr.scenario.robot_schema import CableSection, RobotSection
 from cdpr.scenario.schema import ScenarioSection
+from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.desk.fields import every
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

@@ -4,9 +4,9 @@ import re
 from base64 import b64encode
 from hashlib import sha256
 
-from cdpr.gui.page import FILES, FOLDER, STYLES, document, hello
-from cdpr.report.player.assets import DRAWING
-from cdpr.report.player.assets import FOLDER as PLAYER
+from cdpr.ui.gui.page import FILES, FOLDER, STYLES, document, hello
+from cdpr.ui.report.player.assets import DRAWING
+from cdpr.ui.report.player.assets import FOLDER as PLAYER
 
 SPACE = "http://www.w3.org/2000/svg"  # a name, which nobody asks for
 

@@ -14,11 +14,11 @@ from plugin_cases import SUCCESSOR
 
 pytest.importorskip("websockets")
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.formats.read.bring import Taken
-from cdpr.gui import reading
-from cdpr.gui.board import Board
-from cdpr.gui.incoming import Incoming
+from cdpr.ui.gui import reading
+from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.incoming import Incoming
 
 
 def archive():
@@ -89,7 +89,7 @@ def test_python_files_that_come_along_are_not_run(tmp_path):
 
 @pytest.mark.slow
 def test_what_is_shown_and_made_is_limited(monkeypatch):
-    monkeypatch.setattr("cdpr.gui.incoming.MOST_LINES", 2)
+    monkeypatch.setattr("cdpr.ui.gui.incoming.MOST_LINES", 2)
     (message,) = read({"crane.yaml": SUCCESSOR.encode()})
     assert message["sources"][0]["left_out"][2:] == ["and 5 more"]
     made = Taken("a.xml", {"a.yaml": "x" * 6, "b.csv": "y" * 5})
@@ -102,7 +102,7 @@ def test_what_is_shown_and_made_is_limited(monkeypatch):
 
 def run(program, asked):
     """What a process answers that begins with a program."""
-    code = f"import os; from cdpr.gui import reading; {program}; reading.main(os.getppid())"
+    code = f"import os; from cdpr.ui.gui import reading; {program}; reading.main(os.getppid())"
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, input=json.dumps(asked), capture_output=True, text=True, check=True)
     return json.loads(done.stdout)

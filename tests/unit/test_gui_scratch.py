@@ -8,10 +8,10 @@ import sys
 import pytest
 from conftest import ROOT
 
-from cdpr.gui.scratch import scratch, sweep
+from cdpr.ui.gui.scratch import scratch, sweep
 
 HOLD = """
-from cdpr.gui.scratch import scratch
+from cdpr.ui.gui.scratch import scratch
 with scratch() as path:
     (path / "log.mcap").write_text("x")
     print(path, flush=True)
@@ -48,7 +48,7 @@ def test_what_a_killed_window_left_is_removed_and_nothing_else(place):
 
 
 def test_a_folder_that_another_window_swept_before_it_was_locked_is_made_anew(place, monkeypatch):
-    from cdpr.gui import scratch as module
+    from cdpr.ui.gui import scratch as module
 
     plain, made = module.tempfile.mkdtemp, []
 
@@ -68,8 +68,8 @@ def test_a_folder_that_another_window_swept_before_it_was_locked_is_made_anew(pl
 @pytest.mark.slow
 def test_a_window_begins_by_removing_what_others_left(place):
     pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")
-    from cdpr.gui.desk import Desk
-    from cdpr.gui.window import Window
+    from cdpr.ui.gui.desk import Desk
+    from cdpr.ui.gui.window import Window
 
     left = place / "cdpr-gui-left"
     left.mkdir()

@@ -23,14 +23,14 @@ pytest.importorskip("websockets")
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from websockets.sync.client import connect
 
-from cdpr.cli import cli
-from cdpr.cli.gui import _hold
-from cdpr.cli.progress import Signals
-from cdpr.errors import CdprError
-from cdpr.gui.board import Board
-from cdpr.gui.desk import Desk
-from cdpr.gui.server import MOST_BYTES, MOST_WINDOWS, Server
-from cdpr.gui.window import Window
+from cdpr.base.errors import CdprError
+from cdpr.ui.cli import cli
+from cdpr.ui.cli.gui import _hold
+from cdpr.ui.cli.progress import Signals
+from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.server import MOST_BYTES, MOST_WINDOWS, Server
+from cdpr.ui.gui.window import Window
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 CHANGES = [("simulation.duration", QUIET["simulation.duration"])]
@@ -218,7 +218,7 @@ def test_the_port_that_is_told_is_the_real_one():
     finally:
         first.close()
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("cdpr.gui.server.PORTS", [taken.getsockname()[1]])
+        patch.setattr("cdpr.ui.gui.server.PORTS", [taken.getsockname()[1]])
         other = served()
         assert other.port != taken.getsockname()[1]
         other.close()
@@ -268,7 +268,9 @@ def test_the_command_ends_as_it_is_told(number):
 
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch):
-    for name in [name for name in sys.modules if name.startswith(("websockets", "cdpr.gui.server", "cdpr.gui.window"))]:
+    for name in [
+        name for name in sys.modules if name.startswith(("websockets", "cdpr.ui.gui.server", "cdpr.ui.gui.window"))
+    ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "websockets", None)
     result = CliRunner().invoke(cli, ["gui", CAROCA])
@@ -286,9 +288,9 @@ def test_a_file_that_is_not_there_opens_nothing():
 def test_what_needs_no_window_imports_none():
     """The command itself, and its help, are light; nothing else knows of sockets."""
     program = (
-        "import sys; from click.testing import CliRunner; from cdpr.cli import cli; import cdpr; "
+        "import sys; from click.testing import CliRunner; from cdpr.ui.cli import cli; import cdpr; "
         "assert CliRunner().invoke(cli, ['gui', '--help']).exit_code == 0; "
-        "import cdpr.gui.server; "
+        "import cdpr.ui.gui.server; "
         "print([name for name in ('scipy', 'matplotlib', 'pydantic', 'mujoco') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

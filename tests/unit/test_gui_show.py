@@ -9,8 +9,8 @@ import pytest
 from show_cases import PATIENCE, scenario, staged, wait
 
 import cdpr
-from cdpr.gui import stage
-from cdpr.view import State
+from cdpr.scene import State
+from cdpr.ui.gui import stage
 
 
 def test_a_run_from_its_beginning_to_its_end():

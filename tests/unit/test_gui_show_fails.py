@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from show_cases import scenario, staged, wait
 
-from cdpr.gui.board import encoded
 from cdpr.plugins import Controller, PluginOptions
+from cdpr.ui.gui.board import encoded
 
 
 @pytest.mark.slow
@@ -126,7 +126,7 @@ def test_a_fault_of_ours_is_told_and_the_thread_lives(monkeypatch):
         it.phase("failed")
         time.sleep(1.2)  # s, in which two frames are due
         assert len(it.log) <= 2  # of the command, and of frames
-        monkeypatch.setattr("cdpr.gui.stage.Stage.__init__", lambda *_: {}["nothing"])
+        monkeypatch.setattr("cdpr.ui.gui.stage.Stage.__init__", lambda *_: {}["nothing"])
         it.do("reset")
         assert it.said()[-1][1].startswith("internal error")
         assert it.phase("failed")["text"].startswith("internal error")

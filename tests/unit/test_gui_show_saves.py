@@ -15,7 +15,7 @@ from cdpr.scenario import load_scenario
 @pytest.fixture
 def no_report(monkeypatch):
     """Drawing a report takes a second."""
-    monkeypatch.setattr("cdpr.report.pages.run.write_report", lambda run, path, **_: path.touch())
+    monkeypatch.setattr("cdpr.ui.report.pages.run.write_report", lambda run, path, **_: path.touch())
 
 
 @pytest.mark.slow
@@ -120,7 +120,7 @@ def test_what_is_being_written_is_written_to_its_end(tmp_path, monkeypatch):
         written.append(folder)
         return ""
 
-    monkeypatch.setattr("cdpr.gui.stage._report", report)
+    monkeypatch.setattr("cdpr.ui.gui.stage._report", report)
     with staged(scenario()) as it:
         it.phase("ready")
         it.do("step", n=3)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cdpr.base.files import UnreadableError
 from cdpr.model.hull import convex_hull, deepest
 from cdpr.scenario import mesh
-from cdpr.scenario.files import UnreadableError
 
 CUBE = np.array([(x, y, z) for x in (0.0, 2.0) for y in (0.0, 2.0) for z in (0.0, 2.0)])
 
@@ -22,7 +22,7 @@ def test_a_hull_that_takes_too_long_is_given_up(tmp_path, monkeypatch):
     path = tmp_path / "cube.obj"
     path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in CUBE.tolist()))
     times = iter(range(0, 1000, 4))
-    monkeypatch.setattr("cdpr.scenario.files.time.thread_time", lambda: float(next(times)))
+    monkeypatch.setattr("cdpr.base.files.time.thread_time", lambda: float(next(times)))
     with pytest.raises(UnreadableError, match=r"cube\.obj': reading it takes more than 10 s of CPU time"):
         mesh.hull_of(str(path))
 

@@ -15,14 +15,14 @@ from scipy.spatial import ConvexHull
 from test_workspace import cli
 
 from cdpr import load_scenario
-from cdpr.errors import ScenarioError
+from cdpr.analysis.workspace.question import Question
+from cdpr.base.errors import ScenarioError
 from cdpr.mechanics import solids
 from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.distances import solid_distances
 from cdpr.model import hull, rotations
 from cdpr.model.hull import convex_hull
 from cdpr.model.shapes import Box, Hull, Obstacle
-from cdpr.workspace.question import Question
 
 SAME = 1e-9  # m
 CAROCA = ROOT / "scenarios" / "robots" / "caroca.yaml"

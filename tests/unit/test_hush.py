@@ -32,7 +32,7 @@ def test_no_solver_prints_on_stdout_as_it_is_made():
 
 THREADS = """
 import threading
-from cdpr.hush import native_to_stderr
+from cdpr.base.redirect_output import native_to_stderr
 inside, begun = threading.Event(), threading.Event()
 
 def first():
@@ -60,7 +60,7 @@ def test_threads_that_replace_stdout_at_once_leave_it_in_place():
 
 CLOSED = """
 import os
-from cdpr.hush import native_to_stderr
+from cdpr.base.redirect_output import native_to_stderr
 os.close({closed})
 with native_to_stderr():
     os.write({other}, b"written")

@@ -9,7 +9,7 @@ import pytest
 from caspr_cases import CABLES, CENTRE, INERTIA, JOINTS, bodies, cable, cables, evaluated, model, numbers
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import import_folder, write
 from cdpr.mechanics import kinematics

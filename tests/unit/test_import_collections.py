@@ -17,7 +17,7 @@ from plugin_cases import SUCCESSOR, THESIS, wirex
 from spread import sampled
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import import_folder, write
 from cdpr.mechanics import kinematics

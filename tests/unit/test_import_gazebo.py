@@ -12,7 +12,7 @@ from command_line import cdpr_here
 from plugin_cases import POINTS, SUCCESSOR, THESIS, TRAJECTORY, wirex
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
 from cdpr.formats.read.imported import unique

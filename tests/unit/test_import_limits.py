@@ -12,7 +12,7 @@ import sys
 import pytest
 from plugin_cases import SUCCESSOR
 
-from cdpr.errors import CdprError, FormatError, PluginError, one_line
+from cdpr.base.errors import CdprError, FormatError, PluginError, one_line
 from cdpr.formats import import_file
 from cdpr.formats.read import limits
 from cdpr.formats.read.bring import import_folder
@@ -99,7 +99,7 @@ def test_a_file_that_takes_long_costs_the_others_of_its_folder_nothing(tmp_path,
 def test_ctrl_c_ends_it(tmp_path):
     (tmp_path / "a.yaml").write_text(SUCCESSOR)
     program = (
-        "from cdpr.formats.read import gazebo; from cdpr.cli import main\n"
+        "from cdpr.formats.read import gazebo; from cdpr.ui.cli import main\n"
         "def read(*given):\n    print('begun', flush=True)\n    while True: pass\n"
         f"gazebo.read = read\nimport sys; sys.argv = ['cdpr', 'import', {str(tmp_path / 'a.yaml')!r}]\nsys.exit(main())"
     )

@@ -11,7 +11,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import FormatError, PluginError
+from cdpr.base.errors import FormatError, PluginError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
 from cdpr.formats.write.begin import begin

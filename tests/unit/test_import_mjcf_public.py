@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import cdpr
-from cdpr.errors import FormatError
+from cdpr.base.errors import FormatError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
 

@@ -10,7 +10,7 @@ from caspr_cases import HEAD, JOINTS, bodies, evaluated, model, numbers
 from spread import sampled
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
 from cdpr.formats.read.caspr_joints import KINDS, Joint

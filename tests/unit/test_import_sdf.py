@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from sdf_cases import ANCHORS, FRAMES, HOME, Dialect, R, joint, link, six, text
 
 import cdpr
-from cdpr.cli import cli
-from cdpr.errors import FormatError
+from cdpr.base.errors import FormatError
 from cdpr.formats import import_file
+from cdpr.ui.cli import cli
 
 
 def robot_of(tmp_path, content):

@@ -18,7 +18,7 @@ from command_line import cdpr_here
 from plugin_cases import SUCCESSOR, THESIS, TRAJECTORY, wirex
 from sdf_cases import text as sdf_text
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.formats import import_file
 
 ALL = os.environ.get("CDPR_UNREAD") == "all"

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import cdpr
-from cdpr.errors import FormatError
+from cdpr.base.errors import FormatError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
 

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
+from cdpr.base.errors import CdprError
 from cdpr.cables.tables import chain_table, line_table
-from cdpr.errors import CdprError
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.solids import row
 from cdpr.model.shapes import Sphere

@@ -11,14 +11,14 @@ from click.testing import CliRunner
 from conftest import ROOT
 
 from cdpr import BeyondLimits, Infeasible, load_run, simulate
-from cdpr.cli import run as run_command
-from cdpr.columns import Column
-from cdpr.errors import ExitCode
+from cdpr.base.columns import Column
+from cdpr.base.errors import ExitCode
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Reach, plain_columns
 from cdpr.native.bind import bind
-from cdpr.report.pages.tables import ending
+from cdpr.ui.cli import run as run_command
+from cdpr.ui.report.pages.tables import ending
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"
 SLOW = {"robot.cables[1].speed_max": 0.2, "robot.cables[0].speed_max": 0.5, "simulation.duration": 1.0}

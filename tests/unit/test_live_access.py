@@ -20,12 +20,12 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import cdpr
-from cdpr.cli import cli
-from cdpr.errors import CdprError
-from cdpr.live import foxglove_client
-from cdpr.live.heard import TENSION, WRENCH
+from cdpr.base.errors import CdprError
+from cdpr.ui.cli import cli
+from cdpr.ui.live import foxglove_client
+from cdpr.ui.live.heard import TENSION, WRENCH
 
-foxglove = pytest.importorskip("cdpr.live.foxglove")
+foxglove = pytest.importorskip("cdpr.ui.live.foxglove")
 
 CASES = int(os.environ.get("CDPR_WEB_CASES", "400"))  # malformed messages
 NAMES = ("foxglove.sdk.v1", "foxglove.websocket.v1")

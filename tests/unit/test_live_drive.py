@@ -10,12 +10,12 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import CdprError
-from cdpr.live import drive as live
-from cdpr.live import messages
-from cdpr.live.drive import drive
-from cdpr.live.heard import TARGET, WRENCH, request_of
-from cdpr.live.requests import Request, Requests
+from cdpr.base.errors import CdprError
+from cdpr.ui.live import drive as live
+from cdpr.ui.live import messages
+from cdpr.ui.live.drive import drive
+from cdpr.ui.live.heard import TARGET, WRENCH, request_of
+from cdpr.ui.live.requests import Request, Requests
 
 FAST = 1e6  # times real time: never waits
 SLICE = 0.01  # s, of the samples at which the link is shown one

@@ -20,12 +20,12 @@ from rosbags.typesys import Stores, get_typestore
 from websockets.exceptions import ConnectionClosed
 
 import cdpr
-from cdpr.errors import CdprError
-from cdpr.live import messages
-from cdpr.live.heard import TARGET, TENSION, WRENCH, request_of
+from cdpr.base.errors import CdprError
 from cdpr.log.reader import load_run
+from cdpr.ui.live import messages
+from cdpr.ui.live.heard import TARGET, TENSION, WRENCH, request_of
 
-foxglove = pytest.importorskip("cdpr.live.foxglove")
+foxglove = pytest.importorskip("cdpr.ui.live.foxglove")
 
 POSE = "/cdpr/platform/pose"
 LAST = "/cdpr/desired_path"  # of the topics
@@ -315,7 +315,7 @@ def test_nothing_is_written_where_nobody_can_listen(tmp_path):
 
 @pytest.mark.slow
 def test_without_websockets_the_remedy_is_told(tmp_path):
-    code = "import sys; sys.modules['websockets'] = None; from cdpr.cli import main; main()"
+    code = "import sys; sys.modules['websockets'] = None; from cdpr.ui.cli import main; main()"
     words = ["run", str(FILE), "--live", "foxglove", "--out", str(tmp_path / "run")]
     done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
     assert done.returncode == 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import live_cases
 import numpy as np
 
-from cdpr.live.sender import Sender
+from cdpr.ui.live.sender import Sender
 
 
 class EndsAtOnce(Sender):

@@ -14,12 +14,12 @@ from live_client import FILE, RUN_TIMEOUT
 from live_link import Quiet
 
 import cdpr
-from cdpr.errors import CdprError, Infeasible
-from cdpr.live import sender
-from cdpr.live.drive import Driven, drive
-from cdpr.live.heard import TENSION, WRENCH, request_of
-from cdpr.live.requests import Request, Requests
+from cdpr.base.errors import CdprError, Infeasible
 from cdpr.simulation import session
+from cdpr.ui.live import sender
+from cdpr.ui.live.drive import Driven, drive
+from cdpr.ui.live.heard import TENSION, WRENCH, request_of
+from cdpr.ui.live.requests import Request, Requests
 
 FAST = 1e6  # times real time
 OFTEN = 0.01  # s, much shorter than drive.WAITS

@@ -17,13 +17,13 @@ from live_client import FILE, ROOT, running
 from spread import sampled
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.log.reader import load_run
 
 pytest.importorskip("zenoh")
 from live_node import TYPES, WAITS, free_port, node, router, serialize
 
-from cdpr.live.ros2 import Ros2
+from cdpr.ui.live.ros2 import Ros2
 
 POSE, TARGET, WRENCH, TENSION = "/cdpr/platform/pose", "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension"
 STAMPED_POSE, STAMPED_WRENCH = "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/WrenchStamped"
@@ -362,7 +362,7 @@ def test_where_no_router_can_be_is_told(words, text):
 
 @sampled(1, "module", ["zenoh", "xxhash"])
 def test_without_the_extra_the_remedy_is_told(tmp_path, module):
-    code = f"import sys; sys.modules[{module!r}] = None; from cdpr.cli import main; main()"
+    code = f"import sys; sys.modules[{module!r}] = None; from cdpr.ui.cli import main; main()"
     words = ["run", str(FILE), "--live", "ros2", "--out", str(tmp_path / "run")]
     done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
     assert done.returncode == 3

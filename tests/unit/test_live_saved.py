@@ -7,8 +7,8 @@ from click.testing import CliRunner
 from live_cases import CAROCA, QUIET, quiet
 
 import cdpr
-from cdpr.cli.validate import command
 from cdpr.simulation import session as sessions
+from cdpr.ui.cli.validate import command
 
 GIVEN = [0.0, 0.0, 1500.0, 0.0, 0.0, 0.0]
 

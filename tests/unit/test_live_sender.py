@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from live_link import Quiet
 
-from cdpr.live.sender import BACKLOG
+from cdpr.ui.live.sender import BACKLOG
 
 
 class Kept(Quiet):

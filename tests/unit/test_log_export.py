@@ -12,12 +12,12 @@ import pytest
 from click.testing import CliRunner
 from log_cases import make_header, make_rows, same_bits, write_log
 
-from cdpr.cli.export import command as export_command
-from cdpr.cli.repair import command as repair_command
-from cdpr.columns import FIRST
-from cdpr.errors import ExitCode, OutputError, PluginError
+from cdpr.base.columns import FIRST
+from cdpr.base.errors import ExitCode, OutputError, PluginError
 from cdpr.log.export import EXPORTS, column_names, export
 from cdpr.log.run import Header, Run
+from cdpr.ui.cli.export import command as export_command
+from cdpr.ui.cli.repair import command as repair_command
 
 HEADER = make_header(3)
 

@@ -33,8 +33,8 @@ from cdpr.log.reader import load_run
 from cdpr.log.run import Header
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.view import colours
-from cdpr.view.pictures import weight_range
+from cdpr.scene import colours
+from cdpr.scene.pictures import weight_range
 
 FULL_RATE = {
     "/cdpr/cable_states": "sensor_msgs/msg/JointState",

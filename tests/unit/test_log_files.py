@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from cdpr.errors import OutputError
+from cdpr.base.errors import OutputError
 from cdpr.log.files import make_folder, replace, replacing
 
 

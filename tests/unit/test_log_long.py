@@ -13,14 +13,14 @@ from log_cases import make_header, make_rows, same_bits, write_log
 from long_log_cases import CAROCA, SHORT, THINNED, all_on_disk, log_of, simulate_whole, told
 
 import cdpr
-from cdpr.errors import LogError
+from cdpr.base.errors import LogError
 from cdpr.log.export import export
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Run
-from cdpr.report.pages.run import render
+from cdpr.ui.report.pages.run import render
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from log_cases import make_header, make_rows, same_bits, write_log
 
-from cdpr.checksums import sealed
-from cdpr.errors import LogError, OutputError
+from cdpr.base.checksums import sealed
+from cdpr.base.errors import LogError, OutputError
 from cdpr.log.event import Event
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run

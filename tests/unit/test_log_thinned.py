@@ -13,8 +13,8 @@ from long_log_cases import CAROCA, END, EVERY, THINNED, all_on_disk, log_of, sim
 from sealed_files import edit_file
 
 import cdpr
-from cdpr.compare.finished import compare_finished
-from cdpr.errors import CdprError, ScenarioError
+from cdpr.analysis.compare.finished import compare_finished
+from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.log import recorder as recorder_module
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
 from cdpr.log.reader import load_run, scan
@@ -22,7 +22,7 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Run
-from cdpr.report.text.compare import lines, subject
+from cdpr.ui.report.text.compare import lines, subject
 
 
 @pytest.fixture(scope="module")

@@ -15,12 +15,12 @@ from test_scenario_base import BASE, load, problem
 
 import cdpr
 from cdpr import Simulation, load_run, simulate
+from cdpr.base.files import UnreadableError
 from cdpr.log.run import Header
 from cdpr.model import Box, Cylinder, Mesh, Sphere, rotations
-from cdpr.report.figures.sketch import draw
 from cdpr.scenario import load_robot, load_scenario, mesh
-from cdpr.scenario.files import UnreadableError
-from cdpr.view import Subject, pictures
+from cdpr.scene import Subject, pictures
+from cdpr.ui.report.figures.sketch import draw
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 ROBOT = ROOT / "scenarios" / "robots" / "caroca.yaml"

@@ -7,10 +7,10 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.analysis.workspace.regions import region
+from cdpr.analysis.workspace.required import box, vertices
+from cdpr.base.errors import CdprError
 from cdpr.model.robot import frozen_array
-from cdpr.workspace.regions import region
-from cdpr.workspace.required import box, vertices
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 KP = np.ma.array([50.0, 999.0, 70.0], mask=[0, 1, 0])

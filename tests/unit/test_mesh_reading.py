@@ -8,11 +8,10 @@ import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 
+from cdpr.base.files import ContentError, UnreadableError
+from cdpr.gcode import path as gcode_path
+from cdpr.gcode.program import parse_program
 from cdpr.scenario import mesh
-from cdpr.scenario.files import UnreadableError
-from cdpr.scenario.motions import gcode_path
-from cdpr.scenario.motions.gcode_program import parse_program
-from cdpr.scenario.motions.table import TableError
 
 
 def test_a_line_of_an_obj_file_may_go_on_for_long(tmp_path, monkeypatch):
@@ -22,7 +21,7 @@ def test_a_line_of_an_obj_file_may_go_on_for_long(tmp_path, monkeypatch):
     path.write_text("\n".join(corners) + "\n")
     assert mesh.box_around(str(path)) == ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     times = iter(range(0, 1000, 4))
-    monkeypatch.setattr("cdpr.scenario.files.time.thread_time", lambda: float(next(times)))
+    monkeypatch.setattr("cdpr.base.files.time.thread_time", lambda: float(next(times)))
     path.write_text("\n".join(corners) + "\n\n")
     with pytest.raises(UnreadableError, match=r"reading it takes more than 10 s of CPU time: simplify it"):
         mesh.box_around(str(path))
@@ -31,14 +30,14 @@ def test_a_line_of_an_obj_file_may_go_on_for_long(tmp_path, monkeypatch):
 def clock(monkeypatch, step):
     """Let each question for the CPU time take `step` seconds."""
     times = iter(range(0, 10**6, step))
-    monkeypatch.setattr("cdpr.scenario.files.time.thread_time", lambda: float(next(times)))
+    monkeypatch.setattr("cdpr.base.files.time.thread_time", lambda: float(next(times)))
 
 
 @pytest.mark.parametrize("line", [b"M5\n", b"\n", b"(idle)\n", b"M5\n\n"])
 def test_a_program_of_idle_lines_is_given_up(monkeypatch, line):
     """Only moves are limited in number: 32 MiB of other lines would take minutes, with or without words."""
     clock(monkeypatch, 6)
-    with pytest.raises(TableError) as caught:
+    with pytest.raises(ContentError) as caught:
         parse_program(line * 5000, "linuxcnc", "mm", ())
     assert caught.value.faults == [(2000, 0, "reading it takes more than 10 s of CPU time: divide the file")]
 
@@ -61,7 +60,7 @@ def test_reading_and_planning_a_program_share_one_budget(tmp_path, monkeypatch):
     placing = gcode_path.Placing((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), 1.0)
     clock(monkeypatch, 4)
     gcode_path.lay(program, placing, (0.0, 0.0, 1.2), 0.001)
-    with pytest.raises(TableError) as caught:
+    with pytest.raises(ContentError) as caught:
         gcode_path.lay(replace(program, spent=7.0), placing, (0.0, 0.0, 1.2), 0.001)
     assert caught.value.faults == [(1001, 0, "reading it takes more than 10 s of CPU time: divide the file")]
     monkeypatch.undo()

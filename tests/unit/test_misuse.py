@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import cdpr
-from cdpr.distribution.comparison import describe
+from cdpr.analysis.distribution.comparison import describe
 from cdpr.plugins import TensionSolver
-from cdpr.report.text.distributions import no_picture
 from cdpr.scenario import load_scenario
 from cdpr.tension import Status
 from cdpr.tension.problem import Problem
+from cdpr.ui.report.text.distributions import no_picture
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 POSE = np.array([0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0])

@@ -10,7 +10,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import Diverged, ScenarioError
+from cdpr.base.errors import Diverged, ScenarioError
 from cdpr.simulation.faults import NOT_FINITE, told
 
 PLANAR = str(ROOT / "scenarios" / "planar.yaml")

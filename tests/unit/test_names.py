@@ -29,7 +29,7 @@ TABLES = {
     "cdpr.cables",
     "cdpr.scenario.events",
     "cdpr.scenario.motions",
-    "cdpr.defaults",
+    "cdpr.base.defaults",
 }
 
 
@@ -49,32 +49,32 @@ OTHERS = [
     Other("best_effort", EVERYWHERE, "the policy for a wrench that is infeasible, a key of the section `solver`"),
     Other("exact", EVERYWHERE, "the property that a solver declares; in an FMU's description a kind of start value"),
     Other("limits", "cdpr.simulation.live", "a method, and its argument"),
-    Other("limits", "cdpr.report.text.distributions", "the heading of a row"),
+    Other("limits", "cdpr.ui.report.text.distributions", "the heading of a row"),
     Other("limits", "cdpr.scenario.events.target", "its key, as that of the motion `jerk_limited`"),
     Other("limits", "cdpr.scenario.motions.gcode", "its key, as that of the motion `jerk_limited`"),
     Other("target", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.simulation.live", "a method"),
-    Other("set", "cdpr.gui.desk.fields", "a kind of field: several of a few"),
-    Other("limits", "cdpr.gui", "what a window is told of the cables, and asks for by the name of the method"),
-    Other("target", "cdpr.gui.stage", "what a window asks for, by the name of the method"),
-    Other("set", "cdpr.gui.stage", "likewise"),
+    Other("set", "cdpr.ui.gui.desk.fields", "a kind of field: several of a few"),
+    Other("limits", "cdpr.ui.gui", "what a window is told of the cables, and asks for by the name of the method"),
+    Other("target", "cdpr.ui.gui.stage", "what a window asks for, by the name of the method"),
+    Other("set", "cdpr.ui.gui.stage", "likewise"),
     Other("csv", "cdpr.log.export", "the ending of a file"),
-    Other("csv", "cdpr.cli.export", "the ending of a file"),
+    Other("csv", "cdpr.ui.cli.export", "the ending of a file"),
     Other("hold", "cdpr.trajectory", "a function"),
     Other("circle", "cdpr.trajectory", "a function"),
-    Other("fmu", "cdpr.cli", "a command"),
+    Other("fmu", "cdpr.ui.cli", "a command"),
     Other("fmu", "cdpr.fmu.export.library", "a folder of the user's cache"),
     Other("fmu", "cdpr.fmu.read.options", "the constant by which scenarios, logs and tables call what is an FMU"),
     Other("remote", "cdpr.link.options", "the constant by which scenarios and logs call what is in another process"),
-    Other("daqp", "cdpr.bench.benchmark", "the library, which the oracle asks, too"),
+    Other("daqp", "cdpr.analysis.bench.benchmark", "the library, which the oracle asks, too"),
     Other("daqp", "cdpr_solvers.options", "the library, as qpsolvers calls it"),
     Other("daqp", "cdpr_solvers.qpsolvers", "the library, as qpsolvers calls it"),
     Other("reference", "cdpr_solvers.qp", "an option: the tensions to keep close to"),
-    Other("static", "cdpr.cli.workspace", "a kind of workspace"),
-    Other("static", "cdpr.workspace.kinds", "likewise"),
-    Other("target", "cdpr.live.heard", "what is asked for of a live simulation"),
-    Other("wrench", "cdpr.live.heard", "likewise"),
-    Other("set", "cdpr.live.sender", "likewise"),
+    Other("static", "cdpr.ui.cli.workspace", "a kind of workspace"),
+    Other("static", "cdpr.analysis.workspace.kinds", "likewise"),
+    Other("target", "cdpr.ui.live.heard", "what is asked for of a live simulation"),
+    Other("wrench", "cdpr.ui.live.heard", "likewise"),
+    Other("set", "cdpr.ui.live.sender", "likewise"),
     Other("static", "cdpr.formats.write.sdf", "an element of SDF"),
     Other("mujoco", "cdpr.formats.write.mjcf", "the root element of MJCF"),
     Other("mujoco", "cdpr.formats.read.mjcf", "likewise"),
@@ -82,18 +82,18 @@ OTHERS = [
     Other("mujoco", "cdpr.formats.read.mjcf_used", "likewise"),
     Other("contact", "cdpr.formats.read.mjcf_text", "an element of MJCF"),
     Other("contact", "cdpr.formats.read.mjcf_used", "an attribute of MJCF"),
-    Other("lp", "cdpr.cli.workspace_compare", "an oracle: linear programs"),
+    Other("lp", "cdpr.ui.cli.workspace_compare", "an oracle: linear programs"),
     Other("point", "cdpr.formats.read.caspr_splines", "an element of CASPR"),
-    Other("point", "cdpr.workspace", "a function"),
-    Other("point", "cdpr.workspace.required", "the name of its argument"),
-    Other("limits", "cdpr.distribution.batch", "the name of an operation's argument"),
+    Other("point", "cdpr.analysis.workspace", "a function"),
+    Other("point", "cdpr.analysis.workspace.required", "the name of its argument"),
+    Other("limits", "cdpr.analysis.distribution.batch", "the name of an operation's argument"),
     Other("limits", "cdpr.mechanics.reach", "the name of an operation's argument"),
     Other("limits", "cdpr.tension", "the name of an operation's argument"),
     Other("point", "cdpr.tension.active_set", "the name of an operation's argument"),
     Other("target", "cdpr.tension.row_space", "the name of an operation's argument"),
     Other("limits", "cdpr_controllers.cable_length", "the name of an operation's argument"),
     Other("ideal", "cdpr.model.robot", "the constant for a robot that names no cable model, below the table"),
-    Other("ideal", "cdpr.compare.engines", "the constant for a backend that declares no cables of its own"),
+    Other("ideal", "cdpr.analysis.compare.engines", "the constant for a backend that declares no cables of its own"),
 ]
 
 # Attributes that hold such names and nothing else: no string is compared with them, whatever else it may mean.
@@ -160,7 +160,7 @@ def excepted(module: str, one: Found) -> bool:
 
 
 def test_names_stand_in_their_own_files_and_the_tables(found):
-    """Ask for a declared property instead; a default belongs in `cdpr.defaults`."""
+    """Ask for a declared property instead; a default belongs in `cdpr.base.defaults`."""
     wrong = [f"{module}, line {one.line}: '{one.name}'" for module, one in found if not excepted(module, one)]
     assert wrong == []
 

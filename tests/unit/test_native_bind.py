@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.native import bind as module
 from cdpr.native import library
 from cdpr.native.bind import bind

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.native.bind import bind
 from cdpr.native.foreign import MAPPINGS, OPERATION, Foreign
 from cdpr.plugins import CompiledSolver, Controller

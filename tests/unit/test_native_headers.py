@@ -51,7 +51,9 @@ def test_every_source_counts(tmp_path):
 def test_a_compiler_without_vector_types_compiles_all_but_batches(tmp_path):
     """As for an FMU: the kernels for doubles, without extensions of g++."""
     names = {entry_of(name).header for name in operations() if not name.endswith("_lanes")}
-    headers = sorted(name for name in names if not name.startswith(("cdpr/workspace/", "cdpr/rollouts/")))
+    headers = sorted(
+        name for name in names if not name.startswith(("cdpr/analysis/workspace/", "cdpr/analysis/rollouts/"))
+    )
     assert {"cdpr/geometry.hpp", "cdpr_solvers/qp.hpp"} <= set(headers)
     (tmp_path / "mine.cpp").write_text("".join(f"#include <{header}>\n" for header in headers))
     options = ["-std=c++17", "-DCDPR_PLAIN", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{cdpr.get_include()}"]

@@ -12,11 +12,11 @@ from kernel_cases import assert_same_bits, rubbish
 from spread import sampled
 from test_workspace import poses_of, robot_of
 
+from cdpr.analysis.workspace.measure import LACKS_RANK, NOT_FINITE, asked_of, measure
+from cdpr.analysis.workspace.required import NOTHING, box, ellipsoid, vertices
 from cdpr.native.bind import bind
 from cdpr.native.operations import VARIABLE, operations, targets
 from cdpr.tension.status import Status
-from cdpr.workspace.measure import LACKS_RANK, NOT_FINITE, asked_of, measure
-from cdpr.workspace.required import NOTHING, box, ellipsoid, vertices
 
 ROBOTS = ["cogiro", "caroca", "ipanema_1", "seven", "planar", "nine", "cogiro_pulleys"]
 QUESTIONS = {

@@ -19,7 +19,7 @@ from live_client import FILE, RUN_TIMEOUT
 
 import cdpr
 
-foxglove = pytest.importorskip("cdpr.live.foxglove")
+foxglove = pytest.importorskip("cdpr.ui.live.foxglove")
 
 PACKAGES = (
     "@foxglove/ws-protocol", "@foxglove/rosmsg", "@foxglove/rosmsg2-serialization", "@mcap/core", "@mcap/support", "ws"

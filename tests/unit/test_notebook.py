@@ -17,9 +17,9 @@ from study_cases import write_study
 from test_report_cases import CASES, make_run
 
 import cdpr
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.log.export import column_names
-from cdpr.report.plots.pictures import MOST
+from cdpr.ui.report.plots.pictures import MOST
 
 COURSE = ROOT / "docs" / "first_steps.ipynb"
 LONGEST = 160  # letters of what a terminal shows of an object

@@ -10,10 +10,10 @@ from command_line import cdpr_here
 from conftest import ROOT
 
 import cdpr
-from cdpr.design.reader import load_design
-from cdpr.errors import OptionsLeftOut, ScenarioError
-from cdpr.gui.desk.desk import Desk
+from cdpr.analysis.design.reader import load_design
+from cdpr.base.errors import OptionsLeftOut, ScenarioError
 from cdpr.plugins import Controller, PluginOptions
+from cdpr.ui.gui.desk.desk import Desk
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.05}

@@ -10,9 +10,9 @@ import pytest
 
 from cdpr import load_scenario, simulate
 from cdpr.model import rotations
-from cdpr.report.pages.run import write_report
 from cdpr.trajectory import Knot, Trajectory, through
 from cdpr.trajectory.passages import NEAR, passages
+from cdpr.ui.report.pages.run import write_report
 
 MOTIONS = int(os.environ.get("CDPR_TEST_CASES", "10"))  # random ones
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from plausible_cases import CAROCA, FILES, LOW, SCENARIOS, UNHELD, WEAK, told, warned
 
-from cdpr.errors import CdprError, PluginError, ScenarioError
+from cdpr.base.errors import CdprError, PluginError, ScenarioError
 from cdpr.scenario import load_any, load_scenario
 
 

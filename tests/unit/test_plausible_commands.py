@@ -10,7 +10,7 @@ from command_line import cdpr_here
 from plausible_cases import CAROCA, FILES, UNHELD
 
 from cdpr.log.run import Run
-from cdpr.report.text.reservations import lost
+from cdpr.ui.report.text.reservations import lost
 
 WRONG = ("--set", "initial.position=[3.6,0,1.2]")
 

@@ -12,11 +12,11 @@ from conftest import ROOT
 from pydantic import Field
 
 import cdpr
-from cdpr.cli import cli
-from cdpr.errors import PluginError, ScenarioError
-from cdpr.jobs.pool import Case, run_cases
+from cdpr.analysis.jobs.pool import Case, run_cases
+from cdpr.base.errors import PluginError, ScenarioError
 from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver, registry
 from cdpr.tension import Status
+from cdpr.ui.cli import cli
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.005}

@@ -13,7 +13,7 @@ import pytest
 from pydantic import BaseModel
 from spread import sampled
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.plugins import INTERFACE_VERSION, PluginInfo, hookimpl
 from cdpr.plugins.registry import Registered, collect, registry
 
@@ -166,11 +166,10 @@ HEAVY = ("scipy", "matplotlib", "mujoco", "pybullet", "dartpy", "pyarrow")
     ("code", "heavy"),
     [
         ("import cdpr", (*HEAVY, "numpy", "pydantic")),
-        ("import sys; sys.argv = ['cdpr', '--help']; import cdpr.cli; cdpr.cli.cli.main(standalone_mode=False)",
+        ("import sys; sys.argv = ['cdpr', '--help']; import cdpr.ui.cli; cdpr.ui.cli.cli.main(standalone_mode=False)",
          (*HEAVY, "numpy", "pydantic", "yaml", "rich")),
-        ("import sys; import cdpr.cli; cdpr.cli.cli.main(['validate', 'scenarios/caroca.yaml'], standalone_mode=False)",
-         HEAVY),
-        ("import sys; import cdpr.cli; cdpr.cli.cli.main(['plugins'], standalone_mode=False)", HEAVY),
+        ("from cdpr.ui.cli import cli; cli.main(['validate', 'scenarios/caroca.yaml'], standalone_mode=False)", HEAVY),
+        ("import sys; import cdpr.ui.cli; cdpr.ui.cli.cli.main(['plugins'], standalone_mode=False)", HEAVY),
     ],
 )  # fmt: skip
 def test_what_does_not_compute_loads_nothing_heavy(code, heavy):
@@ -182,15 +181,15 @@ def test_what_does_not_compute_loads_nothing_heavy(code, heavy):
 # What a run of ideal cables on our own backend does without: whole rooms.
 UNUSED_BY_A_RUN = (
     "numba", "rich", "multiprocessing",
-    "cdpr.fmu.export", "cdpr.fmu.run", "cdpr.fmu.read.archive", "cdpr.simulation.simulation", "cdpr.gui",
-    "cdpr.report.pages", "cdpr.report.figures", "cdpr.compare", "cdpr.study",
+    "cdpr.fmu.export", "cdpr.fmu.run", "cdpr.fmu.read.archive", "cdpr.simulation.simulation", "cdpr.ui.gui",
+    "cdpr.ui.report.pages", "cdpr.ui.report.figures", "cdpr.analysis.compare", "cdpr.analysis.study",
 )  # fmt: skip
 
 
 @pytest.mark.slow
 def test_a_run_of_compiled_parts_loads_only_what_it_needs(tmp_path):
     words = ["run", "scenarios/caroca.yaml", "--set", "simulation.duration=0.01", "--no-report", "--out"]
-    main = "from cdpr.cli import cli; cli.main({!r}, standalone_mode=False)"
+    main = "from cdpr.ui.cli import cli; cli.main({!r}, standalone_mode=False)"
     test_what_does_not_compute_loads_nothing_heavy(
         main.format([*words, str(tmp_path / "out")]), (*HEAVY, *UNUSED_BY_A_RUN)
     )

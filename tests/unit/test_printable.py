@@ -11,11 +11,11 @@ import yaml
 from conftest import ROOT
 from fmu_cases import description, make_fmu, variable
 
-from cdpr.cli import main
-from cdpr.cli.streams import printable_streams
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import printable
 from cdpr.plugins.registry import registry
-from cdpr.problems import printable
+from cdpr.ui.cli import main
+from cdpr.ui.cli.streams import printable_streams
 
 # Clear the screen, colour by one control character, turn the direction of writing, write over the line.
 EVIL = "x\x1b[2J\x9b31m\u202e\ry\x07"

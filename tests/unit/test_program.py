@@ -15,7 +15,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import CdprError, Infeasible
+from cdpr.base.errors import CdprError, Infeasible
 from cdpr.native.foreign import OPERATION, Foreign
 from cdpr.plugins import CompiledSolver, Controller
 from cdpr.simulation import program

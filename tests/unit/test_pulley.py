@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.optimize import brentq
 
+from cdpr.base.errors import CdprError, PluginError, ScenarioError
 from cdpr.cables import Point, Pulley
-from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.mechanics import kinematics
 from cdpr.mechanics.forward_kinematics import forward_kinematics
 from cdpr.mechanics.properties import check_lengths

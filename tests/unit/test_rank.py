@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import cdpr
+from cdpr.analysis.workspace import workspace
+from cdpr.analysis.workspace.oracle import compare
+from cdpr.analysis.workspace.regions import region
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model.rank import rank
 from cdpr.model.rotations import from_axis_angle, matrix
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 from cdpr.testing.samples import make_robot
-from cdpr.workspace import workspace
-from cdpr.workspace.oracle import compare
-from cdpr.workspace.regions import region
 
 linprog = pytest.importorskip("scipy.optimize").linprog
 

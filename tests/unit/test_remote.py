@@ -21,7 +21,7 @@ from remote_cases import GOOD, NONE, PLANT, SCENARIOS, SHORT, scenario
 from spread import sampled
 
 import cdpr
-from cdpr.errors import BackendDied, CdprError
+from cdpr.base.errors import BackendDied, CdprError
 from cdpr.link.options import PeerOptions
 from cdpr.link.peer import check_peer
 from cdpr.log.reader import load_run

@@ -18,7 +18,7 @@ from remote_cases import NONE, PLANT, scenario
 from spread import sampled
 
 import cdpr
-from cdpr.errors import BackendDied
+from cdpr.base.errors import BackendDied
 from cdpr.link import transport
 from cdpr.link.options import PeerOptions
 from cdpr.link.peer import Peer

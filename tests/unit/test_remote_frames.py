@@ -9,8 +9,8 @@ import pytest
 from conftest import ROOT
 
 import cdpr
+from cdpr.base.errors import BackendDied
 from cdpr.cables.tables import line_table
-from cdpr.errors import BackendDied
 from cdpr.link import peer as link
 from cdpr.link.options import PeerOptions
 from cdpr.link.peer import NUMBER, Peer

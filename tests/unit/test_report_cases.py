@@ -1,4 +1,4 @@
-"""Synthetic runs for the tests of cdpr.report, and the promise that each of them can be drawn."""
+"""Synthetic runs for the tests of cdpr.ui.report, and the promise that each of them can be drawn."""
 
 from __future__ import annotations
 

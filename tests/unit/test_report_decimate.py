@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from cdpr.report.plots.decimate import extrema, intervals
+from cdpr.ui.report.plots.decimate import extrema, intervals
 
 
 @pytest.mark.parametrize("rows", [2, 1201, 4001, 123_457])

@@ -16,18 +16,18 @@ import pytest
 from spread import sampled
 from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
-from cdpr.errors import OutputError
+from cdpr.base.errors import OutputError
 from cdpr.log import summary
 from cdpr.log.event import Event
 from cdpr.log.run import Run
-from cdpr.report.figures.canvas import inline_svg
-from cdpr.report.marks import paired
-from cdpr.report.pages.page import style
-from cdpr.report.pages.run import drawings, player_data, render, write_report
-from cdpr.report.pages.still import still
-from cdpr.report.pages.tables import MOST_EVENTS, number
-from cdpr.report.player.data import block
-from cdpr.view import colours
+from cdpr.scene import colours
+from cdpr.ui.report.figures.canvas import inline_svg
+from cdpr.ui.report.marks import paired
+from cdpr.ui.report.pages.page import style
+from cdpr.ui.report.pages.run import drawings, player_data, render, write_report
+from cdpr.ui.report.pages.still import still
+from cdpr.ui.report.pages.tables import MOST_EVENTS, number
+from cdpr.ui.report.player.data import block
 
 HERE = Path(__file__).parent
 NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
@@ -81,7 +81,7 @@ def row(text: str, title: str) -> list[str]:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """For what stands beside the figures, which take a second and more to draw."""
-    monkeypatch.setattr("cdpr.report.pages.run.drawings", lambda run: [])
+    monkeypatch.setattr("cdpr.ui.report.pages.run.drawings", lambda run: [])
 
 
 @cache
@@ -291,7 +291,7 @@ def test_wall_clock_times_stand_in_one_row_only() -> None:
 @pytest.mark.slow
 def test_two_processes_write_the_same_bytes(tmp_path: Path) -> None:
     code = (
-        "import sys, test_report_cases as cases; from cdpr.report.pages.run import write_report;"
+        "import sys, test_report_cases as cases; from cdpr.ui.report.pages.run import write_report;"
         "write_report(cases.infeasible_run(), sys.argv[1])"
     )
     here, there = tmp_path / "here", tmp_path / "there"
@@ -335,8 +335,8 @@ def test_without_matplotlib_the_page_is_whole_and_for_plots_the_remedy_is_named(
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"
         "import test_report_cases as cases\n"
-        "from cdpr.errors import PluginError\n"
-        "from cdpr.report.pages.run import write_report\n"
+        "from cdpr.base.errors import PluginError\n"
+        "from cdpr.ui.report.pages.run import write_report\n"
         "run = cases.make_run(rows=3)\n"
         "try:\n"
         "    run.plot()\n"
@@ -356,7 +356,7 @@ def test_without_matplotlib_the_page_is_whole_and_for_plots_the_remedy_is_named(
 
 
 def test_the_room_itself_is_light() -> None:
-    code = "import sys, cdpr.report.pages.run; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, cdpr.ui.report.pages.run; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -14,10 +14,10 @@ from spread import sampled
 from test_report_cases import CASES, make_run
 
 import cdpr
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.log.event import Event
-from cdpr.report.marks import CABLES
-from cdpr.report.plots.pick import numbers
+from cdpr.ui.report.marks import CABLES
+from cdpr.ui.report.plots.pick import numbers
 
 SVG = "{http://www.w3.org/2000/svg}"
 POINT = 1.0 / 72.0  # in

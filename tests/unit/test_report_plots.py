@@ -15,16 +15,16 @@ from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
 from cdpr.log.event import Event
 from cdpr.log.run import Run
-from cdpr.report.figures import run as figures
-from cdpr.report.figures import sketch
-from cdpr.report.figures.canvas import Chart, inline_svg
-from cdpr.report.figures.overlay import number_groups
-from cdpr.report.figures.panels import stack
-from cdpr.report.figures.svg import OnPage, numbers, ticks_within
-from cdpr.report.marks import AXES, CABLES, LEAST_ERROR, shorten
-from cdpr.report.plots import run as panels
-from cdpr.report.plots.histories import histories, roll_pitch_yaw
-from cdpr.report.plots.pictures import pictures_of
+from cdpr.ui.report.figures import run as figures
+from cdpr.ui.report.figures import sketch
+from cdpr.ui.report.figures.canvas import Chart, inline_svg
+from cdpr.ui.report.figures.overlay import number_groups
+from cdpr.ui.report.figures.panels import stack
+from cdpr.ui.report.figures.svg import OnPage, numbers, ticks_within
+from cdpr.ui.report.marks import AXES, CABLES, LEAST_ERROR, shorten
+from cdpr.ui.report.plots import run as panels
+from cdpr.ui.report.plots.histories import histories, roll_pitch_yaw
+from cdpr.ui.report.plots.pictures import pictures_of
 
 
 def _drawn(panels, run):

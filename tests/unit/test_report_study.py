@@ -12,17 +12,17 @@ import pytest
 from study_cases import write_study
 from test_report_cases import diverged_run, make_run
 
-from cdpr.jobs.cases import Outcome
-from cdpr.report.figures.study import ALONE_WIDE, TICKS, WIDTH, Scale, multiples
-from cdpr.report.figures.study_layout import MOST_PLACES, layouts, panels, thinned
-from cdpr.report.marks import LEAST_ERROR
-from cdpr.report.pages.study import render
-from cdpr.report.pages.study_cases import MOST, choose, player
-from cdpr.report.plots.cases import BEYOND, overlay
-from cdpr.report.plots.panel import LEAST_SHARE
-from cdpr.report.text.study import FIGURES, LEAST_FORCE
-from cdpr.study import Results, load_study, run_study
-from cdpr.study.table import make_table
+from cdpr.analysis.jobs.cases import Outcome
+from cdpr.analysis.study import Results, load_study, run_study
+from cdpr.analysis.study.table import make_table
+from cdpr.ui.report.figures.study import ALONE_WIDE, TICKS, WIDTH, Scale, multiples
+from cdpr.ui.report.figures.study_layout import MOST_PLACES, layouts, panels, thinned
+from cdpr.ui.report.marks import LEAST_ERROR
+from cdpr.ui.report.pages.study import render
+from cdpr.ui.report.pages.study_cases import MOST, choose, player
+from cdpr.ui.report.plots.cases import BEYOND, overlay
+from cdpr.ui.report.plots.panel import LEAST_SHARE
+from cdpr.ui.report.text.study import FIGURES, LEAST_FORCE
 
 ERROR, TENSION = FIGURES[0], FIGURES[3]
 
@@ -183,7 +183,7 @@ def test_a_figure_of_very_many_cases_stays_small_and_keeps_its_peak(tmp_path):
 
 
 def test_a_page_of_very_many_figures_stays_small(tmp_path, monkeypatch):
-    monkeypatch.setattr("cdpr.report.pages.study.MOST_FIGURES", 3)
+    monkeypatch.setattr("cdpr.ui.report.pages.study.MOST_FIGURES", 3)
     block = "  - name: part_{0}\n    changes: {{controller.kd: {0}}}\n    axes:\n    "
     blocks = "".join(block.format(i) + KP for i in (1, 2))
     found = results(tmp_path, "blocks:\n" + blocks)
@@ -284,7 +284,7 @@ def test_a_run_that_diverges_flattens_no_other():
 
 def test_without_matplotlib_the_page_has_its_figures(few, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.delitem(sys.modules, "cdpr.report.figures.canvas", raising=False)
+    monkeypatch.delitem(sys.modules, "cdpr.ui.report.figures.canvas", raising=False)
     html = render(few)
     assert 'id="block1figure1_1"' in html
     assert all(case.id in html for case in few.study.cases)

@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from cdpr.live import rmw_zenoh
-from cdpr.live.heard import KINDS
-from cdpr.live.parameters import PARAMETER_SERVICES
-from cdpr.live.rmw_zenoh import PUBLISHER, SERVICE, SUBSCRIPTION, Node, attachment, dds_name, gid, parse_attachment
-from cdpr.live.type_hash import type_hash
 from cdpr.log import ros2
 from cdpr.log.ros2 import DEFINITIONS, decode, encode, full_name
+from cdpr.ui.live import rmw_zenoh
+from cdpr.ui.live.heard import KINDS
+from cdpr.ui.live.parameters import PARAMETER_SERVICES
+from cdpr.ui.live.rmw_zenoh import PUBLISHER, SERVICE, SUBSCRIPTION, Node, attachment, dds_name, gid, parse_attachment
+from cdpr.ui.live.type_hash import type_hash
 
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
 SESSION = "aac3178e146ba6f1fc6e6a4085e77f21"  # of the examples in rmw_zenoh's docs/design.md

@@ -13,10 +13,10 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.columns import FIRST
-from cdpr.errors import CdprError, OutputError, ScenarioError
-from cdpr.jobs.draw import Random, drawn
-from cdpr.rollouts.case import BLOCK
+from cdpr.analysis.jobs.draw import Random, drawn
+from cdpr.analysis.rollouts.case import BLOCK
+from cdpr.base.columns import FIRST
+from cdpr.base.errors import CdprError, OutputError, ScenarioError
 
 SCENARIOS = ROOT / "scenarios"
 CAROCA = SCENARIOS / "caroca.yaml"

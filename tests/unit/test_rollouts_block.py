@@ -7,9 +7,9 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.columns import FIRST
+from cdpr.analysis.rollouts import block, case
+from cdpr.base.columns import FIRST
 from cdpr.native.operations import LANES
-from cdpr.rollouts import block, case
 
 SCENARIOS = ROOT / "scenarios"
 ALL = tuple(column.name for column in FIRST if column.name != "time")

@@ -17,7 +17,7 @@ from native_compiler import tool
 from ros2_stand_ins import TYPES, Node, Request, install
 
 import cdpr
-from cdpr.errors import FormatError, OutputError
+from cdpr.base.errors import FormatError, OutputError
 from cdpr.formats.write.ros2 import package_name, packages, without_control, write_ros2
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"

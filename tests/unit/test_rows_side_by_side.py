@@ -13,14 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cdpr
-from cdpr.distribution import distributions
-from cdpr.distribution.adversaries import adversaries, robots
-from cdpr.distribution.poison import POISON
+from cdpr import distribute
+from cdpr.analysis.distribution import distributions
+from cdpr.analysis.distribution.adversaries import adversaries, robots
+from cdpr.analysis.distribution.poison import POISON
 from cdpr.model import rotations
 from cdpr.native.bind import LANES as WIDTH
 from cdpr.native.foreign import OPERATION, Foreign
 from cdpr.plugins.registry import registry
-from cdpr.tension import Status, distribute
+from cdpr.tension import Status
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 

@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 from pydantic import ConfigDict, Field, model_validator
 
-from cdpr.errors import CdprError, PluginError, ScenarioError
+from cdpr.base.errors import CdprError, PluginError, ScenarioError
 from cdpr.plugins import PluginInfo, PluginOptions
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import Scenario, load_scenario

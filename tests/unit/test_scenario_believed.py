@@ -9,8 +9,8 @@ from study_cases import write_study
 from test_scenario_base import BASE, load, problem, problems
 
 import cdpr
+from cdpr.analysis.study import load_study
 from cdpr.scenario import load_scenario
-from cdpr.study import load_study
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 BELIEVED = """\

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.scenario import load_scenario
 
 FILE = Path(__file__).parents[2] / "scenarios" / "external_wrench.yaml"

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cdpr.cli.schema import command as schema
-from cdpr.cli.validate import command as validate
 from cdpr.scenario.json_schema import robot_schema, scenario_schema
+from cdpr.ui.cli.schema import command as schema
+from cdpr.ui.cli.validate import command as validate
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

@@ -21,11 +21,11 @@ from test_scenario_base import (
     problems,
 )
 
-from cdpr.errors import ScenarioError
-from cdpr.problems import dotted
+from cdpr.base.errors import ScenarioError
+from cdpr.base.problems import dotted
+from cdpr.config.problems import Problems
+from cdpr.config.yaml_nodes import parse
 from cdpr.scenario import load_robot, load_scenario
-from cdpr.scenario.problems import Problems
-from cdpr.scenario.yaml_nodes import parse
 
 BAD = [
     ".nan",

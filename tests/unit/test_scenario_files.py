@@ -9,7 +9,7 @@ import tracemalloc
 import pytest
 from test_scenario_base import BASE, HEAD, PLUGINS, QUINTIC, ROBOT, TAIL
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.model import Robot
 from cdpr.scenario import Scenario, load_any, load_robot, load_scenario
 

@@ -7,11 +7,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_scenario_base import PLUGINS, TEXTS
 
-from cdpr.errors import CdprError
-from cdpr.problems import dotted
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import dotted
+from cdpr.config.problems import Problems
+from cdpr.config.yaml_nodes import parse
 from cdpr.scenario import Scenario, load_scenario
-from cdpr.scenario.problems import Problems
-from cdpr.scenario.yaml_nodes import parse
 
 LINES = {name: text.splitlines(keepends=True) for name, text in TEXTS.items()}
 PATHS = [

@@ -9,10 +9,10 @@ import pytest
 import yaml
 from conftest import ROOT
 
-from cdpr.cli.look import parse_pose
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.model import rotations
 from cdpr.scenario import load_robot, load_scenario
+from cdpr.ui.cli.look import parse_pose
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 DATA = yaml.safe_load(CAROCA.read_text())

@@ -9,11 +9,11 @@ import pytest
 from pydantic import ConfigDict
 from test_scenario_base import BASE, PLUGINS, ROBOT, TEXTS, changed, load
 
+from cdpr.config.problems import Problems
+from cdpr.config.yaml_nodes import parse
 from cdpr.plugins import PluginInfo, PluginOptions
 from cdpr.plugins.registry import Registry
 from cdpr.scenario.json_schema import robot_schema, scenario_schema
-from cdpr.scenario.problems import Problems
-from cdpr.scenario.yaml_nodes import parse
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

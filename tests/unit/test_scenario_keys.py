@@ -12,7 +12,7 @@ from test_scenario_base import (
     problems,
 )
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.scenario import load_scenario
 
 

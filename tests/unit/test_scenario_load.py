@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 from test_scenario_base import BASE, PLUGINS, ROBOT, TEXTS, WAYPOINTS, changed, load, problems, whole
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.model import DOF_NAMES, Box, Sphere, rotations
 from cdpr.scenario import Hold, Orientation, Quintic, Scenario, Waypoints, load_robot, load_scenario
 from cdpr.scenario.robot_schema import ALL_DOF
@@ -354,7 +354,7 @@ def test_loading_imports_no_engine_and_nothing_slow():
     code = (
         "import sys; from cdpr.scenario import load_scenario, load_any;"
         f"load_scenario({str(SCENARIOS / 'caroca.yaml')!r});"
-        "import cdpr.cli.validate, cdpr.scenario.json_schema;"
+        "import cdpr.ui.cli.validate, cdpr.scenario.json_schema;"
         "print(sorted({'scipy', 'matplotlib', 'mujoco', 'mcap', 'rich'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -365,7 +365,7 @@ def test_models_are_made_into_validators_when_first_used():
     """Most of them, of events, motions and parts, a run never needs."""
     code = (
         "import cdpr.scenario.loader; from cdpr.plugins.registry import registry; registry();"
-        "from cdpr.fields import Section; from cdpr.plugins.info import PluginOptions;"
+        "from cdpr.base.fields import Section; from cdpr.plugins.info import PluginOptions;"
         "below = lambda kind: {kind}.union(*map(below, kind.__subclasses__()));"
         "print(sum(each.__pydantic_complete__ for each in below(Section) | below(PluginOptions)),"
         "len(below(Section) | below(PluginOptions)))"

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.scenario import load_robot
 
 LACKING = """\

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
-from cdpr.errors import ExitCode, OutputError, ScenarioError
+from cdpr.base.errors import ExitCode, OutputError, ScenarioError
 from cdpr.scenario import load_scenario
 from cdpr.simulation import simulate
 

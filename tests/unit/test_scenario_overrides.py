@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_scenario_base import BASE, HEAD, PLUGINS, QUINTIC, ROBOT, TAIL, changed, load, problem, problems
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.scenario import load_robot, load_scenario
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_scenario_base import BASE, ROBOT, WAYPOINTS, changed, line_of, load, problem, problems, whole
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.model import rotations
 from cdpr.scenario import load_robot
 from cdpr.scenario.robot_schema import TRIANGLE_TOLERANCE

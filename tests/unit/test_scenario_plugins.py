@@ -15,10 +15,10 @@ from test_scenario_base import (
     problems,
 )
 
-from cdpr.errors import CdprError, ExitCode, PluginError, ScenarioError
+from cdpr.base.errors import CdprError, ExitCode, PluginError, ScenarioError
 from cdpr.plugins.registry import registry
 from cdpr.scenario import load_scenario
-from cdpr.scenario.overrides import DEFAULT_TYPE, typed
+from cdpr.scenario.choices import DEFAULT_TYPE, typed
 from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.schema import Simulation
 

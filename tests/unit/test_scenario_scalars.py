@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdpr.scenario.scalars import resolve
+from cdpr.config.scalars import resolve
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from test_scenario_base import PLUGINS, ROBOT, changed, line_of, load, problem, problems, whole
 
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
+from cdpr.base.files import ContentError
 from cdpr.scenario import Circle, Csv, JerkLimited, PickAndPlace, load_scenario
-from cdpr.scenario.motions.table import MAX_ROWS, TableError, parse_table
+from cdpr.scenario.motions.table import MAX_ROWS, parse_table
 
 ARCH = "trajectory: {type: pick_and_place, duration: 2, to: {position: [1, 0, 1]}, height: 0.5}\n"
 CIRCLE = "trajectory: {type: circle, duration: 2, center: [0.5, 0.1, 1.2]}\n"
@@ -250,7 +251,7 @@ def test_files_that_are_none(folder):
 def test_large_tables():
     rows = "t,x,y,z\n" + "\n".join(f"{k},0,0,1" for k in range(MAX_ROWS))
     assert len(parse_table(rows.encode()).times) == MAX_ROWS
-    with pytest.raises(TableError, match="100000 points at most"):
+    with pytest.raises(ContentError, match="100000 points at most"):
         parse_table(f"{rows}\n1e9,0,0,1".encode())
-    with pytest.raises(TableError, match="larger than 32 MiB"):
+    with pytest.raises(ContentError, match="larger than 32 MiB"):
         parse_table(b" " * (32 * 1024**2 + 1))

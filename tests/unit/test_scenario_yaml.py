@@ -7,11 +7,11 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdpr.problems import Mark
-from cdpr.scenario import yaml_nodes
-from cdpr.scenario.problems import Problems
-from cdpr.scenario.yaml_nodes import MAX_BYTES, MAX_DEPTH, MAX_NODES, parse, parse_value
-from cdpr.scenario.yaml_text import dump
+from cdpr.base.problems import Mark
+from cdpr.config import yaml_nodes
+from cdpr.config.problems import Problems
+from cdpr.config.yaml_nodes import MAX_BYTES, MAX_DEPTH, MAX_NODES, parse, parse_value
+from cdpr.config.yaml_text import dump
 
 PARSERS = [pytest.param(yaml.SafeLoader, id="pure")]
 if hasattr(yaml, "CSafeLoader"):

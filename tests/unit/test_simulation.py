@@ -10,7 +10,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import ExitCode
+from cdpr.base.errors import ExitCode
 from cdpr.log import recorder
 from cdpr.plugins import Controller
 

@@ -11,12 +11,12 @@ from spread import sampled
 from test_workspace import cli, robot_of
 
 import cdpr
-from cdpr.distribution import distribute
-from cdpr.errors import CdprError
+from cdpr.analysis.distribution import distribute
+from cdpr.analysis.sizing import Duty, demands, over_workspace, sizing, with_one_broken
+from cdpr.analysis.sizing.demands import _torque, drum_radii
+from cdpr.analysis.workspace import box, ellipsoid, region
+from cdpr.base.errors import CdprError
 from cdpr.scenario import load_scenario
-from cdpr.sizing import Duty, demands, over_workspace, sizing, with_one_broken
-from cdpr.sizing.demands import _torque, drum_radii
-from cdpr.workspace import box, ellipsoid, region
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 

@@ -10,10 +10,10 @@ import pytest
 from click.testing import CliRunner
 from pydantic import Field
 
-from cdpr.cli.solvers import command
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.plugins import PluginInfo, PluginOptions
 from cdpr.plugins.registry import Registered, registry
+from cdpr.ui.cli.solvers import command
 
 
 class Options(PluginOptions):
@@ -87,7 +87,9 @@ def test_unknown_name():
 
 
 def test_it_loads_nothing_heavy():
-    code = "import sys, cdpr.cli; cdpr.cli.cli.main(['solvers'], standalone_mode=False); print(sorted(sys.modules))"
+    code = (
+        "import sys, cdpr.ui.cli; cdpr.ui.cli.cli.main(['solvers'], standalone_mode=False); print(sorted(sys.modules))"
+    )
     output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     loaded = output.splitlines()[-1]
     assert not [name for name in ("scipy", "matplotlib", "osqp") if f"'{name}'" in loaded]

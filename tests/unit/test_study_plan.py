@@ -10,9 +10,9 @@ import pytest
 from conftest import ROOT
 from study_cases import write_study
 
-from cdpr.errors import PluginError, ScenarioError
+from cdpr.analysis.study import load_study
+from cdpr.base.errors import PluginError, ScenarioError
 from cdpr.scenario import load_scenario
-from cdpr.study import load_study
 
 
 def places(tmp_path, axes):

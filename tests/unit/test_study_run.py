@@ -17,14 +17,14 @@ from sealed_files import edit_lines
 from study_cases import TABLES, tables, write_study
 
 import cdpr
-from cdpr import locks
-from cdpr.errors import ExitCode, LogError, OutputError
-from cdpr.jobs.cases import Outcome
+from cdpr.analysis.jobs.cases import Outcome
+from cdpr.analysis.study import load_study, run_study
+from cdpr.analysis.study.figures import FIGURES
+from cdpr.analysis.study.folder import StudyFolder, ended
+from cdpr.analysis.study.table import _arrow
+from cdpr.base import locks
+from cdpr.base.errors import ExitCode, LogError, OutputError
 from cdpr.scenario import Scenario
-from cdpr.study import load_study, run_study
-from cdpr.study.figures import FIGURES
-from cdpr.study.folder import StudyFolder, ended
-from cdpr.study.table import _arrow
 
 SCENARIOS = ROOT / "scenarios"
 
@@ -111,7 +111,7 @@ def test_a_table_is_written_without_pandas():
     """It takes as long to import as 60 short cases."""
     pytest.importorskip("pyarrow")
     code = (
-        "import sys; from cdpr.study.table import Table, to_parquet; "
+        "import sys; from cdpr.analysis.study.table import Table, to_parquet; "
         "print(len(to_parquet(Table((), ('a', 'b'), ('a', 'b'), ((1.0, 'x'), (None, 'y'))))));"
         "assert 'pandas._libs' not in sys.modules"
     )
@@ -168,7 +168,7 @@ def test_who_comes_second_sees_what_the_first_wrote(results, tmp_path, monkeypat
         shutil.copy(tmp_path / "out" / "study.json", tmp_path / "new")
         return locks.lock(file)
 
-    monkeypatch.setattr("cdpr.jobs.folder.lock", late)
+    monkeypatch.setattr("cdpr.analysis.jobs.folder.lock", late)
     with pytest.raises(OutputError, match="holds another study"):
         StudyFolder(tmp_path / "new", other)
 
@@ -284,7 +284,7 @@ def test_a_resume_checks_only_what_has_no_result(tmp_path, monkeypatch):
     with pytest.raises(OutputError, match="holds another study"):
         StudyFolder(out, other)
     path.write_text(path.read_text().replace("\nseed: 5\n", ""))
-    monkeypatch.setattr("cdpr.simulation.build.__version__", "9.9")
+    monkeypatch.setattr("cdpr.simulation.build.VERSION", "9.9")
     assert load().digest == study.digest
     assert len(checked) == 4
 

@@ -16,11 +16,11 @@ import pytest
 from click.testing import CliRunner
 from spread import sampled
 
-from cdpr.cli import cli
-from cdpr.errors import CdprError
+from cdpr.analysis.workspace import measure
+from cdpr.base.errors import CdprError
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.template import Sizes, crowded, robot_data
-from cdpr.workspace import measure
+from cdpr.ui.cli import cli
 
 CASES = int(os.environ.get("CDPR_TEMPLATE_CASES", "1"))
 DIAMETER = 0.01  # m

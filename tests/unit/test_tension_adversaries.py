@@ -10,12 +10,12 @@ import pytest
 from tension_cases import Case, cases
 from tension_operations import accept
 
-from cdpr.bench import ask as bench
-from cdpr.bench.measures import accuracy
-from cdpr.bench.oracle import certified
-from cdpr.bench.problems import hard_problems
-from cdpr.distribution.adversaries import adversaries, robots
-from cdpr.distribution.poison import Memory
+from cdpr.analysis.bench import ask as bench
+from cdpr.analysis.bench.measures import accuracy
+from cdpr.analysis.bench.oracle import certified
+from cdpr.analysis.bench.problems import hard_problems
+from cdpr.analysis.distribution.adversaries import adversaries, robots
+from cdpr.analysis.distribution.poison import Memory
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 

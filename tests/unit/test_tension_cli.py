@@ -13,18 +13,18 @@ from click.testing import CliRunner
 from conftest import ROOT, crossed_box, make_robot
 from scipy.optimize import linprog
 
-from cdpr.cli.tension import command
-from cdpr.distribution.comparison import Contestant, compare, describe
-from cdpr.errors import CdprError, OutputError, PluginError, ScenarioError
+from cdpr.analysis.distribution.comparison import Contestant, compare, describe
+from cdpr.base.errors import CdprError, OutputError, PluginError, ScenarioError
 from cdpr.log.run_json import plain
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.plugins import PluginInfo, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Registered, registry
-from cdpr.report.figures.placing import spread_out
-from cdpr.report.text.distributions import lines, no_picture
 from cdpr.scenario import load_robot
 from cdpr.tension import Status
 from cdpr.tension.problem import Problem
+from cdpr.ui.cli.tension import command
+from cdpr.ui.report.figures.placing import spread_out
+from cdpr.ui.report.text.distributions import lines, no_picture
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
@@ -207,7 +207,7 @@ def test_lies_are_told():
 @pytest.mark.usual("1e+200")
 def test_absurd_answers_spoil_neither_table_nor_picture(absurd):
     pytest.importorskip("matplotlib")
-    from cdpr.report.figures.null_space import draw_null_space
+    from cdpr.ui.report.figures.null_space import draw_null_space
 
     problem = box_problem()
 
@@ -291,7 +291,7 @@ def test_picture_and_figures_are_written(tmp_path, file, arguments, expected):
 
 def test_a_locked_cable_bounds_nothing_in_the_picture():
     pytest.importorskip("matplotlib")
-    from cdpr.report.figures.null_space import draw_null_space
+    from cdpr.ui.report.figures.null_space import draw_null_space
 
     problem = box_problem()
     t = np.linspace(100.0, 400.0, 8)

@@ -9,15 +9,16 @@ import pytest
 from conftest import ROOT
 
 import cdpr
+from cdpr import distribute
+from cdpr.analysis.distribution.distributions import CHUNK
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.cables import Pulley
-from cdpr.distribution.distributions import CHUNK
-from cdpr.errors import CdprError, PluginError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import rotations
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.registry import registry
-from cdpr.tension import Status, distribute
+from cdpr.tension import Status
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 

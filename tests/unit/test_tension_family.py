@@ -14,7 +14,7 @@ from scipy.optimize import linprog, lsq_linear
 from tension_operations import box_least_squares
 from test_tension_qp import CERTAIN, RESIDUAL, loads, margin, problem, seeds
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 

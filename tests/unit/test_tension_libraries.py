@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from test_tension_qp import margin, problem
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 from cdpr_solvers.exact import Exact

@@ -12,11 +12,11 @@ from scipy.optimize import linprog
 from test_tension_qp import margin, problem
 
 import cdpr
-from cdpr.cli import cli as main
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.mechanics import kinematics
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
+from cdpr.ui.cli import cli as main
 
 ROBOTS = Path(__file__).parents[2] / "scenarios" / "robots"
 SURE = 1e-3  # N of margin beyond which a linear program with its own tolerances is an oracle
@@ -124,7 +124,7 @@ def test_weights_from_stiffness_are_compliances_at_home():
     stiff = [cable.axial_stiffness for cable in robot.cables]
     lengths = kinematics.lengths(robot, kinematics.make_state(robot.home[:3], robot.home[3:]))
     pose, weights = robot.home, (lengths / stiff).tolist()
-    from cdpr.distribution import distribute
+    from cdpr.analysis.distribution import distribute
 
     by_name = distribute(robot, pose, options={"weights": "stiffness"}).tension
     assert by_name == pytest.approx(distribute(robot, pose, options={"weights": weights}).tension, rel=1e-9)
@@ -176,7 +176,7 @@ def test_a_coarser_tolerance_is_coarser():
 
 def test_options_in_the_benchmark():
     """Given to the solver they name alone; a mistake is told before anything is measured."""
-    from cdpr.bench import run
+    from cdpr.analysis.bench import run
 
     robot = cdpr.load_robot(ROBOTS / "twelve.yaml")
     figures = run([robot], ["clarabel", "daqp"], 12, options={"clarabel": {"iterations": 1}})

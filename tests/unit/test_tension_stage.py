@@ -9,7 +9,7 @@ import pytest
 from conftest import crossed_box, make_robot
 from tension_operations import accept, box_least_squares
 
-from cdpr.errors import Diverged, Infeasible, PluginError, Unanswered
+from cdpr.base.errors import Diverged, Infeasible, PluginError, Unanswered
 from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr.tension.checks import RESIDUAL_TOLERANCE

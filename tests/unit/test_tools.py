@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import cdpr
 from cdpr import trajectory
-from cdpr.errors import ScenarioError
+from cdpr.base.errors import ScenarioError
 from cdpr.formats import import_file
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import export

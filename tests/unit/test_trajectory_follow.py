@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_trajectory_paths import UPRIGHT, assert_smooth, samples
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.trajectory import Course, Limits, Stop, arcs, follow, lines, stop_to_stop, together
 from cdpr.trajectory.pace import pace
 

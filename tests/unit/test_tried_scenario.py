@@ -10,11 +10,11 @@ import yaml
 from command_line import cdpr_here
 
 from cdpr import load_scenario, simulate
-from cdpr.errors import Infeasible
-from cdpr.gui.desk import Desk
+from cdpr.base.errors import Infeasible
 from cdpr.scenario.template import Sizes
 from cdpr.simulation.linearised import decay_rate
 from cdpr.simulation.tried import tried_scenario
+from cdpr.ui.gui.desk import Desk
 
 ROBOTS = int(os.environ.get("CDPR_TEST_CASES", "2"))  # random ones
 

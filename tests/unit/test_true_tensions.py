@@ -12,15 +12,15 @@ from click.testing import CliRunner
 from pushed_point import pushed_point
 
 from cdpr import BeyondLimits, Simulation, load_run, simulate
-from cdpr.cli import run as run_command
-from cdpr.columns import WINCHED
-from cdpr.errors import ExitCode
+from cdpr.base.columns import WINCHED
+from cdpr.base.errors import ExitCode
 from cdpr.log import run_json
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.log.repair import repair
 from cdpr.log.slack import MOST_EVENTS, Slack
-from cdpr.report.pages.tables import ending, summary
+from cdpr.ui.cli import run as run_command
+from cdpr.ui.report.pages.tables import ending, summary
 
 RUNS = int(os.environ.get("CDPR_TEST_CASES", "3"))  # random runs
 

@@ -10,9 +10,9 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr import errors
-from cdpr.errors import CdprError
-from cdpr.lazy import lazily
+from cdpr.base import errors
+from cdpr.base.errors import CdprError
+from cdpr.base.lazy import lazily
 
 # Reaches every module of the rooms that users call, as attributes of one another.
 ATTRIBUTES = """

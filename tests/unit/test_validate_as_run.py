@@ -12,11 +12,11 @@ from click.testing import CliRunner
 from conftest import ROOT
 
 from cdpr import load_scenario
-from cdpr.cli import validate
-from cdpr.errors import CdprError, ExitCode, PluginError
+from cdpr.base.errors import CdprError, ExitCode, PluginError
 from cdpr.simulation.build import build
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.prepare import faults
+from cdpr.ui.cli import validate
 
 CASES = int(os.environ.get("CDPR_TEST_CASES", "12"))  # perturbed scenarios
 SCENARIOS = ROOT / "scenarios"

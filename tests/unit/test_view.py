@@ -12,15 +12,15 @@ from test_report_cases import LED, diverged_run, infeasible_run, make_run
 
 import cdpr
 from cdpr.model import rotations
-from cdpr.report.player.arrays import Arrays
-from cdpr.report.player.scenes import scene
-from cdpr.report.plots.pictures import MOST, frames, pictures_of
 from cdpr.scenario import load_robot, load_scenario
+from cdpr.scene import State, Subject, colours, pictures, solid
+from cdpr.scene.path import thinned
+from cdpr.scene.pictures import weight_range
+from cdpr.scene.shapes import radius_around
 from cdpr.simulation.build import desired_path
-from cdpr.view import State, Subject, colours, pictures, solid
-from cdpr.view.path import thinned
-from cdpr.view.pictures import weight_range
-from cdpr.view.shapes import radius_around
+from cdpr.ui.report.player.arrays import Arrays
+from cdpr.ui.report.player.scenes import scene
+from cdpr.ui.report.plots.pictures import MOST, frames, pictures_of
 
 CONTRAST = 3.0  # WCAG 2.1, 1.4.11: graphical objects
 # Of OKLab: colours this far apart are seen as different side by side and apart; the step to the next shade is 0.02.
@@ -85,7 +85,7 @@ def test_what_lies_behind_hides_nothing_and_shades_are_told_apart(ground):
 
 def test_figures_and_pages_have_no_colours_of_their_own():
     """Those of the colour table alone are held against their grounds; a page's style sheets colour what is around."""
-    report = ROOT / "cdpr" / "report"
+    report = ROOT / "cdpr" / "ui" / "report"
     files = [*report.rglob("*.py"), *report.rglob("*.js")]
     assert len(files) > 50
     own = {file.name: re.findall(r"""["']#[0-9a-fA-F]{3,8}["']""", file.read_text()) for file in files}

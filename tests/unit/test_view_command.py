@@ -11,7 +11,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 
 import cdpr
-from cdpr.report.pages.page import is_page
+from cdpr.ui.report.pages.page import is_page
 
 SCENARIOS = ROOT / "scenarios"
 

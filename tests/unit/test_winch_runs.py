@@ -8,8 +8,8 @@ import yaml
 from conftest import ROOT
 
 import cdpr
-from cdpr.columns import FIRST
-from cdpr.errors import PluginError, ScenarioError
+from cdpr.base.columns import FIRST
+from cdpr.base.errors import PluginError, ScenarioError
 from cdpr.log.export import column_names
 from cdpr.plugins.registry import registry
 

@@ -16,14 +16,14 @@ from scipy.optimize import linprog
 from spread import sampled
 
 from cdpr import load_robot
-from cdpr.errors import CdprError, LogError
+from cdpr.analysis.workspace import required as sets
+from cdpr.analysis.workspace.measure import measure
+from cdpr.analysis.workspace.oracle import compare
+from cdpr.analysis.workspace.regions import region
+from cdpr.analysis.workspace.result import load_workspace, workspace
+from cdpr.base.errors import CdprError, LogError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
-from cdpr.workspace import required as sets
-from cdpr.workspace.measure import measure
-from cdpr.workspace.oracle import compare
-from cdpr.workspace.regions import region
-from cdpr.workspace.result import load_workspace, workspace
 
 ROBOTS = Path(__file__).parents[2] / "scenarios" / "robots"
 SIX = [

@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 from test_workspace import cli, robot_of
 
-from cdpr.distribution import distribute
-from cdpr.errors import CdprError
+from cdpr.analysis.distribution import distribute
+from cdpr.analysis.workspace.answers import free, margin
+from cdpr.analysis.workspace.certify import INSIDE, NEITHER, OUTSIDE
+from cdpr.analysis.workspace.oracle import compare
+from cdpr.analysis.workspace.question import Question
+from cdpr.analysis.workspace.regions import region
+from cdpr.analysis.workspace.required import box, ellipsoid
+from cdpr.analysis.workspace.result import load_workspace, workspace
+from cdpr.base.errors import CdprError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
-from cdpr.workspace.answers import free, margin
-from cdpr.workspace.certify import INSIDE, NEITHER, OUTSIDE
-from cdpr.workspace.oracle import compare
-from cdpr.workspace.question import Question
-from cdpr.workspace.regions import region
-from cdpr.workspace.required import box, ellipsoid
-from cdpr.workspace.result import load_workspace, workspace
 
 BOX = box([20, 20, 20, 2, 2, 2])
 # What a margin may miss a proof by through round-off: margins are exact to 1e-9 of what they are differences of.

@@ -20,17 +20,17 @@ from study_cases import wait_until
 from workspace_cases import content
 
 from cdpr import load_robot
-from cdpr.errors import CdprError, ExitCode, Interrupted, LogError, OutputError
-from cdpr.jobs.folder import LEDGER_NAME, JobFolder
-from cdpr.workspace import chunk_files
-from cdpr.workspace import chunks as computing
-from cdpr.workspace import required as sets
-from cdpr.workspace.chunk_files import CHUNKS, MANIFEST, SUMMARY, chunk_path
-from cdpr.workspace.chunks import Chunk, Task, run_chunk, workspace_in_chunks
-from cdpr.workspace.connected import Connected
-from cdpr.workspace.question import Question
-from cdpr.workspace.regions import PIECE, Region, region
-from cdpr.workspace.result import load_workspace, workspace
+from cdpr.analysis.jobs.folder import LEDGER_NAME, JobFolder
+from cdpr.analysis.workspace import chunk_files
+from cdpr.analysis.workspace import chunks as computing
+from cdpr.analysis.workspace import required as sets
+from cdpr.analysis.workspace.chunk_files import CHUNKS, MANIFEST, SUMMARY, chunk_path
+from cdpr.analysis.workspace.chunks import Chunk, Task, run_chunk, workspace_in_chunks
+from cdpr.analysis.workspace.connected import Connected
+from cdpr.analysis.workspace.question import Question
+from cdpr.analysis.workspace.regions import PIECE, Region, region
+from cdpr.analysis.workspace.result import load_workspace, workspace
+from cdpr.base.errors import CdprError, ExitCode, Interrupted, LogError, OutputError
 
 ROBOTS = Path(__file__).parents[2] / "scenarios" / "robots"
 CAROCA = ROBOTS / "caroca.yaml"
@@ -149,7 +149,7 @@ def test_components_are_told(robot, place):
     inside[0, 0, 0] = inside[1, 1, 0] = inside[2, 1, 0] = True  # the first two share an edge alone
     apart = replace(found, inside=inside)
     assert apart.summary()["components"] == 2
-    from cdpr.report.text.workspace import lines
+    from cdpr.ui.report.text.workspace import lines
 
     assert any("in pieces" in line and "2," in line for line in lines(apart.summary()))
     assert not any("in pieces" in line for line in lines(found.summary()))

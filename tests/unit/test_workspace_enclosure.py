@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cdpr.workspace import enclosure
+from cdpr.analysis.workspace import enclosure
 
 SIZES = st.floats(-1e6, 1e6, allow_subnormal=False)
 SMALL = st.floats(0.0, 10.0, allow_subnormal=False)

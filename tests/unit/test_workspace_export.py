@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from test_workspace import cli, robot_of
 
-from cdpr.errors import CdprError, OutputError
-from cdpr.workspace.combine import combine
-from cdpr.workspace.export import export
-from cdpr.workspace.regions import region
-from cdpr.workspace.result import Workspace, workspace
-from cdpr.workspace.surface import TETRAHEDRA, surface
+from cdpr.analysis.workspace.combine import combine
+from cdpr.analysis.workspace.export import export
+from cdpr.analysis.workspace.regions import region
+from cdpr.analysis.workspace.result import Workspace, workspace
+from cdpr.analysis.workspace.surface import TETRAHEDRA, surface
+from cdpr.base.errors import CdprError, OutputError
 
 
 @pytest.fixture(scope="module")

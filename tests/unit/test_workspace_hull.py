@@ -11,15 +11,15 @@ import pytest
 from spread import sampled
 from test_workspace import cli, robot_of
 
-from cdpr.errors import CdprError
-from cdpr.workspace import hull as hulls
-from cdpr.workspace.answers import free, margin
-from cdpr.workspace.hull import hull
-from cdpr.workspace.octree import Asked
-from cdpr.workspace.regions import Region, region
-from cdpr.workspace.required import box
-from cdpr.workspace.result import load_workspace, workspace
-from cdpr.workspace.surface import surface
+from cdpr.analysis.workspace import hull as hulls
+from cdpr.analysis.workspace.answers import free, margin
+from cdpr.analysis.workspace.hull import hull
+from cdpr.analysis.workspace.octree import Asked
+from cdpr.analysis.workspace.regions import Region, region
+from cdpr.analysis.workspace.required import box
+from cdpr.analysis.workspace.result import load_workspace, workspace
+from cdpr.analysis.workspace.surface import surface
+from cdpr.base.errors import CdprError
 
 BOX = box([50, 50, 50, 5, 5, 5])
 

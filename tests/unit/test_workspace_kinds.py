@@ -9,13 +9,13 @@ import pytest
 from test_workspace import ROBOTS, cli, robot_of
 
 from cdpr import load_scenario
-from cdpr.errors import CdprError, LogError
+from cdpr.analysis.workspace.combine import combine
+from cdpr.analysis.workspace.kinds import KINDS
+from cdpr.analysis.workspace.regions import region
+from cdpr.analysis.workspace.required import box
+from cdpr.analysis.workspace.result import FORMAT, load_workspace, verdicts, workspace
+from cdpr.base.errors import CdprError, LogError
 from cdpr.mechanics.clearance import clearance
-from cdpr.workspace.combine import combine
-from cdpr.workspace.kinds import KINDS
-from cdpr.workspace.regions import region
-from cdpr.workspace.required import box
-from cdpr.workspace.result import FORMAT, load_workspace, verdicts, workspace
 
 CAROCA = ROBOTS / "caroca.yaml"
 ASKED = {

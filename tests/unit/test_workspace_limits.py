@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from test_workspace import cli, robot_of
 
-from cdpr.errors import LogError
+from cdpr.analysis.workspace.oracle import compare
+from cdpr.analysis.workspace.regions import Region, region
+from cdpr.analysis.workspace.required import box
+from cdpr.analysis.workspace.result import load_workspace, workspace
+from cdpr.base.errors import LogError
 from cdpr.scenario import load_robot
-from cdpr.workspace.oracle import compare
-from cdpr.workspace.regions import Region, region
-from cdpr.workspace.required import box
-from cdpr.workspace.result import load_workspace, workspace
 
 ONE_SLACK = """
 name: slack

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from spread import sampled
 from test_workspace import cli, robot_of
 
-from cdpr.errors import CdprError
-from cdpr.workspace.octree import Asked, octree
-from cdpr.workspace.oracle import compare
-from cdpr.workspace.regions import Region, region
-from cdpr.workspace.required import box
-from cdpr.workspace.result import load_workspace, workspace
+from cdpr.analysis.workspace.octree import Asked, octree
+from cdpr.analysis.workspace.oracle import compare
+from cdpr.analysis.workspace.regions import Region, region
+from cdpr.analysis.workspace.required import box
+from cdpr.analysis.workspace.result import load_workspace, workspace
+from cdpr.base.errors import CdprError
 
 BOX = box([50, 50, 50, 5, 5, 5])
 # Cells of those inside that may be told wrong: 1 in 2500 of Caroca's at 160 cells, twice as many at half of them.

@@ -10,10 +10,10 @@ from conftest import ROOT
 from test_workspace import cli
 
 from cdpr import load_scenario
+from cdpr.analysis.workspace import answers, measure
+from cdpr.analysis.workspace.path import along
+from cdpr.analysis.workspace.question import Question
 from cdpr.mechanics.clearance import clearance
-from cdpr.workspace import answers, measure
-from cdpr.workspace.path import along
-from cdpr.workspace.question import Question
 
 SCENARIOS = ROOT / "scenarios"
 GRAVITY = np.array([0.0, 0.0, -9.81])

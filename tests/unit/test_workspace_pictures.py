@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from test_workspace import ROBOTS, cli, robot_of
 
-from cdpr.report.figures import slices
-from cdpr.report.pages.workspace import render_workspace
-from cdpr.workspace import region, workspace
-from cdpr.workspace.combine import combine
+from cdpr.analysis.workspace import region, workspace
+from cdpr.analysis.workspace.combine import combine
+from cdpr.ui.report.figures import slices
+from cdpr.ui.report.pages.workspace import render_workspace
 
 HEADING = re.compile(r"<h2>At ([xyz]) = ([-0-9.e]+) m</h2>")
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from test_workspace import poses_of, problem, robot_of
 
-from cdpr.workspace import box, measure
+from cdpr.analysis.workspace import box, measure
 
 highspy = pytest.importorskip("highspy")
 

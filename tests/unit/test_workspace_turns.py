@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from test_workspace import cli, robot_of
 
-from cdpr.errors import CdprError
+from cdpr.analysis.workspace.answers import margin
+from cdpr.analysis.workspace.export import export
+from cdpr.analysis.workspace.regions import region
+from cdpr.analysis.workspace.result import load_workspace, workspace
+from cdpr.analysis.workspace.turns import HALVINGS, STEP
+from cdpr.base.errors import CdprError
 from cdpr.model import rotations
-from cdpr.workspace.answers import margin
-from cdpr.workspace.export import export
-from cdpr.workspace.regions import region
-from cdpr.workspace.result import load_workspace, workspace
-from cdpr.workspace.turns import HALVINGS, STEP
 
 # rad: to which an end is known.
 NEAR = 1.01 * STEP / 2**HALVINGS

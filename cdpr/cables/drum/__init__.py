@@ -13,8 +13,8 @@ would be subtracted.
 
 from __future__ import annotations
 
+from cdpr.base.fields import NonNegative, Positive
 from cdpr.cables.chain import Number, Winch
-from cdpr.fields import NonNegative, Positive
 
 RADIUS = Number("winch.drum_radius", Positive, "m", "radius of the drum: unstretched cable that it winds, per radian")
 

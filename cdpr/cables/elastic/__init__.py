@@ -12,8 +12,8 @@ shorter physics step if impacts matter.
 
 from __future__ import annotations
 
+from cdpr.base.fields import NonNegative, Positive
 from cdpr.cables.chain import Number, Span
-from cdpr.fields import NonNegative, Positive
 
 AXIAL_STIFFNESS = Number("cable.axial_stiffness", Positive, "N", "axial stiffness, the product E A")
 DAMPING = Number("cable.damping", NonNegative, "N s/m", "damping along the cable", 0.0)

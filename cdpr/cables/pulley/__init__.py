@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
+from cdpr.base.fields import NonNegative, Vector3, unit
 from cdpr.cables.exit import Exit
-from cdpr.fields import NonNegative, Vector3, unit
 
 OUTLINE = 32  # corners of the drawn circle
 

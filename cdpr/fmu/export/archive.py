@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from cdpr import ownership
-from cdpr.errors import OutputError, PluginError
+from cdpr.base import ownership
+from cdpr.base.errors import OutputError, PluginError
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description, terminals
 from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, fmu_cache, keep_newest, library, sources, target
 from cdpr.fmu.export.variables import Model

@@ -12,10 +12,10 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from cdpr.base.units import BASE_UNITS, si
 from cdpr.fmu.export.parts import width_of
 from cdpr.fmu.export.variables import Model, Variable
 from cdpr.native.program import Array, Operation
-from cdpr.units import BASE_UNITS, si
 
 # Name of the library, equal for all robots: the binary is generic.
 IDENTIFIER = "cdpr_plant"

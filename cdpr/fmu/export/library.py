@@ -18,12 +18,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from cdpr import ownership
-from cdpr.checksums import checksum
-from cdpr.errors import OutputError, PluginError
+from cdpr.base import ownership
+from cdpr.base.checksums import checksum
+from cdpr.base.errors import OutputError, PluginError
+from cdpr.base.user_folders import user_cache
 from cdpr.fmu.export.description import IDENTIFIER
 from cdpr.native.entries import TABLE, headers_of, table
-from cdpr.user_cache import user_cache
 
 SOURCE = Path(__file__).parent / "source"
 STANDARD = SOURCE.with_name("fmi")  # headers of FMI, which are third-party

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cdpr.base.errors import CdprError
 from cdpr.cables import ACTUATED, chain_of, immediate
 from cdpr.cables.chain import Chain
-from cdpr.errors import CdprError
 from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.parts import add_chains, add_lines, numbers_of
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from cdpr.base.errors import CdprError
 from cdpr.cables import chain_of
 from cdpr.cables.chain import Number, Part
 from cdpr.cables.tables import chain_table, line_table
-from cdpr.errors import CdprError
 from cdpr.model import Robot
 from cdpr.native.program import Link, Program
 

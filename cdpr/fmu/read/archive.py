@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
 from cdpr.fmu.read.description import parse, read_description, read_terminals
 from cdpr.fmu.read.model import ModelDescription
 

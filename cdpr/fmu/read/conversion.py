@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
+from cdpr.base.units import Unit, alike, known_unit, si
 from cdpr.fmu.read.model import Element
 from cdpr.fmu.read.options import Source
-from cdpr.units import Unit, alike, known_unit, si
 
 
 @dataclass(frozen=True)

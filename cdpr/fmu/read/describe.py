@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
+from cdpr.base.problems import printable
 from cdpr.fmu.read import trust
 from cdpr.fmu.read.archive import Archive, library
 from cdpr.fmu.read.mapping import Mapping, resolve
@@ -16,7 +17,6 @@ from cdpr.fmu.read.model import Variable
 from cdpr.fmu.read.options import Signals
 from cdpr.fmu.read.signals import ROLES, Role
 from cdpr.model import Robot
-from cdpr.problems import printable
 
 
 def describe(archive: Archive) -> dict[str, Any]:

@@ -12,10 +12,10 @@ from collections.abc import Callable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element as Node
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
+from cdpr.base.problems import printable
+from cdpr.base.units import BASE_UNITS, Unit
 from cdpr.fmu.read.model import Capabilities, ModelDescription, Variable
-from cdpr.problems import printable
-from cdpr.units import BASE_UNITS, Unit
 
 MAX_ELEMENTS = 1_000_000  # of one array: a thousand times the need of a robot, too few to fill the memory
 MAX_REFERENCE = 2**32 - 1  # value references are 32 bit

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
 from cdpr.fmu.read.model import ModelDescription
 from cdpr.fmu.read.options import Signals
 from cdpr.fmu.read.ports import Side

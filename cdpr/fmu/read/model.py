@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from cdpr.errors import FmuError
-from cdpr.units import Unit
+from cdpr.base.errors import FmuError
+from cdpr.base.units import Unit
 
 REALS = ("Real", "Float64")  # types of signals: double precision in FMI 2 and 3
 

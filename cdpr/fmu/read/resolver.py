@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
+from cdpr.base.nearest import did_you_mean, nearest
 from cdpr.fmu.read.candidates import NUMBERED, Candidate, Finder, unique
 from cdpr.fmu.read.conversion import convert, declares
 from cdpr.fmu.read.model import REALS, Element, ModelDescription
@@ -13,7 +14,6 @@ from cdpr.fmu.read.options import Signals, Source
 from cdpr.fmu.read.ports import Port
 from cdpr.fmu.read.signals import INPUTS, OUTPUTS, WXYZ, XYZ, Role, Signal
 from cdpr.model import Robot
-from cdpr.nearest import did_you_mean, nearest
 
 NONE = "none"  # value in a scenario: the FMU has no such signal
 COMPARED = 2000  # names for the suggestion of a similar one; an FMU may have any number

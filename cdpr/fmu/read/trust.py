@@ -15,11 +15,11 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-from cdpr import ownership
-from cdpr.errors import FmuError, OutputError
+from cdpr.base import ownership
+from cdpr.base.errors import FmuError, OutputError
+from cdpr.base.locks import Lock, lock, open_to_lock
+from cdpr.base.problems import printable
 from cdpr.fmu.read.archive import Archive
-from cdpr.locks import Lock, lock, open_to_lock
-from cdpr.problems import printable
 
 _allowed: ContextVar[bool] = ContextVar("trust_fmu", default=False)
 HEADER = "# FMUs whose native code cdpr may run: sha256, name. Written by 'cdpr fmu trust' and 'cdpr fmu export'."

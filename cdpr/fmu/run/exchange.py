@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr import tolerances
+from cdpr.base import tolerances
 from cdpr.fmu.read.ports import Port, Side
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind

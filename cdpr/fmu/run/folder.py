@@ -13,9 +13,9 @@ from contextlib import suppress
 from functools import cache
 from weakref import finalize
 
-from cdpr import ownership
-from cdpr.errors import OutputError
-from cdpr.locks import Lock, lock, open_to_lock
+from cdpr.base import ownership
+from cdpr.base.errors import OutputError
+from cdpr.base.locks import Lock, lock, open_to_lock
 
 PREFIX = "cdpr-fmu-"
 FLAGS = os.O_RDONLY | os.O_DIRECTORY

@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.errors import FmuError
+from cdpr.base.errors import FmuError
+from cdpr.base.units import alike, known_unit, si
 from cdpr.fmu.export import Plant
 from cdpr.fmu.read.model import REALS, Element, ModelDescription, Variable
 from cdpr.fmu.run.instance import Setting, Value
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.units import alike, known_unit, si
 
 FLOATS = (*REALS, "Float32")
 Known = tuple[ArrayLike, str]  # a value in SI units, and its unit

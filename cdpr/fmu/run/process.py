@@ -19,8 +19,8 @@ from weakref import finalize
 
 import numpy as np
 
-from cdpr import processes
-from cdpr.errors import BackendDied, CdprError, FmuError, PlantEnded
+from cdpr.base import processes
+from cdpr.base.errors import BackendDied, CdprError, FmuError, PlantEnded
 from cdpr.fmu.run import worker
 from cdpr.fmu.run.folder import Folder
 from cdpr.fmu.run.instance import Instance, Plan, Setting

@@ -8,8 +8,8 @@ from collections.abc import Mapping as MappingType
 from pathlib import Path
 from typing import Any, Literal
 
-from cdpr import tolerances
-from cdpr.errors import FmuError
+from cdpr.base import tolerances
+from cdpr.base.errors import FmuError
 from cdpr.fmu.read.archive import Archive, extract
 from cdpr.fmu.read.mapping import map_signals
 from cdpr.fmu.read.options import FmuFile

@@ -21,7 +21,7 @@ from weakref import WeakValueDictionary
 from fmpy import calloc, fmi2, fmi3, free, freeLibrary
 from fmpy.logging import addLoggerProxy
 
-from cdpr.errors import BackendDied, FmuError, PlantEnded
+from cdpr.base.errors import BackendDied, FmuError, PlantEnded
 from cdpr.fmu.run.folder import Folder
 from cdpr.fmu.run.instance import Instance, Plan, Setting
 

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
+from cdpr.base.processes import end_with
 from cdpr.fmu.run.instance import Instance, Plan, Setting
-from cdpr.processes import end_with
 
 HEAD = struct.Struct("=cq")
 START, STEP, REFRESH, SAVE, RESTORE, FORGET = (bytes([letter]) for letter in b"sgrkbf")

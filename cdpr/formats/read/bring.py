@@ -16,8 +16,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from cdpr.errors import CdprError, FormatError, OutputError
-from cdpr.fields import MAX_MAGNITUDE
+from cdpr.base.errors import CdprError, FormatError, OutputError
+from cdpr.base.fields import MAX_MAGNITUDE
+from cdpr.base.files import UnreadableError
+from cdpr.base.files import read as read_bytes
 from cdpr.formats.read import FORMATS
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, Motion
@@ -25,8 +27,6 @@ from cdpr.formats.read.limits import SECONDS, bounded
 from cdpr.formats.read.unread import report
 from cdpr.formats.read.xml import parse
 from cdpr.log.files import create, replace, unwritable
-from cdpr.scenario.files import UnreadableError
-from cdpr.scenario.files import read as read_bytes
 from cdpr.scenario.loader import load_robot, load_scenario
 from cdpr.scenario.schema import Simulation
 from cdpr.scenario.template.commented import with_comments

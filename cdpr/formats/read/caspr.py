@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
+from cdpr.base.files import UnreadableError
+from cdpr.base.files import read as read_bytes
 from cdpr.formats.read import caspr_cables, caspr_joints, caspr_motions, caspr_spaces
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, slug
 from cdpr.formats.read.inertia import about_centre, filled
 from cdpr.formats.read.xml import Element, parse, root_of
-from cdpr.scenario.files import UnreadableError
-from cdpr.scenario.files import read as read_bytes
 
 BODIES, CABLES, MOTIONS, SPACES = "bodies_system", "cables", "trajectories", "operational_spaces"
 SUFFIXES = {BODIES: "bodies", CABLES: "cables", MOTIONS: "trajectories", SPACES: "operational_spaces"}

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from cdpr.base.errors import FormatError
+from cdpr.base.fields import MAX_DISTANCE
+from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import Path as Key
+from cdpr.base.problems import shown
 from cdpr.cables.pulley import Pulley
-from cdpr.errors import FormatError
-from cdpr.fields import MAX_DISTANCE
 from cdpr.formats.read.imported import slug, unique
 from cdpr.formats.read.xml import Element
-from cdpr.nearest import did_you_mean
-from cdpr.problems import Path as Key
-from cdpr.problems import shown
 
 SPRING = "cable_linear_spring"
 TAUT = ("cable_ideal", SPRING)

@@ -14,7 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
+from cdpr.base.files import UnreadableError
+from cdpr.base.files import read as read_bytes
+from cdpr.base.problems import shown
 from cdpr.formats.read.caspr_joints import Joint
 from cdpr.formats.read.caspr_spaces import Spaces
 from cdpr.formats.read.caspr_splines import BETWEEN, LINEAR, QUINTIC, Points, read
@@ -22,9 +25,6 @@ from cdpr.formats.read.imported import Motion, refuse, slug, unique
 from cdpr.formats.read.xml import Element
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.problems import shown
-from cdpr.scenario.files import UnreadableError
-from cdpr.scenario.files import read as read_bytes
 from cdpr.scenario.motions import Csv, Waypoints
 from cdpr.scenario.motions.table import MAX_ROWS
 

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from cdpr import defaults
-from cdpr.errors import FormatError
-from cdpr.fields import COLOURS
+from cdpr.base import defaults
+from cdpr.base.errors import FormatError
+from cdpr.base.fields import COLOURS
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, Motion, slug
 from cdpr.formats.read.inertia import filled

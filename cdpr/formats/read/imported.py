@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.errors import FormatError
-from cdpr.fields import NAME_PATTERN
+from cdpr.base.errors import FormatError
+from cdpr.base.fields import NAME_PATTERN
+from cdpr.base.problems import Path
 from cdpr.formats.read.unread import Source
-from cdpr.problems import Path
 from cdpr.scenario.robot_schema import names_of_exports
 
 

@@ -3,7 +3,7 @@
 A C parser cannot be interrupted within this process, neither by a limit nor by Ctrl-C; a separate process can. Forking
 avoids a second import of cdpr. The fork has only the calling thread; a lock held by another thread stays locked in it,
 and the process is then killed after `WALL`. Programs with threads should import in a separate process, as the GUI does
-(`cdpr.gui.reading`).
+(`cdpr.ui.gui.reading`).
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, NoReturn, TypeVar
 
-from cdpr import processes
-from cdpr.errors import CdprError, FormatError
+from cdpr.base import processes
+from cdpr.base.errors import CdprError, FormatError
 
 SECONDS = 10.0  # default CPU time
 WALL = 12.0  # wall time relative to CPU time, at least a minute: margin for busy machines and deadlocks

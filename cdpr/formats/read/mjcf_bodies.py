@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cdpr.errors import FormatError
+from cdpr.base.errors import FormatError
 from cdpr.formats.read.mjcf_text import Lines
 from cdpr.formats.read.xml import Element
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cdpr.errors import FormatError
+from cdpr.base.errors import FormatError
+from cdpr.base.problems import Path as Key
 from cdpr.formats.read.imported import apart, slug, unique
 from cdpr.formats.read.mjcf_body import SITE, Body, tidy
 from cdpr.formats.read.mjcf_text import Lines
 from cdpr.formats.read.xml import Element
-from cdpr.problems import Path as Key
 
 REMEDY = '<motor tendon="..." gear="-1" ctrllimited="true" ctrlrange="MIN MAX"/> makes its control the tension, N'
 UNSAID = 0.003  # m, MuJoCo's default width of a drawn tendon

@@ -8,9 +8,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from cdpr.base.files import UnreadableError, read
+from cdpr.base.problems import shown
 from cdpr.formats.read.xml import MAX_ELEMENTS, Element, parse
-from cdpr.problems import shown
-from cdpr.scenario.files import UnreadableError, read
 
 MAX_INCLUDED = 8  # nesting depth
 MAX_BYTES = 16 * 2**20  # of all included files together

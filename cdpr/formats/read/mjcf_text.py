@@ -13,10 +13,10 @@ from types import ModuleType
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from cdpr.errors import PluginError
-from cdpr.fields import MAX_MAGNITUDE
+from cdpr.base.errors import PluginError
+from cdpr.base.fields import MAX_MAGNITUDE
+from cdpr.base.problems import shown
 from cdpr.formats.read.xml import Element
-from cdpr.problems import shown
 
 UNSEEN = ("visual", "statistic", "size", "asset", "sensor", "custom", "extension", "contact")
 NEVER = (*UNSEEN, "lengthrange", "light", "camera")  # size and lengthrange determine memory and time

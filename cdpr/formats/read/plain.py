@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.errors import FormatError
-from cdpr.fields import MAX_MAGNITUDE
+from cdpr.base.errors import FormatError
+from cdpr.base.fields import MAX_MAGNITUDE
+from cdpr.base.problems import Path, dotted, shown
+from cdpr.config.document import Document
+from cdpr.config.problems import Problems
+from cdpr.config.yaml_nodes import parse
 from cdpr.formats.read.imported import refuse
 from cdpr.formats.read.unread import Unread
-from cdpr.problems import Path, dotted, shown
-from cdpr.scenario.document import Document
-from cdpr.scenario.problems import Problems
-from cdpr.scenario.yaml_nodes import parse
 
 DONE = "\0"  # not a possible key: YAML does not allow this character
 

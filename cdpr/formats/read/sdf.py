@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cdpr.errors import FormatError
+from cdpr.base.errors import FormatError
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, slug, unique
 from cdpr.formats.read.inertia import filled, six

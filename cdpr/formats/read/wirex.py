@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.problems import Path as Key
 from cdpr.cables.pulley import Pulley
 from cdpr.formats.read import wirex_parts
 from cdpr.formats.read.choice import Choice
@@ -21,7 +22,6 @@ from cdpr.formats.read.inertia import filled
 from cdpr.formats.read.wirex_parts import Parts, attribute, number
 from cdpr.formats.read.xml import Element, parse, root_of
 from cdpr.model.robot import DOF_NAMES
-from cdpr.problems import Path as Key
 
 PATTERNS = {"3R3T": DOF_NAMES, "3T": DOF_NAMES[:3]}
 PLANAR = {"1R2T": 1, "2T": 0}

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cdpr.base.problems import shown
 from cdpr.formats.read.imported import Imported
 from cdpr.formats.read.xml import Element
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.problems import shown
 from cdpr.scenario.robot_schema import Inertia
 
 ROTATION = 1e-5  # tolerance of matrices with six digits, and of the length of quaternions and axes

@@ -9,11 +9,11 @@ from functools import lru_cache
 from typing import Any
 from xml.parsers import expat
 
-from cdpr.errors import FormatError
-from cdpr.fields import MAX_MAGNITUDE
+from cdpr.base.errors import FormatError
+from cdpr.base.fields import MAX_MAGNITUDE
+from cdpr.base.problems import shown
 from cdpr.formats.read.imported import refuse
 from cdpr.formats.read.unread import Unread
-from cdpr.problems import shown
 
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000

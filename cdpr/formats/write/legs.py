@@ -15,7 +15,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from cdpr.errors import FormatError
+from cdpr.base.errors import FormatError
 from cdpr.formats.write import sdf_parts as sdf
 from cdpr.formats.write.subject import Solid, Subject, colour, only_ideal, words
 from cdpr.mechanics.properties import check_lengths

@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from cdpr.errors import FormatError
+from cdpr.base.errors import FormatError
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, only_ideal, words
 from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.model import rotations

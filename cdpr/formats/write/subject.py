@@ -8,14 +8,14 @@ from importlib import import_module
 
 import numpy as np
 
+from cdpr.base.errors import FormatError
+from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import shown
 from cdpr.cables import chain_of
-from cdpr.errors import FormatError
 from cdpr.formats.write import TARGETS
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Box, Cylinder, Mesh, Sphere
-from cdpr.nearest import did_you_mean
-from cdpr.problems import shown
 
 PLATFORM = "#4878a8"  # default colour
 FRAME = "#808080"

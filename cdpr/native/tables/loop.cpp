@@ -1,7 +1,7 @@
 // The loop, alone and side by side. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/analysis/rollouts/block.hpp>
+#include <cdpr/analysis/rollouts/figures.hpp>
 #include <cdpr/group.hpp>
-#include <cdpr/rollouts/block.hpp>
-#include <cdpr/rollouts/figures.hpp>
 #include <cdpr/simulation/proceed.hpp>
 
 namespace cdpr::CDPR_TARGET {

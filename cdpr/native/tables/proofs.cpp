@@ -1,8 +1,8 @@
 // Workspaces: rays of free positions, and proofs of boxes. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/analysis/workspace/enclosures.hpp>
+#include <cdpr/analysis/workspace/proofs.hpp>
+#include <cdpr/analysis/workspace/tracing.hpp>
 #include <cdpr/group.hpp>
-#include <cdpr/workspace/enclosures.hpp>
-#include <cdpr/workspace/proofs.hpp>
-#include <cdpr/workspace/tracing.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

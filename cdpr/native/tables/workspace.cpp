@@ -1,7 +1,7 @@
 // Workspaces. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/analysis/workspace/assess_poses.hpp>
+#include <cdpr/analysis/workspace/connected.hpp>
 #include <cdpr/group.hpp>
-#include <cdpr/workspace/assess_poses.hpp>
-#include <cdpr/workspace/connected.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -15,9 +15,9 @@ from typing import Literal
 
 import numpy as np
 
+from cdpr.base.files import MAX_FAULTS, ContentError
+from cdpr.base.problems import shown
 from cdpr.model.robot import Array
-from cdpr.problems import shown
-from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 
 MAX_BYTES = 512 * 1024 * 1024  # over an hour of tensions that change a thousand times a second
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -64,18 +64,18 @@ def written(spans: Sequence[Span], cables: Sequence[str]) -> str:
 
 
 def parsed(content: bytes) -> tuple[tuple[str, ...], tuple[Span, ...]]:
-    """Return the names of the cables and the spans; raise TableError if the file is invalid."""
+    """Return the names of the cables and the spans; raise ContentError if the file is invalid."""
     if len(content) > MAX_BYTES:
-        raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
+        raise ContentError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
     try:
         lines = content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         row = content.count(b"\n", 0, error.start) + 1
-        raise TableError([(row, 0, "this is not a text in UTF-8")]) from None
+        raise ContentError([(row, 0, "this is not a text in UTF-8")]) from None
     first = (*TIMES, *WRENCH)
     names = tuple(lines[0].split(",")) if lines else ()
     if names[: len(first)] != first or len(names) == len(first):
-        raise TableError([(1, 0, f"the columns must be {','.join(first)} and one for each cable, by its name")])
+        raise ContentError([(1, 0, f"the columns must be {','.join(first)} and one for each cable, by its name")])
     spans: list[Span] = []
     faults: list[tuple[int, int, str]] = []
     for number, line in enumerate(lines[1:], 2):
@@ -86,7 +86,7 @@ def parsed(content: bytes) -> tuple[tuple[str, ...], tuple[Span, ...]]:
             if len(faults) >= MAX_FAULTS:
                 break
     if faults:
-        raise TableError(faults)
+        raise ContentError(faults)
     return names[len(first) :], tuple(spans)
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from cdpr.fields import NonNegative, unit
+from cdpr.base.fields import NonNegative, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Guard, History, ScenarioEvent, first_sample
 

@@ -14,17 +14,17 @@ from typing import Any, ClassVar, Protocol, Self
 
 from pydantic import Field
 
-from cdpr import tolerances
-from cdpr.errors import CdprError
-from cdpr.fields import Kind, NonNegative, unit
+from cdpr.base import tolerances
+from cdpr.base.errors import CdprError
+from cdpr.base.fields import Kind, NonNegative, unit
+from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import Path
+from cdpr.config.problems import exact
 from cdpr.log.event import Event
-from cdpr.nearest import did_you_mean
-from cdpr.problems import Path
 from cdpr.scenario.changes import Options
 from cdpr.scenario.events.commands import Span
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Report
-from cdpr.scenario.problems import exact
 from cdpr.trajectory import Trajectory
 
 

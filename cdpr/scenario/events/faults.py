@@ -8,10 +8,10 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from cdpr.fields import NonNegative, Positive, unit
+from cdpr.base.fields import NonNegative, Positive, unit
+from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, CableEvent, Drives, History, first_sample
-from cdpr.scenario.problems import exact
 
 
 class CableFault(CableEvent):

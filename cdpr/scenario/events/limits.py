@@ -7,10 +7,10 @@ from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from cdpr.fields import Number, unit
+from cdpr.base.fields import Number, unit
+from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, CableEvent, Drives, History, first_sample
-from cdpr.scenario.problems import exact
 
 
 class TensionLimits(CableEvent):

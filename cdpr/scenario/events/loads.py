@@ -8,10 +8,10 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from cdpr.fields import ZERO, NonNegative, Number, Positive, Vector3, unit
+from cdpr.base.fields import ZERO, NonNegative, Number, Positive, Vector3, unit
+from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
-from cdpr.scenario.problems import exact
 
 QUARTER = 0.5 * math.pi  # phase of a constant load
 

@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import Path
 from cdpr.log.event import Event
-from cdpr.problems import Path
 from cdpr.scenario.changes import Options, RefusedError
 from cdpr.scenario.events.event import Action, Drives, ScenarioEvent, first_sample
 

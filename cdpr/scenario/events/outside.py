@@ -8,12 +8,12 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
-from cdpr.fields import NonNegative, unit
+from cdpr.base.fields import NonNegative, unit
+from cdpr.base.files import ContentError
 from cdpr.log.event import Event
 from cdpr.scenario.events.commands import MAX_BYTES, Span, parsed
 from cdpr.scenario.events.event import History, ScenarioEvent
 from cdpr.scenario.motions.motion import Report
-from cdpr.scenario.motions.table import TableError
 
 
 class Outside(ScenarioEvent):
@@ -41,7 +41,7 @@ class Outside(ScenarioEvent):
             return None
         try:
             spans = parsed(content)
-        except TableError as error:
+        except ContentError as error:
             for line, column, text in error.faults:
                 report.say_of_file(("file",), self.file, line, column or 1, text)
             return None

@@ -7,10 +7,10 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from cdpr.fields import Positive, unit
+from cdpr.base.fields import Positive, unit
+from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, Drives, History, ScenarioEvent, first_sample
-from cdpr.scenario.problems import exact
 from cdpr.trajectory import Stopping, Trajectory
 
 

@@ -9,14 +9,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from cdpr import trajectory
-from cdpr.fields import INITIAL, Position, Positive, unit
+from cdpr.base.fields import INITIAL, Position, Positive, unit
+from cdpr.base.problems import Path
+from cdpr.config.problems import exact
 from cdpr.log.event import Event
-from cdpr.problems import Path
 from cdpr.scenario.events.event import History, ScenarioEvent, first_sample
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.jerk_limited import AngularLimits, Limits, bounds
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import exact
 
 
 class Target(ScenarioEvent):

@@ -8,14 +8,15 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from cdpr import tolerances, trajectory
-from cdpr.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
-from cdpr.problems import Path
+from cdpr import trajectory
+from cdpr.base import tolerances
+from cdpr.base.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
+from cdpr.base.problems import Path
+from cdpr.config.problems import exact
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Place, Report, begins, pose, posed
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import exact
 
 MAX_TURNS = 1000
 ON_THE_WAY = 12  # places per turn that are checked

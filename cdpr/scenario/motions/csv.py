@@ -8,14 +8,16 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, PrivateAttr
 
-from cdpr import tolerances, trajectory
-from cdpr.fields import INITIAL, NonNegative
+from cdpr import trajectory
+from cdpr.base import tolerances
+from cdpr.base.fields import INITIAL, NonNegative
+from cdpr.base.files import ContentError
+from cdpr.base.problems import Path
 from cdpr.model.robot import Array
-from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import RATES, Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Place, Report, begins, posed
-from cdpr.scenario.motions.table import MAX_BYTES, Table, TableError, parse_table
+from cdpr.scenario.motions.table import MAX_BYTES, Table, parse_table
 from cdpr.scenario.orientation import Orientation
 
 FILE: Path = ("file",)
@@ -57,7 +59,7 @@ class Csv(Motion):
             return None
         try:
             table = parse_table(content)
-        except TableError as error:
+        except ContentError as error:
             for line, column, text in error.faults:
                 report.say_of_file(FILE, self.file, line, column or 1, text)
             return None

@@ -8,21 +8,21 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, PrivateAttr
 
-from cdpr import tolerances, trajectory
-from cdpr.errors import CdprError
-from cdpr.fields import INITIAL, ZERO, NonNegative, Position, Positive, Vector3, unit
-from cdpr.problems import Path
-from cdpr.scenario.files import CpuBudget, UnreadableError
+from cdpr import trajectory
+from cdpr.base import tolerances
+from cdpr.base.errors import CdprError
+from cdpr.base.fields import INITIAL, ZERO, NonNegative, Position, Positive, Vector3, unit
+from cdpr.base.files import ContentError, CpuBudget, UnreadableError
+from cdpr.base.problems import Path
+from cdpr.gcode import path as gcode_path
+from cdpr.gcode.program import parse_program
+from cdpr.gcode.steps import Program
+from cdpr.gcode.tables import IGNORABLE
+from cdpr.gcode.words import DIVIDE, MAX_BYTES
 from cdpr.scenario.initial import Initial
-from cdpr.scenario.motions import gcode_path
-from cdpr.scenario.motions.gcode_program import parse_program
-from cdpr.scenario.motions.gcode_steps import Program
-from cdpr.scenario.motions.gcode_tables import IGNORABLE
-from cdpr.scenario.motions.gcode_words import DIVIDE, MAX_BYTES
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.jerk_limited import Limits, bounds
 from cdpr.scenario.motions.motion import Motion, Place, Report, begins
-from cdpr.scenario.motions.table import TableError
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 FILE: Path = ("file",)
@@ -82,7 +82,7 @@ class Gcode(Motion):
             return None
         try:
             program = parse_program(content, self.dialect, self.units, tuple(self.ignore))
-        except TableError as error:
+        except ContentError as error:
             self._tell(error, report)
             return None
         if self.sha256 not in (None, program.sha256):
@@ -106,7 +106,7 @@ class Gcode(Motion):
         """Report the first piece that violates the guide."""
         try:
             path = self._path((guide.home[0], guide.home[1], guide.home[2]))
-        except TableError:
+        except ContentError:
             return  # reported by `check_completed`
         if path.course is None or not guide.held[:3].any():
             return
@@ -131,7 +131,7 @@ class Gcode(Motion):
         """Report invalid moves: inconsistent arcs and positions that are too far away."""
         try:
             path = self._path(self._initial.position)
-        except TableError as error:
+        except ContentError as error:
             self._tell(error, report)
             return
         if path.course is None:
@@ -174,6 +174,6 @@ class Gcode(Motion):
         placing = gcode_path.Placing(self.origin, tuple(self.axes.quaternion().tolist()), self.scale)
         return gcode_path.lay(self.program, placing, begin, self.tolerance)
 
-    def _tell(self, error: TableError, report: Report) -> None:
+    def _tell(self, error: ContentError, report: Report) -> None:
         for line, column, text in error.faults:
             report.say_of_file(FILE, self.file, line, column or 1, text)

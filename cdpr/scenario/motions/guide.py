@@ -7,13 +7,13 @@ from typing import Protocol
 
 import numpy as np
 
-from cdpr import tolerances
-from cdpr.fields import ZERO, Vector3
+from cdpr.base import tolerances
+from cdpr.base.fields import ZERO, Vector3
+from cdpr.base.problems import Path
+from cdpr.config.problems import exact
 from cdpr.model import DOF_NAMES
 from cdpr.model.robot import Array
-from cdpr.problems import Path
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import exact
 
 RATES = (
     ("velocity", slice(0, 3)),

@@ -7,8 +7,8 @@ from typing import Literal, Self
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.fields import INITIAL, Position, unit
-from cdpr.problems import Path
+from cdpr.base.fields import INITIAL, Position, unit
+from cdpr.base.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, pose, posed

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.fields import INITIAL, NonNegative, Position, Positive, Section, unit
+from cdpr.base.fields import INITIAL, NonNegative, Position, Positive, Section, unit
+from cdpr.base.problems import Path
 from cdpr.model import rotations
-from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed

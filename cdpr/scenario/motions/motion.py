@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.fields import INITIAL, ZERO, Kind, Name, Position, Section, unit
+from cdpr.base.fields import INITIAL, ZERO, Kind, Name, Position, Section, unit
+from cdpr.base.problems import Path
 from cdpr.model.robot import Array
-from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed, Rated
 from cdpr.scenario.orientation import Orientation

@@ -7,12 +7,12 @@ from typing import Literal, Self
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.fields import NonNegative, Positive, unit
-from cdpr.problems import Path
+from cdpr.base.fields import NonNegative, Positive, unit
+from cdpr.base.problems import Path
+from cdpr.config.problems import exact
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed
-from cdpr.scenario.problems import exact
 
 
 class PickAndPlace(Motion):

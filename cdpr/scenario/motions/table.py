@@ -9,17 +9,17 @@ from functools import lru_cache
 
 import numpy as np
 
-from cdpr import tolerances
-from cdpr.fields import MAX_DISTANCE, MAX_MAGNITUDE
+from cdpr.base import tolerances
+from cdpr.base.fields import MAX_DISTANCE, MAX_MAGNITUDE
+from cdpr.base.files import MAX_FAULTS, ContentError
+from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import shown
+from cdpr.config.problems import exact
 from cdpr.model.frozen import Frozen
 from cdpr.model.robot import Array
-from cdpr.nearest import did_you_mean
-from cdpr.problems import shown
-from cdpr.scenario.problems import exact
 
 MAX_ROWS = 100_000
 MAX_BYTES = 32 * 1024 * 1024
-MAX_FAULTS = 10  # a wrong column is wrong in every row
 
 # Groups of columns. Units: t s, position m, rates m/s, rad/s, m/s^2, world axes; quaternion w, x, y, z.
 GROUPS = {
@@ -32,14 +32,6 @@ GROUPS = {
 }
 COLUMNS = tuple(name for names in GROUPS.values() for name in names)
 REQUIRED = (*GROUPS["time"], *GROUPS["position"])
-
-
-class TableError(Exception):
-    """Errors of a file: list of (line, column, text), starting at 1; column 0 means the whole line."""
-
-    def __init__(self, faults: list[tuple[int, int, str]]) -> None:
-        super().__init__(str(faults))
-        self.faults = faults
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,14 +60,14 @@ class Table(Frozen):
 
 @lru_cache(maxsize=4)  # cases of a study use the same file
 def parse_table(content: bytes) -> Table:
-    """Return the table in a file's content; raise TableError if it is invalid."""
+    """Return the table in a file's content; raise ContentError if it is invalid."""
     if len(content) > MAX_BYTES:
-        raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
+        raise ContentError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise TableError([(line, 0, "this is not a text in UTF-8")]) from None
+        raise ContentError([(line, 0, "this is not a text in UTF-8")]) from None
     rows: list[list[float]] = []
     lines: list[int] = []
     faults: list[tuple[int, int, str]] = []
@@ -107,7 +99,7 @@ def parse_table(content: bytes) -> Table:
     elif len(rows) < 2:
         faults.append((lines[-1] if lines else 1, 0, f"two or more points are expected, got {len(rows)}"))
     if faults:
-        raise TableError(faults[:MAX_FAULTS])
+        raise ContentError(faults[:MAX_FAULTS])
     data = np.array(rows)
     columns = {
         group: data[:, [names.index(name) for name in members]]
@@ -141,7 +133,7 @@ def _header(number: int, line: str) -> list[str]:
                 together = f"; {', '.join(members)} go together" if len(members) > 1 else ""
                 faults.append((number, 0, f"missing column {', '.join(missing)}{together}"))
     if faults:
-        raise TableError(faults)
+        raise ContentError(faults)
     return names
 
 
@@ -186,4 +178,4 @@ def _check(columns: dict[str, Array], lines: list[int]) -> None:
         if not faults:
             columns["orientation"] = columns["orientation"] / norms[:, None]
     if faults:
-        raise TableError(sorted(faults)[:MAX_FAULTS])
+        raise ContentError(sorted(faults)[:MAX_FAULTS])

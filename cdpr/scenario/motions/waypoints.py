@@ -7,13 +7,13 @@ from typing import Literal, Self
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.fields import INITIAL, ZERO, NonNegative, Position, Section, Vector3, unit
-from cdpr.problems import Path
+from cdpr.base.fields import INITIAL, ZERO, NonNegative, Position, Section, Vector3, unit
+from cdpr.base.problems import Path
+from cdpr.config.problems import exact
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, begins, knot, posed
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import exact
 
 DERIVATIVES = ("velocity", "angular_velocity", "acceleration", "angular_acceleration")
 

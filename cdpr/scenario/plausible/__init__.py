@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from cdpr.problems import Path, Problem
-from cdpr.scenario.document import Document
+from cdpr.base.problems import Path, Problem
+from cdpr.config.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
 from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, of_the_motion, taken_by_the_guide
 from cdpr.scenario.plausible.interference import touching

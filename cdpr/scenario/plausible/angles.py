@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from cdpr.problems import Path
+from cdpr.base.problems import Path
+from cdpr.config.problems import exact
 from cdpr.scenario.plausible.setup import Finding, Setup
-from cdpr.scenario.problems import exact
 
 WHOLE_TURN = 2.0 * math.pi * (1.0 + 1e-6)  # rad; tolerates a full turn with six digits
 WHOLE_TURN_IN_DEGREES = 360.0

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cdpr import tolerances
+from cdpr.base import tolerances
+from cdpr.config.problems import exact
 from cdpr.model import DOF_NAMES
 from cdpr.scenario.event_checks import beyond
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.scenario.plausible.setup import Finding, Setup
-from cdpr.scenario.problems import exact
 
 STRONGEST = 100.0  # m/s^2; sun 274, Jupiter 25, earth in millimetres 9810
 

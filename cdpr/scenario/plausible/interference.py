@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cdpr import tolerances
+from cdpr.base import tolerances
 from cdpr.mechanics.contacts import passing
 from cdpr.mechanics.touching import assumption, least_clearance
 from cdpr.model.rotations import matrix

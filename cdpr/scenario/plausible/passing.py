@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.trajectory import Stopping
 from cdpr.trajectory.passages import passages

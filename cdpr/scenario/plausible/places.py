@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdpr import tolerances
+from cdpr.base import tolerances
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.scenario.events import first_sample

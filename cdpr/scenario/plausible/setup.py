@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.problems import Path
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
 from cdpr.model.shapes import Obstacle
-from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.motions.motion import Place

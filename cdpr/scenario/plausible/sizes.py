@@ -11,11 +11,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cdpr.base.fields import Section
+from cdpr.base.problems import Path
 from cdpr.cables.chain import DIAMETER
 from cdpr.cables.drum import RADIUS
-from cdpr.fields import Section
 from cdpr.model.shapes import Hull
-from cdpr.problems import Path
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.robot_schema import moments_about, tensor
 

@@ -8,11 +8,11 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from cdpr.base.problems import Path
+from cdpr.config.describe import Place, look
+from cdpr.config.yaml_text import flow
 from cdpr.plugins.registry import Registry, Role
-from cdpr.problems import Path
-from cdpr.scenario.describe import Place, look
-from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.yaml_text import flow
+from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 
 WIDTH = 110  # of a line
 

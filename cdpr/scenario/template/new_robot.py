@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.base.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.rotations import from_rpy
 from cdpr.scenario.hold import holds, pulls_against_itself

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr import defaults
+from cdpr.base import defaults
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import Registry

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from cdpr.base.files import seen_from
 from cdpr.plugins.registry import registry
 from cdpr.scenario import examples
-from cdpr.scenario.files import seen_from
 from cdpr.scenario.loader import load_robot, load_scenario
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import ScenarioSection

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cdpr.errors import OutputError
+from cdpr.base.errors import OutputError
 from cdpr.formats.write.native.header import header_text
 from cdpr.formats.write.native.layout import Layout
 from cdpr.log.files import make_folder, replace

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import yaml
 
-from cdpr.errors import CdprError, FormatError, OutputError
+from cdpr.base.errors import CdprError, FormatError, OutputError
+from cdpr.base.problems import dotted
 from cdpr.formats.write.native import HEADER, NUMBERS, native_files
 from cdpr.log.files import replace
-from cdpr.problems import dotted
 from cdpr.scenario import Scenario
 from cdpr.scenario.named_files import files_of_scenario
 

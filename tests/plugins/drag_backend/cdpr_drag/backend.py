@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cdpr.errors import PluginError
+from cdpr.base.errors import PluginError
 from cdpr.model import rotations
 from cdpr.plugins import RigidBodyBackend
 

@@ -1,0 +1,237 @@
+"""Sections of a design's study file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from cdpr.base.fields import NonNegative, Number, Position, Positive, Section, Vector3, unit
+from cdpr.scenario.looks import ObstacleSection
+from cdpr.scenario.orientation import Orientation
+from cdpr.scenario.schema import MAX_SEED
+
+Search = Literal["differential_evolution", "nsga2", "cma", "random"]
+
+EVALUATIONS = 1000
+MAX_EVALUATIONS = 10_000_000
+MAX_POPULATION = 1000  # selection compares all pairs of twice as many
+MAX_CELLS = 2_000_000  # above this, one evaluation takes minutes
+LABEL = r"^[A-Za-z][\w -]{0,39}$"
+
+SOURCES = ("volume", "least", "mean", "extent", "key")
+SETS = ("wrench_box", "wrench_ellipsoid", "acceleration_box", "acceleration_ellipsoid")
+ASKED = (*SETS, "at_least", "length", "diameter", "axial_stiffness", "direction")
+
+Six = tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative]
+Cells = Annotated[int, Field(ge=1, le=MAX_CELLS)]
+Label = Annotated[str, Field(pattern=LABEL)]
+
+
+class Moved(Section):
+    """A key that a variable sets, to `factor` times its value plus `offset`."""
+
+    key: str = Field(description="a key of the robot file, as after --set")
+    factor: Number = Field(1.0, description="-1 on the other side of a symmetric robot")
+    offset: Number = Field(0.0, description="what is added")
+
+
+class Variable(Section):
+    """Variable of a design: one number that sets one key or several."""
+
+    name: Label | None = Field(None, description="heading in tables and figures; the key unless said")
+    key: str | None = Field(None, description="a key of the robot file, as after --set")
+    keys: list[Moved] | None = Field(None, min_length=1, description="keys that move together")
+    bounds: tuple[Number, Number] = Field(description="lowest and highest value")
+
+    @model_validator(mode="after")
+    def _sound(self) -> Variable:
+        if (self.key is None) == (self.keys is None):
+            raise ValueError("one of key and keys is expected")
+        if self.keys is not None and self.name is None:
+            raise ValueError("several keys need a name")
+        if any(moved.factor == 0.0 for moved in self.keys or ()):
+            raise ValueError("a factor other than 0 is expected")
+        if not self.bounds[0] < self.bounds[1]:
+            raise ValueError(f"bounds: the lowest value, {self.bounds[0]:g}, must be below {self.bounds[1]:g}")
+        return self
+
+    @property
+    def label(self) -> str:
+        """Heading in tables and figures."""
+        return self.name or self.key or ""
+
+    @property
+    def moved(self) -> list[Moved]:
+        """Keys that it sets."""
+        return self.keys or [Moved(key=self.key or "")]
+
+
+class FigureSection(Section):
+    """A figure of a candidate: of one source, and what is asked there."""
+
+    volume: str | None = Field(None, description="size of a workspace of this kind in the region")
+    least: str | None = Field(None, description="least value of a kind of workspace over all poses")
+    mean: str | None = Field(None, description="mean value of a kind of workspace over all poses")
+    extent: Literal["x", "y", "z"] | None = Field(None, description="extent of the frame's anchors along an axis (m)")
+    key: str | None = Field(None, description="a number of the robot file, by its key")
+    wrench_box: Six | None = Field(None, description="half widths of wrenches beyond carrying the weight (N, N m)")
+    wrench_ellipsoid: Six | None = Field(None, description="half axes of such an ellipsoid (N, N m)")
+    acceleration_box: Six | None = Field(None, description="half widths of accelerations (m/s^2, rad/s^2)")
+    acceleration_ellipsoid: Six | None = Field(None, description="half axes of such an ellipsoid (m/s^2, rad/s^2)")
+    at_least: Number | None = Field(None, description="value from which on a cell counts as inside, of a volume")
+    length: Positive | None = Field(None, description="by which moments are divided", json_schema_extra=unit("m"))
+    diameter: NonNegative | None = Field(None, description="of all cables", json_schema_extra=unit("m"))
+    axial_stiffness: Positive | None = Field(None, description="E A of all cables", json_schema_extra=unit("N"))
+    direction: str | None = Field(None, description="degree of freedom in which stiffness is asked for")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> FigureSection:
+        given = [source for source in SOURCES if getattr(self, source) is not None]
+        if len(given) != 1:
+            found = f"got {' and '.join(given)}" if given else "got none"
+            raise ValueError(f"one of {', '.join(SOURCES)} is expected, {found}")
+        asked = [part for part in ASKED if getattr(self, part) is not None]
+        if asked and given[0] in ("extent", "key"):
+            raise ValueError(f"{given[0]} takes no {asked[0]}")
+        if self.at_least is not None and self.volume is None:
+            raise ValueError("at_least is for a volume: a constraint holds other figures to a limit")
+        sets = [part for part in SETS if getattr(self, part) is not None]
+        if len(sets) > 1:
+            raise ValueError(f"one required set is expected, got {' and '.join(sets)}")
+        return self
+
+    @property
+    def source(self) -> str:
+        """Source of its value."""
+        return next(source for source in SOURCES if getattr(self, source) is not None)
+
+    @property
+    def kind(self) -> str:
+        """Kind of workspace that it evaluates; "" if none."""
+        return self.volume or self.least or self.mean or ""
+
+
+class Term(Section):
+    """A part of a weighted sum: weight times the figure over its scale."""
+
+    figure: str = Field(description="name of a figure")
+    weight: Number = Field(1.0, description="how much it counts")
+    scale: Positive = Field(1.0, description="what the figure is divided by, so that terms can be compared")
+
+
+class Goal(Section):
+    """Figure, or weighted sum of several figures, to maximise or to minimise."""
+
+    maximise: str | list[Term] | None = Field(None, description="name of a figure, or terms of a sum")
+    minimise: str | list[Term] | None = Field(None, description="likewise")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Goal:
+        if (self.maximise is None) == (self.minimise is None):
+            raise ValueError("one of maximise and minimise is expected")
+        if self.maximise == [] or self.minimise == []:
+            raise ValueError("a sum needs a term")
+        return self
+
+    @property
+    def way(self) -> str:
+        """Name of the key that is set."""
+        return "maximise" if self.maximise is not None else "minimise"
+
+    @property
+    def terms(self) -> list[Term]:
+        """Terms of the sum."""
+        given = self.maximise if self.maximise is not None else self.minimise
+        return given if isinstance(given, list) else [Term(figure=given or "")]
+
+    @property
+    def label(self) -> str:
+        """Description in words."""
+        return f"{self.way} {' + '.join(map(_of_term, self.terms))}".replace(" + -", " - ")
+
+
+def _of_term(term: Term) -> str:
+    weight = "" if term.weight == 1.0 else f"{term.weight:g} "
+    return f"{weight}{term.figure}" + ("" if term.scale == 1.0 else f" / {term.scale:g}")
+
+
+class Limit(Section):
+    """A constraint: a figure is held to a limit."""
+
+    figure: str = Field(description="name of a figure")
+    at_least: Number | None = Field(None, description="lowest value that is allowed")
+    at_most: Number | None = Field(None, description="highest value that is allowed")
+
+    @model_validator(mode="after")
+    def _bounded(self) -> Limit:
+        if self.at_least is None and self.at_most is None:
+            raise ValueError("at_least, at_most or both are expected")
+        if self.at_least is not None and self.at_most is not None and self.at_least > self.at_most:
+            raise ValueError(f"at_least, {self.at_least:g}, must not be above at_most, {self.at_most:g}")
+        return self
+
+    @property
+    def label(self) -> str:
+        """Description in words."""
+        low = "" if self.at_least is None else f"{self.at_least:g} <= "
+        return f"{low}{self.figure}" + ("" if self.at_most is None else f" <= {self.at_most:g}")
+
+
+class RegionSection(Section):
+    """A box of positions, cut into cells that are looked at in their middles."""
+
+    lower: Position | None = Field(None, description="lowest corner, world; that of the robot's frame unless said")
+    upper: Position | None = Field(None, description="highest corner, likewise")
+    cells: Cells | tuple[Cells, Cells, Cells] = Field(10, description="along the longest side, or along x, y, z")
+    orientations: list[Orientation] | None = Field(
+        None, min_length=1, max_length=1000, description="attitudes, all of which count; the home's unless said"
+    )
+
+
+class PoseSection(Section):
+    """A pose of the platform's origin."""
+
+    position: Position = Field(description="position", json_schema_extra=unit("m"))
+    orientation: Orientation | None = Field(None, description="attitude; the home's unless said")
+
+
+class OptimizerSection(Section):
+    """Optimiser of the candidates."""
+
+    type: Search | None = Field(
+        None, description="differential_evolution, or nsga2 where there are several goals; cma; random"
+    )
+    evaluations: int = Field(EVALUATIONS, ge=1, le=MAX_EVALUATIONS, description="candidates that are evaluated")
+    seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of all that is random")
+    population: int | None = Field(None, ge=5, le=MAX_POPULATION, description="candidates of a generation")
+
+
+class DesignFile(Section):
+    """A design: a robot, what of it is varied, and what for."""
+
+    name: str | None = Field(None, max_length=64, description="name of the design; the file's name unless said")
+    robot: str = Field(min_length=1, description="robot file, relative to this file, or name of an example")
+    gravity: Vector3 = Field((0.0, 0.0, -9.81), description="gravity, world", json_schema_extra=unit("m/s^2"))
+    region: RegionSection | None = Field(None, description="where figures are looked at")
+    poses: list[PoseSection] | None = Field(None, min_length=1, description="poses at which they are, instead")
+    obstacles: list[ObstacleSection] = Field([], description="what cables should not touch")
+    vary: list[Variable] = Field(min_length=1, max_length=200, description="what is varied")
+    figures: dict[Label, FigureSection] = Field(min_length=1, max_length=50, description="figures by their names")
+    goal: Goal | None = Field(None, description="what shall be large or small")
+    goals: list[Goal] | None = Field(None, min_length=1, max_length=5, description="several such, for a Pareto front")
+    constraints: list[Limit] = Field([], description="figures that are held to limits")
+    optimizer: OptimizerSection = Field(OptimizerSection(), description="what looks for candidates")
+
+    @model_validator(mode="after")
+    def _sound(self) -> DesignFile:
+        if (self.region is None) == (self.poses is None):
+            raise ValueError("one of region and poses is expected")
+        if (self.goal is None) == (self.goals is None):
+            raise ValueError("one of goal and goals is expected")
+        return self
+
+    @property
+    def wanted(self) -> list[Goal]:
+        """All goals."""
+        return self.goals or ([self.goal] if self.goal is not None else [])

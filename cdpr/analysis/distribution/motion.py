@@ -1,0 +1,82 @@
+"""Figures of a robot at a pose and of a scenario's motion, computed without a simulation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr.analysis.distribution.portrait import describe_motion, describe_pose, describe_robot
+from cdpr.analysis.distribution.survey import Survey, survey
+from cdpr.base import defaults
+from cdpr.log.run_json import plain
+from cdpr.mechanics.touching import assumption, least_clearance
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins.registry import registry
+from cdpr.scenario import Scenario
+from cdpr.simulation.loads import Loads
+from cdpr.simulation.schedule import Schedule
+from cdpr.tension.stage import Solve, TensionStage
+
+MOST_SAMPLES = 2000  # samples of a motion: they find its peaks to a millionth
+WITHIN = 100  # samples of an event with a duration
+
+
+def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -> tuple[dict[str, Any], Survey | None]:
+    """Return figures as plain data; for a scenario also those of its motion.
+
+    `gravity` is (3,), m/s^2, world; the robot is evaluated in the pose `at` (7,), which comes from `source`.
+    """
+    robot = loaded.robot if isinstance(loaded, Scenario) else loaded
+    entry = registry().get("solver", defaults.SOLVER)
+    solver, options = entry.load(), entry.info.options()
+    figures: dict[str, Any] = {
+        "robot": describe_robot(robot),
+        "pose": {"source": source, **describe_pose(robot, at, gravity, solver(robot, options).solve)},
+    }
+    if robot.unilateral:
+        obstacles = loaded.obstacles if isinstance(loaded, Scenario) else ()
+        least = least_clearance(robot, at, obstacles)
+        gap, names = least or (None, None)
+        figures["pose"] |= {"clearance_m": gap, "clearance_by": names and f"{names}{assumption(robot)}"}
+    if not isinstance(loaded, Scenario):
+        return plain(figures), None
+    asked = loaded.controlled
+    motion = follow(loaded, solver(asked, options).solve)
+    told = [f"{event.type} at {event.time:g} s" for event in sorted(loaded.events, key=lambda event: event.time)]
+    if loaded.belief:
+        figures["robot"]["believed"] = loaded.belief
+    figures["motion"] = {
+        "type": loaded.trajectory.type,
+        "end_s": loaded.desired.end,
+        **describe_motion(asked, motion),
+        "events": told,
+    }
+    return plain(figures), motion
+
+
+def _looked_at(scenario: Scenario) -> Array:
+    """Return the numbers of the evaluated samples: of the whole run, of its motion, and of its events."""
+    steps, period = scenario.simulation.steps, scenario.simulation.control_step
+    begin, end = (int(min(at / period, steps)) for at in (scenario.desired.start, scenario.desired.end))
+    parts = [np.linspace(a, b, min(b - a, MOST_SAMPLES) + 1) for a, b in ((0, steps), (begin, min(end + 1, steps)))]
+    for event in scenario.events:
+        until = event.time + (getattr(event, "duration", None) or 0.0)
+        parts += [np.array([at / period + k for at in (event.time, until) for k in (-1.0, 0.0, 1.0, 2.0)])]
+        parts += [np.linspace(event.time, until, WITHIN) / period]
+    return np.unique(np.clip(np.concatenate(parts).round(), 0, steps))
+
+
+def follow(scenario: Scenario, solve: Solve) -> Survey:
+    """Return the requirements of a scenario's desired motion on its cables; `solve` is as for `survey`."""
+    events, period = scenario.events, scenario.simulation.control_step
+    steps = _looked_at(scenario)
+
+    def happens(stage: TensionStage, external: Array) -> Schedule:
+        return Schedule(events, period, scenario.robot, stage, Loads(external, np.zeros(6)))
+
+    time = steps * period
+    desired = np.array([scenario.desired.sample(t) for t in time])
+    gravity = np.array(scenario.world.gravity)
+    return survey(scenario.controlled, time, desired, gravity, solve, happens=happens, samples=steps)

@@ -1,0 +1,114 @@
+"""Lengths, rates and tensions along a desired motion, without simulation: inverse kinematics and dynamics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cdpr.base import tolerances
+from cdpr.cables.tables import line_table
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.properties import check_lengths
+from cdpr.model.arrays import checked
+from cdpr.model.robot import Array, Robot
+from cdpr.native.bind import bind
+from cdpr.tension.present import Present
+from cdpr.tension.stage import Asked, Solve, TensionStage
+
+
+class Happening(Protocol):
+    """Changes of limits, tensions and external wrench at given samples."""
+
+    def distribute(self) -> None:
+        """Distribute tensions instead of the stage."""
+
+    def begin(self) -> int:
+        """Return the first sample at which `act` is due; negative if there is none."""
+
+    def act(self, k: int) -> int:
+        """Apply the changes due at sample k; return the next sample that is due, negative if there is none."""
+
+
+# From the stage and the live external wrench (6,).
+Happens = Callable[[TensionStage, Array], Happening]
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """K samples of a motion of a robot with m cables; conventions of `cdpr.model`."""
+
+    time: Array  # (K,), s
+    desired: Array  # (K, 19)
+    length: Array  # (K, m), m
+    rate: Array  # (K, m), m/s
+    wrench: Array  # (K, 6), N and N m, required wrench of the cables
+    tension: Array  # (K, m), N; closest to the wrench if no distribution is admissible
+    status: Array  # (K,), `cdpr.tension.Status`
+    residual: Array  # (K,), N, moments divided by the characteristic length
+    margin: Array  # (K,), N, smallest distance of a tension from its limits
+
+    @property
+    def feasible(self) -> Array:
+        """True if tensions within the limits balance the wrench, (K,)."""
+        return np.asarray(self.status == 0.0)
+
+
+def survey(
+    robot: Robot,
+    time: Array,
+    desired: Array,
+    gravity: Array,
+    solve: Solve,
+    *,
+    happens: Happens | None = None,
+    samples: Array | None = None,
+) -> Survey:
+    """Return lengths, rates and tensions along a desired motion, with the wrench of inverse dynamics.
+
+    Args:
+        robot: the robot.
+        time: (K,), s.
+        desired: (K, 19), desired motion; a static pose is one sample without velocity and acceleration.
+        gravity: (3,), m/s^2, world.
+        solve: bound method of a solver for this robot.
+        happens: factory of changes during the motion; the cables also balance its external wrench.
+        samples: (K,), increasing sample numbers to which these changes refer.
+    """
+    time, desired = checked(time, (None,), "time"), checked(desired, (len(time), 19), "desired")
+    gravity, count, m = checked(gravity, (3,), "gravity"), len(time), robot.m
+    live, external = Present.of(m), np.zeros(6)
+    stage = TensionStage(robot, Asked(solve, "survey"), live)
+    happening = happens(stage, external) if happens else None
+    distribute = happening.distribute if happening else stage.distribute
+    due = happening.begin() if happening else -1
+    numbers = np.arange(count) if samples is None else samples
+    length, rate, tension = np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, m))
+    wrench, reports = np.zeros((count, 6)), np.zeros((count, 4))
+    state, at = np.zeros(13), {"length": np.zeros(m), "rate": np.zeros(m)}
+    geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **at)
+    for k, row in enumerate(desired):
+        while happening and 0 <= due <= numbers[k]:
+            due = happening.act(due)
+        state[:] = row[:13]
+        geometry()
+        length[k], rate[k] = at["length"], at["rate"]
+        if not (length[k] >= tolerances.LENGTH).all():
+            check_lengths(robot, row[:7])
+        live.wrench[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19]) - external
+        distribute()
+        wrench[k], tension[k], reports[k] = live.wrench, live.tension, live.report
+    status, residual, margin, _ = reports.T
+    return Survey(
+        time=time,
+        desired=desired,
+        length=length,
+        rate=rate,
+        wrench=wrench,
+        tension=tension,
+        status=status,
+        residual=residual,
+        margin=margin,
+    )

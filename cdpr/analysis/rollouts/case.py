@@ -1,0 +1,351 @@
+"""One closed loop of a rollout: the scenario with the case's values, run, and reduced to the kept rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.analysis.jobs.cases import Outcome
+from cdpr.analysis.rollouts.figures import Figures
+from cdpr.base.errors import CdprError, Diverged, ExitCode, Interrupted, one_line
+from cdpr.base.problems import Mark
+from cdpr.config.overrides import PART, Change, plain_value
+from cdpr.log.finite import Finite
+from cdpr.log.layout import Layout
+from cdpr.model.robot import Array
+from cdpr.scenario import Scenario
+from cdpr.scenario.events import broken
+from cdpr.simulation.attempt import STATUS
+from cdpr.simulation.build import build
+from cdpr.simulation.columns import columns_of
+from cdpr.simulation.loop import Loop
+from cdpr.simulation.moment import Moment
+from cdpr.simulation.pace import Pace
+from cdpr.simulation.parts import Parts
+from cdpr.simulation.proceed import SAMPLE
+from cdpr.simulation.program import Program
+
+BLOCK = 1024  # samples that are processed together: few turns to Python, and they stay in the cache
+
+
+def layout_of(scenario: Scenario) -> Layout:
+    """Return the columns of a row of a run of this scenario."""
+    return Layout(scenario.robot.m, scenario.ideal_cables, columns_of(scenario))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Data shared by all cases of a rollout."""
+
+    scenario: Scenario
+    keys: tuple[str, ...]  # varied keys
+    every: int  # samples from one kept sample to the next
+    columns: tuple[str, ...]  # kept columns
+
+    @property
+    def steps(self) -> int:
+        """Return the number of control steps of a case."""
+        return self.scenario.simulation.steps
+
+    @property
+    def kept(self) -> Array:
+        """Return the numbers of the kept samples: one in `every` from the first on, and the last; (K,)."""
+        return np.unique([*range(0, self.steps + 1, self.every), self.steps])
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Return the columns of a complete row."""
+        return layout_of(self.scenario)
+
+    @cached_property
+    def places(self) -> NDArray[np.int64]:
+        """Return the indices of the kept columns, (W,)."""
+        none = np.zeros(0, dtype=np.int64)
+        return np.concatenate([none, *(np.r_[self.layout.columns[name]] for name in self.columns)])
+
+    @cached_property
+    def renewable(self) -> bool:
+        """Return True if cases differ only in options that may change between two steps: one loop serves many cases."""
+        scenario = self.scenario
+        return bool(self.keys) and not scenario.events and set(self.keys) <= set(scenario.options().changeable())
+
+    def changed(self, number: int, values: Sequence[Any]) -> Scenario:
+        """Return the scenario of a case.
+
+        Raises:
+            ScenarioError: if the scenario rejects the values.
+        """
+        self.scenario.planned  # noqa: B018 - once: cases with the same motion take it from there
+        mark = Mark(f"case {number}")
+        changes = [
+            Change(tuple(int(index) if index else word for index, word in PART.findall(key)), plain_value(value), mark)
+            for key, value in zip(self.keys, values, strict=True)
+        ]
+        scenario = self.scenario.with_changes(changes)
+        if (scenario.simulation.steps, scenario.simulation.control_step, layout_of(scenario)) != (
+            self.steps,
+            self.scenario.simulation.control_step,
+            self.layout,
+        ):
+            raise CdprError(
+                f"{mark}: all cases have the same samples and columns, and {', '.join(self.keys)} "
+                "changed them; a study can vary that"
+            )
+        return scenario
+
+
+class Home(Protocol):
+    """Holder of the lanes of cases, a `Block`."""
+
+    def release(self, case: Case) -> None:
+        """Move a case from its lane to its own arrays."""
+
+
+class Case:
+    """Case of a rollout.
+
+    Args:
+        plan: data shared by all cases.
+        number: number of the case.
+        values: values of the varied keys.
+        ring: (n, width) ring buffer of its samples; nobody else may write there while the case runs.
+        out: (K, W) kept rows.
+        stopped: callback that returns True if the case is to end.
+
+    Attributes:
+        loop: closed loop, once begun.
+        figures: counted figures, once begun.
+        program: pipeline of its steps: the loop's, or one in which an external wrench replaces the controller's.
+        wrench: (6,) N and N m, external wrench of that pipeline; None before the first one.
+        going: True if it has begun, and has not ended early.
+        error: error of cdpr that ended it.
+        home: holder of the lane with its state; None while its state is in its own arrays.
+        known: data of each block on it: its pipeline and the addresses of its arrays, None if it does not fit.
+        joined: sample at which it took its lane.
+        rest: number of samples to run alone after it left.
+    """
+
+    loop: Loop
+    figures: Figures
+    program: Program
+    _place: memoryview  # as `Program.standing`
+    _time: memoryview
+
+    def __init__(
+        self, plan: Plan, number: int, values: Sequence[Any], ring: Array, out: Array, stopped: Callable[[], bool]
+    ) -> None:
+        self._plan, self._number, self._values = plan, number, values
+        self._ring, self.out, self.stopped = ring, out, stopped
+        self._parts: Parts | None = None
+        self._ended = "finished", "", ExitCode.OK
+        self._outcome: Outcome | None = None  # once its loop serves another case
+        self._start: Moment | None = None
+        self.going = False
+        self.error: CdprError | None = None
+        self.wrench: Array | None = None
+        self.home: Home | None = None
+        self.known: dict[Home, tuple[Program, NDArray[np.int64] | None]] = {}
+        self.joined = self.rest = 0
+
+    @property
+    def count(self) -> int:
+        """Number of complete samples."""
+        return self._place[SAMPLE]
+
+    @property
+    def time(self) -> float:
+        """Present time, s."""
+        return self._time[0]
+
+    @property
+    def begun(self) -> bool:
+        """Return True if it has a loop."""
+        return hasattr(self, "loop")
+
+    def again(self) -> Case:
+        """Return the same case, not begun."""
+        return Case(self._plan, self._number, self._values, self._ring, self.out, self.stopped)
+
+    @property
+    def outcome(self) -> Outcome:
+        """Return status and message of its end."""
+        if self._outcome is not None:
+            return self._outcome
+        status, message, code = self._ended
+        figures = self.figures.told() if hasattr(self, "figures") else {}
+        return Outcome(str(self._number), status, message, "", summary=figures, code=code)
+
+    def begin(self) -> None:
+        """Observe the first sample."""
+        with self._attempt():
+            scenario = self._plan.changed(self._number, self._values)
+            self._parts = parts = build(scenario)
+            self.loop = loop = Loop(parts)
+            self.program = loop.program
+            self._place, self._time = (each.data for each in loop.program.standing)
+            self.figures = Figures(loop.layout, loop.row, _broken(scenario))
+            loop.program.apart()
+            loop.warm_up(scenario.initial.state())
+            with loop.timed():
+                loop.begin(self._ring, self._plan.steps)
+            if self._plan.renewable and parts.settings is not None and loop.memory is not None:
+                self._start = loop.snapshot()
+            self.going = True
+
+    def adopt(self, other: Case) -> bool:
+        """Begin with the loop of a finished case, if only options differ; return whether it has begun.
+
+        Values that plugins reject are left to `begin`.
+        """
+        start = other._start
+        if start is None or not all(map(_numbers, self._values)):
+            return False
+        loop = other.loop
+        changes = dict(zip(self._plan.keys, map(plain_value, self._values), strict=True))
+        try:
+            loop.restore(start)
+            assert loop.parts.settings is not None
+            loop.parts.settings.renew(changes)
+            loop.parts.controller.reset()
+            loop.parts.solver.reset()
+        except CdprError:
+            return False
+        other._outcome = other.outcome
+        self.loop, self.program, self.figures, self.known = loop, loop.program, other.figures, other.known
+        self._parts, self._start, self._place, self._time = other._parts, start, other._place, other._time
+        self.figures.restart()
+        other._parts, other.going = None, False
+        del other.loop, other.program, other.figures
+        self.going = True
+        return True
+
+    def ready(self, sample: int) -> bool:
+        """Return whether it can continue to this sample."""
+        return self.going and self._place[SAMPLE] < sample
+
+    def stand(self) -> None:
+        """Move its state into its own arrays."""
+        if self.home is not None:
+            self.home.release(self)
+
+    def give(self, wrench: Array | None) -> None:
+        """Replace the controller's answer by a wrench (6,) from now on; None restores the controller."""
+        if wrench is None:
+            self.program = self.loop.program
+        else:
+            self.stand()
+            command = self.loop.outside.command("wrench")
+            self.program, self.wrench = command.program, command.values
+            self.wrench[:] = wrench
+
+    def come(self, complete: int) -> None:
+        """Continue from within a step to its end; `complete` is the index of the operation that completes a sample."""
+        sample, act, _, _ = self.program.place
+        if act > complete:  # the next sample is observed, and compared with this one
+            self._ring[(sample - 1) % len(self._ring)] = self.loop.row
+        with self._attempt():
+            with self.loop.timed():
+                self.program.look(sample + (act <= complete))
+            self._take(self.loop.count)
+
+    def go(self, sample: int) -> None:
+        """Complete the samples before this one, and observe it."""
+        self.stand()
+        with self._attempt():
+            self.loop.go(sample, Pace(self._take, block=BLOCK), self._given)
+            self._take(self.loop.count)
+
+    def finish(self) -> None:
+        """Complete the remaining samples."""
+        self.stand()
+        if self.ready(self._plan.steps):
+            self.go(self._plan.steps)
+        if self.going:
+            with self._attempt():
+                with self.loop.timed():
+                    self.loop.decide(self._given)
+                self._take_last()
+        if self.going and not np.isfinite(self.out).all():
+            plan = self._plan
+            finite = Finite(plan.layout, plan.every * plan.scenario.simulation.control_step, plan.columns)
+            with self._attempt():
+                finite.take(self.out, len(self.out))
+                if finite.fault:
+                    raise Diverged(finite.fault)
+
+    def close(self) -> None:
+        """Free its memory."""
+        self.stand()
+        if self._parts is not None:
+            self._parts.controller.close()
+            self._parts.backend.close()
+        if self.begun:
+            self.loop.close()
+            del self.loop
+        self.going = False
+
+    def restore(self, moment: Moment) -> None:
+        """Continue from a snapshot of a loop of this structure, with its own events."""
+        self.stand()
+        self.loop.restore(moment)
+        self.loop.push()
+        self.figures.samples = moment.count
+        self._ended = "finished", "", ExitCode.OK
+        self.error, self.going = None, True
+
+    @property
+    def _given(self) -> Program | None:
+        return None if self.program is self.loop.program else self.program
+
+    @contextmanager
+    def _attempt(self) -> Iterator[None]:
+        """Store an error that ends it."""
+        try:
+            yield
+            return
+        except (Interrupted, KeyboardInterrupt):
+            raise
+        except CdprError as error:
+            self._ended, self.error = (STATUS.get(type(error), "failed"), str(error), error.exit_code), error
+        except BaseException as error:  # of a plugin
+            self._ended = "failed", f"a plugin raised {one_line(error)}", ExitCode.PLUGIN
+        if self.going:
+            self.going = False
+            self._take(self.loop.count)
+
+    def _take_last(self) -> None:
+        """Take the last sample, which is still the present one."""
+        self.figures.counting()
+        self.figures.samples += 1
+        if len(self.out):
+            self.out[-1] = self.loop.row[self._plan.places]
+        if self.stopped():
+            raise Interrupted("the rollout was stopped")
+
+    def _take(self, stop: int) -> None:
+        """Take the samples up to `stop`, excluded, which are consecutive in the ring buffer."""
+        done = self.figures.samples
+        if stop > done:
+            first = done % len(self._ring)
+            rows = self._ring[first : first + stop - done]
+            self.figures.take(rows, self._plan.places, max(self._plan.every, 1), self.out)
+        if self.stopped():
+            raise Interrupted("the rollout was stopped")
+
+
+def _broken(scenario: Scenario) -> tuple[tuple[int, float], ...]:
+    names = [cable.name for cable in scenario.robot.cables]
+    return broken(scenario.events, names, scenario.simulation.control_step)
+
+
+def _numbers(value: Any) -> bool:
+    """Return whether a value is a number, or consists of numbers."""
+    found = plain_value(value)
+    each = found if isinstance(found, list) else [found]
+    return all(isinstance(one, int | float) and not isinstance(one, bool) for one in each)

@@ -1,0 +1,107 @@
+"""Varied keys of a rollout, with a value for each case."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from cdpr.analysis.jobs.draw import MAX_COUNT, Random, drawn
+from cdpr.base.errors import CdprError, ScenarioError
+from cdpr.base.problems import Mark, Path, dotted, shown
+from cdpr.config.messages import explain
+from cdpr.config.overrides import Overrides, marked_changes, plain_value, read_overrides
+from cdpr.config.problems import Problems
+from cdpr.native.masks import MASKED, masked
+from cdpr.scenario.schema import MAX_SEED
+
+# All cases have the same samples; a study can vary these keys.
+FIXED: tuple[Path, ...] = (("simulation", "duration"), ("simulation", "control_step"), ("simulation",), ("log",))
+
+
+def check_count(n: object, title: str = "rollout") -> int:
+    """Return the number of cases.
+
+    Raises:
+        CdprError: if it is no positive integer; the message begins with the `title`.
+    """
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= MAX_COUNT:
+        raise CdprError(f"{title}: a whole number of cases from 1 to {MAX_COUNT} is expected, got {shown(n)}")
+    return int(n)
+
+
+def values_of(vary: object, n: int, seed: object, overrides: Overrides) -> dict[str, Sequence[Any]]:
+    """Return the values of each key for n cases: arrays (n, ...) of numbers, or lists of other values.
+
+    Each key has an array (n, ...) or a list of n values, or a distribution as in a study's `random`: {"uniform":
+    [lowest, highest]}, {"normal": [mean, standard deviation]} or {"log_uniform": [lowest, highest]}, optionally with
+    its own "seed".
+
+    Raises:
+        ScenarioError: with all errors, one per line.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
+        raise CdprError(f"rollout: seed: a whole number from 0 to {MAX_SEED} is expected, got {shown(seed)}")
+    if not isinstance(vary, Mapping) or not vary:
+        raise CdprError(f"rollout: vary: {{key: values}} of at least one key is expected, got {shown(vary)}")
+    problems = Problems()
+    mark = Mark("vary")
+    taken: dict[Path, str] = {change.path: "overrides" for change in read_overrides(overrides, problems)}
+    found: dict[str, Sequence[Any]] = {}
+    for key, given in vary.items():
+        for change in marked_changes([(key, None, mark)], problems):
+            path = tuple(int(part) if str(part).isdecimal() else part for part in change.path)
+            other = next((one for one in taken if one[: len(path)] == path[: len(one)]), None)
+            if path in FIXED:
+                problems.add(mark, path, "all cases of a rollout have the same samples; a study can vary this")
+            elif other is not None:
+                problems.add(mark, path, f"{taken[other]} set {dotted(other)}, which says the same or a part of it")
+            taken[path] = "vary has"
+            try:
+                found[key] = _values(given, n, f"{seed} {key}")
+            except ValueError as error:
+                problems.add(mark, path, str(error))
+    if problems.items:
+        raise ScenarioError([str(problem) for problem in problems.items], problems.items)
+    return found
+
+
+def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
+    """Return n values; raise ValueError for another number of values, masked values or NaN."""
+    if masked(given):
+        raise ValueError(MASKED)
+    if isinstance(given, Mapping):
+        try:
+            asked = Random.model_validate_json(json.dumps({**plain_value(given), "count": n}))
+        except ValidationError as error:
+            told = [
+                f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, Random, given)
+            ]
+            raise ValueError("; ".join(told)) from None
+        given = drawn(asked, seed)
+    array = _array(given)
+    if not isinstance(given, list | tuple) and (array is None or array.ndim == 0):
+        raise ValueError(f"an array of {n} values or a distribution is expected, got {shown(given)}")
+    size = len(given) if array is None else len(array)
+    if size != n:
+        shape = "" if array is None or array.ndim < 2 else f" (shape {array.shape})"
+        raise ValueError(f"a value for each of the {n} cases is expected, got {size}{shape}")
+    if array is None:
+        return [plain_value(value) for value in given]
+    wrong = np.flatnonzero(~np.isfinite(array.reshape(n, -1)).all(axis=1))
+    if len(wrong):
+        raise ValueError(f"finite numbers are expected, got {array[wrong[0]].tolist()} for case {wrong[0]}")
+    array.flags.writeable = False
+    return array  # type: ignore[return-value]
+
+
+def _array(given: Any) -> np.ndarray[Any, np.dtype[Any]] | None:
+    """Return numbers as a new array; None for other values, such as texts, or lists of different lengths."""
+    try:
+        array = np.array(given)
+    except (ValueError, TypeError):
+        return None
+    return array if array.dtype.kind in "fiub" else None

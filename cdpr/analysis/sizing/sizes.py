@@ -1,0 +1,146 @@
+"""Sizes of cables, drums and motors: the worst of several duties, and the exceeded limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from cdpr.analysis.sizing.demands import LEAST, Demands, demands, drum_radii
+from cdpr.analysis.sizing.duty import Duty
+from cdpr.base.errors import CdprError
+from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
+from cdpr.model import Robot
+
+SAFETY = 5.0  # default ratio of a cable's breaking load to its largest tension
+
+# Relative tolerance of tension limits, as in solvers: logged tensions are decimal.
+REACHED = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Sizing:
+    """Requirements of several duties on the cables of a robot.
+
+    Attributes:
+        robot: name.
+        cables: names, (m,).
+        safety: factor on the largest tension.
+        parts: name, figures, number of samples, number of infeasible samples, and exceeded limits of each duty.
+        worst: worst figures of all duties.
+        source: (m,), name of the duty with the largest tension.
+    """
+
+    robot: str
+    cables: tuple[str, ...]
+    safety: float
+    parts: tuple[tuple[str, Demands, int, int, tuple[str, ...]], ...]
+    worst: Demands
+    source: tuple[str, ...]
+
+    def plain(self) -> dict[str, Any]:
+        """Return the sizing as plain data with units in the names; None for missing figures."""
+        return {
+            "robot": self.robot,
+            "safety": self.safety,
+            "cables": [
+                {"name": name, "breaking_load_N": _number(self.safety * self.worst.tension[i]), "by": self.source[i]}
+                | {key: _number(getattr(self.worst, part)[i]) for part, key in NAMES.items()}
+                for i, name in enumerate(self.cables)
+            ],
+            "duties": [
+                {
+                    "name": name,
+                    "samples": samples,
+                    "infeasible": lost,
+                    "exceeded": list(exceeded),
+                    "largest_tension_N": _number(np.fmax.reduce(found.tension)),
+                }
+                for name, found, samples, lost, exceeded in self.parts
+            ],
+        }
+
+
+NAMES = {
+    "tension": "tension_peak_N",
+    "tension_rms": "tension_rms_N",
+    "tension_least": "tension_least_N",
+    "speed": "speed_m_per_s",
+    "acceleration": "acceleration_m_per_s2",
+    "driving": "power_driving_W",
+    "braking": "power_braking_W",
+    "given": "energy_given_J",
+    "taken": "energy_taken_J",
+    "shortest": "length_shortest_m",
+    "longest": "length_longest_m",
+    "turns": "drum_turns",
+    "drum_speed": "drum_speed_rad_per_s",
+    "torque": "drum_torque_peak_N_m",
+    "torque_rms": "drum_torque_rms_N_m",
+    "motor_power": "motor_power_W",
+}
+
+
+def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
+    """Return the sizing for several duties.
+
+    Raises:
+        CdprError: if there is no duty, the robots have different cables, or `safety` is below 1.
+    """
+    if not duties:
+        raise CdprError("nothing to size by: a scenario or a run is expected")
+    if not 1.0 <= safety < math.inf:
+        raise CdprError(f"safety: a number from 1 on is expected, got {safety!r}")
+    first = duties[0].robot
+    names = tuple(cable.name for cable in first.cables)
+    for duty in duties[1:]:
+        if duty.robot.name != first.name or tuple(cable.name for cable in duty.robot.cables) != names:
+            raise CdprError(
+                f"{duty.name}: is of the robot {duty.robot.name} and {duties[0].name} of {first.name}, or has other "
+                "cables: they are sized apart"
+            )
+    found = [demands(duty) for duty in duties]
+    worst = {}
+    for part in fields(Demands):
+        values = np.array([getattr(each, part.name) for each in found])
+        pick = np.fmin if part.name in LEAST else np.fmax
+        worst[part.name] = pick.reduce(values, axis=0)
+    radius = drum_radii(first)
+    worst["turns"] = (worst["longest"] - worst["shortest"]) / (2.0 * math.pi * radius)  # over all
+    peaks = np.array([np.nan_to_num(each.tension, nan=-np.inf) for each in found])
+    source = tuple(duties[k].name if math.isfinite(peaks[k, i]) else "" for i, k in enumerate(peaks.argmax(axis=0)))
+    parts = tuple(
+        (duty.name, figures, len(duty.feasible), int((~duty.feasible).sum()), _exceeded(duty, figures))
+        for duty, figures in zip(duties, found, strict=True)
+    )
+    return Sizing(first.name, names, float(safety), parts, Demands(**worst), source)
+
+
+def _exceeded(duty: Duty, found: Demands) -> tuple[str, ...]:
+    """Return descriptions of the exceeded limits of the robot's cables."""
+    robot, names = duty.robot, [cable.name for cable in duty.robot.cables]
+    told = []
+    for limit, values, sign, words in (
+        (robot.tension_max, found.tension, 1.0, "pull more than their highest tension"),
+        (robot.tension_min, found.tension_least, -1.0, "pull less than their lowest tension"),
+    ):
+        with np.errstate(invalid="ignore"):
+            over = sign * (values - limit) > REACHED * np.abs(robot.tension_max)
+        if over.any():
+            told.append(f"cables {', '.join(name for name, out in zip(names, over, strict=True) if out)} {words}")
+    if duty.time is not None and duty.rate is not None:
+        told += _left(robot, names, np.column_stack([duty.time, duty.length, duty.rate]))
+    return tuple(told)
+
+
+def _left(robot: Robot, names: Sequence[str], rows: Any) -> list[str]:
+    reach = Reach(plain_columns(robot.m), bounds_of(robot), robot.m)
+    reach.add(rows)
+    return [one.text(list(names)) for one in reach.told()]
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,1 @@
+"""Foundations: errors, problems, units, fields, columns, tolerances, files, locks and processes."""

@@ -1,0 +1,64 @@
+"""Redirection of foreign output: in commands of `cdpr` it goes to stderr, because it is no result.
+
+No stream is replaced: a thread marks that it runs foreign code, and the command's own stdout (`cdpr.ui.cli.streams`)
+checks the mark. So several threads may load plugins and print concurrently. In a program that uses cdpr as a library,
+output of plugins goes to the program's stdout.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from threading import Lock
+
+_foreign: ContextVar[bool] = ContextVar("foreign", default=False)
+_stdout = Lock()  # of the process: concurrent replacements would make the replacement permanent
+
+
+@contextmanager
+def hushed() -> Iterator[None]:
+    """Mark that this thread runs foreign code inside the block."""
+    token = _foreign.set(True)
+    try:
+        yield
+    finally:
+        _foreign.reset(token)
+
+
+@contextmanager
+def native_to_stderr() -> Iterator[None]:
+    """Redirect stdout of native code to stderr inside the block, for libraries without a quiet mode.
+
+    Only for calls that happen once, such as constructors: the whole process has a single stdout.
+    """
+    with _stdout:
+        out = _redirected()
+        try:
+            yield
+        finally:
+            if out is not None:
+                os.dup2(out, 1)
+                os.close(out)
+
+
+def _redirected() -> int | None:
+    """Redirect stdout to stderr; return a copy of stdout, or None if either is closed and nothing changed."""
+    try:
+        sys.stdout.flush()
+        out = os.dup(1)
+    except (AttributeError, OSError, ValueError):
+        return None
+    try:
+        os.dup2(2, 1)
+    except OSError:
+        os.close(out)
+        return None
+    return out
+
+
+def is_hushed() -> bool:
+    """Return True if this thread runs foreign code."""
+    return _foreign.get()

@@ -1,0 +1,1 @@
+"""Strict YAML with positions, messages, and validation by schemas: shared by scenarios, studies and designs."""

@@ -1,0 +1,111 @@
+"""Parsed file: plain data with the position of each key and value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from cdpr.base.problems import Mark, Path
+
+
+@dataclass
+class Document:
+    """Plain dictionaries, lists and scalars with their positions.
+
+    A robot file is inserted into the scenario's document and keeps its own positions. Overrides have the position of
+    the change.
+    """
+
+    data: dict[str, Any]
+    source: str
+    folder: str = ""  # base of relative file names
+    keys: dict[Path, Mark] = field(default_factory=dict)
+    values: dict[Path, Mark] = field(default_factory=dict)
+    dropped: list[str] = field(default_factory=list)  # options removed because another plugin was selected
+    notes: list[str] = field(default_factory=list)  # remarks on the options of replaced plugins
+    filled: list[Path] = field(default_factory=list)  # derived values, recomputed after each change
+    waiting: list[tuple[Path, Any, Mark]] = field(default_factory=list)  # changes that cannot be applied yet
+    files: Mapping[str, str] = field(default_factory=dict)  # texts that replace referenced files, by path
+
+    def copy(self) -> Document:
+        """Return a copy that can be modified."""
+        marks = dict(self.keys), dict(self.values)
+        told = list(self.dropped), list(self.notes)
+        twin = Document(copied(self.data), self.source, self.folder, *marks, *told)
+        twin.filled, twin.waiting, twin.files = list(self.filled), list(self.waiting), self.files
+        return twin
+
+    def get(self, path: Path) -> Any:
+        """Return the value at `path`, or None."""
+        node: Any = self.data
+        for part in path:
+            if isinstance(node, dict):
+                node = node.get(part)
+            elif isinstance(node, list) and isinstance(part, int) and part < len(node):
+                node = node[part]
+            else:
+                return None
+        return node
+
+    def mark(self, path: Path) -> Mark:
+        """Return the position of the value at `path`; if it is missing, that of the enclosing section's key."""
+        if path in self.values:
+            return self.values[path]
+        for end in range(len(path) - 1, 0, -1):
+            if path[:end] in self.keys:
+                return self.keys[path[:end]]
+            if path[:end] in self.values:
+                return self.values[path[:end]]
+        return self.values.get((), Mark(self.source, 1, 1))
+
+    def key_mark(self, path: Path) -> Mark:
+        """Return the position of the key at `path`."""
+        return self.keys.get(path) or self.mark(path)
+
+    def put(self, path: Path, value: Any, mark: Mark) -> None:
+        """Set the value at `path`, whose parent exists.
+
+        Enclosing lists get the position of the change, because it may be the cause of problems of the whole list.
+        """
+        self._forget(path, self.get(path))
+        self.get(path[:-1])[path[-1]] = value
+        self.keys[path] = self.values[path] = mark
+        while isinstance(path[-1], int):
+            path = path[:-1]
+            self.values[path] = mark
+
+    def drop(self, path: Path) -> None:
+        """Remove the key at `path`."""
+        self._forget(path, self.get(path))
+        del self.get(path[:-1])[path[-1]]
+
+    def graft(self, path: Path, other: Document) -> None:
+        """Insert the data of another file at `path`, with their positions in that file."""
+        key = self.key_mark(path)
+        self.put(path, other.data, key)
+        self.keys.update({path + part: mark for part, mark in other.keys.items()})
+        self.values.update({path + part: mark for part, mark in other.values.items()})
+        self.keys[path] = other.mark(())  # keys missing in the other file are reported there
+
+    def transplant(self, path: Path, other: Document, source: Path) -> None:
+        """Insert the value at `source` of another document at `path`, with its positions."""
+        self.put(path, copied(other.get(source)), other.key_mark(source))
+        count = len(source)
+        self.keys.update({path + at[count:]: mark for at, mark in other.keys.items() if at[:count] == source})
+        self.values.update({path + at[count:]: mark for at, mark in other.values.items() if at[:count] == source})
+
+    def _forget(self, path: Path, node: Any) -> None:
+        """Remove the positions of `node` at `path`, and of everything in it."""
+        self.keys.pop(path, None)
+        self.values.pop(path, None)
+        items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+        for part, item in items:
+            self._forget((*path, part), item)
+
+
+def copied(node: Any) -> Any:
+    """Return a copy of plain data; 5 times faster than copy.deepcopy, which tracks shared objects."""
+    if isinstance(node, dict):
+        return {key: copied(value) for key, value in node.items()}
+    return [copied(value) for value in node] if isinstance(node, list) else node

@@ -1,0 +1,152 @@
+"""Overrides of file values, such as `--set key=value`.
+
+They are written into the document before validation, so that they pass the same checks as the file.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import Mark, Path, shown
+from cdpr.config.document import Document
+from cdpr.config.problems import Problems
+from cdpr.config.scalars import MAX_DIGITS
+from cdpr.config.yaml_nodes import MAX_DEPTH, SURROGATE, parse_value
+from cdpr.native.masks import MASKED, masked
+
+KEY = re.compile(r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*")
+PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
+
+
+@dataclass(frozen=True)
+class Change:
+    """Value to set. Path components written as [0] are integers."""
+
+    path: Path
+    value: Any
+    mark: Mark
+
+
+Overrides = Mapping[str, Any] | Sequence[str] | Sequence[Change] | Sequence[str | Change]
+
+
+def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
+    """Return the changes of `overrides`: a mapping of keys to values, texts `key=value` in YAML, or changes."""
+    if isinstance(overrides, Mapping):
+        return _changes(
+            [(key, value, Mark("overrides"), plain_value) for key, value in overrides.items()],
+            problems,
+        )
+    given = [overrides] if isinstance(overrides, str) else list(overrides) if isinstance(overrides, Iterable) else None
+    wrong = [overrides] if given is None else [item for item in given if not isinstance(item, (str, Change))]
+    if given is None or wrong:
+        raise CdprError(f"overrides: {{key: value}} or texts KEY=VALUE are expected, got {wrong[0]!r}")
+    changes = [item for item in given if isinstance(item, Change)]
+    texts = [item for item in given if isinstance(item, str)]
+    rows = [(text.partition("=")[0], text, Mark(f"--set {brief(text)}"), _parsed) for text in texts]
+    return [*changes, *_changes(rows, problems)]
+
+
+def marked_changes(items: Iterable[tuple[str, Any, Mark]], problems: Problems) -> list[Change]:
+    """Return changes from keys, plain values and positions."""
+    return _changes([(key, value, mark, plain_value) for key, value, mark in items], problems)
+
+
+def _changes(rows: Sequence[tuple[str, Any, Mark, Callable[[Any], Any]]], problems: Problems) -> list[Change]:
+    changes: list[Change] = []
+    for key, value, mark, convert in rows:
+        if not isinstance(key, str) or not KEY.fullmatch(key.strip()):
+            text = "a key such as simulation.duration or robot.cables[0].frame[2] is expected"
+            problems.add(mark, (), text if str(mark).startswith("--") else f"{text}, got {shown(key)}")
+            continue
+        path: Path = tuple(int(index) if index else word for index, word in PART.findall(key.strip()))
+        try:
+            changes.append(Change(path, convert(value), mark))
+        except ValueError as error:
+            problems.add(mark, path, str(error))
+    return changes
+
+
+def apply(document: Document, change: Change, problems: Problems) -> None:
+    """Apply a change to the document and create missing parent sections."""
+    node: Any = document.data
+    path: Path = ()
+    for i, part in enumerate(change.path):
+        key = _key_in(node, part, path, change.mark, problems)
+        if key is None:
+            return
+        path = (*path, key)
+        if i == len(change.path) - 1:
+            document.put(path, change.value, change.mark)
+        elif isinstance(node, dict) and node.get(str(key)) is None:
+            if str(item := change.path[i + 1]).isdecimal():
+                problems.add(change.mark, path, f"there is no item [{item}]: no list is given here")
+                return
+            document.put(path, {}, change.mark)
+        node = node[key]
+
+
+def _key_in(node: Any, part: str | int, path: Path, mark: Mark, problems: Problems) -> str | int | None:
+    """Return `part` as key or index of this node; report a problem and return None if it is neither."""
+    if isinstance(node, dict) and isinstance(part, str):
+        return part
+    if isinstance(node, list) and str(part).isdecimal():
+        if int(part) < len(node):
+            return int(part)
+        problems.add(mark, path, f"there is no item [{part}]: {_extent(node)}")
+    else:
+        what = "a list" if isinstance(node, list) else shown(node)
+        problems.add(mark, path, f"{shown(part)} names nothing in it: it is {what}")
+    return None
+
+
+def _extent(items: list[Any]) -> str:
+    return f"the list has the items [0] to [{len(items) - 1}]" if items else "the list is empty"
+
+
+def _parsed(text: str) -> Any:
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise ValueError(f"key=value is expected, such as {key.strip()}=1.5")
+    return parse_value(value.strip())
+
+
+def plain_value(value: Any, depth: int = 1) -> Any:
+    """Convert a Python value into plain data.
+
+    Raises:
+        ValueError: if it is not convertible.
+    """
+    if depth > MAX_DEPTH:
+        raise ValueError(f"nested more than {MAX_DEPTH} deep")
+    if hasattr(value, "tolist"):  # NumPy array or scalar
+        if masked(value):
+            raise ValueError(MASKED)
+        value = value.tolist()
+    if isinstance(value, os.PathLike):
+        value = os.fspath(value)
+    if isinstance(value, str) and SURROGATE.search(value):
+        raise ValueError(f"a text of valid characters is expected, got {shown(value)}")
+    if isinstance(value, int) and abs(value) >= 10**MAX_DIGITS:
+        raise ValueError("the whole number is too large")
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): plain_value(item, depth + 1) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain_value(item, depth + 1) for item in value]
+    raise ValueError(f"a number, a text, a list or a mapping is expected, got {type(value).__name__}")
+
+
+def brief(value: object) -> str:
+    """Return a value as text in one short line."""
+    try:
+        text = " ".join(str(value).split())
+    except ValueError:  # Python refuses to print integers with many digits
+        text = "..."
+    return text if len(text) <= 80 else text[:77] + "..."

@@ -1,0 +1,1 @@
+"""Interpreter of G-code, and the path of a program."""

@@ -1,0 +1,136 @@
+"""Frames of a robot at n rows of a run or n poses, for any viewer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.model.robot import Array
+from cdpr.scene.subject import Subject
+
+# Relative to a cable's largest tension: distance to a limit at which it counts as reached, and tension below which a
+# cable counts as slack. Solvers reach limits only to round-off; smaller differences are invisible.
+AT_LIMIT = 1e-6
+
+
+# Multiple of the 75th percentile of the tensions; larger tensions belong to a diverging run.
+BEYOND = 20.0
+
+
+class State(IntEnum):
+    """Display state of a cable."""
+
+    TAUT = 0
+    SLACK = 1  # no tension
+    LOWEST = 2  # command at or below the smallest tension
+    HIGHEST = 3  # command at or above the largest tension
+    BROKEN = 4  # broken
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """Subject with m cables at n poses."""
+
+    subject: Subject
+    time: Array  # (n,), s
+    position: Array  # (n, 3), m
+    orientation: Array  # (n, 4), quaternion w, x, y, z
+    tension: Array | None = None  # (n, m), N, tensions in the cables; None if unknown
+    state: NDArray[np.int8] | None = None  # (n, m), `State`; None if unknown
+    desired_position: Array | None = None  # (n, 3), m, None if not distinguished from the position
+    desired_orientation: Array | None = None  # (n, 4)
+    force: Array | None = None  # (n, 3), N, external force at the platform's origin; None if zero
+
+    @cached_property
+    def ends(self) -> Array:
+        """Ends of the cables on the frame and on the platform, (n, m, 2, 3), m."""
+        return self.subject.ends(self.position, self.orientation)
+
+    @cached_property
+    def way(self) -> Array:
+        """Positions of the guided point, (n, 3), m: the platform's origin, or a tool."""
+        return self.subject.led_at(self.position, self.orientation)
+
+    @cached_property
+    def desired_way(self) -> Array | None:
+        """Desired positions of the guided point, (n, 3), m."""
+        if self.desired_position is None or self.desired_orientation is None:
+            return self.desired_position
+        return self.subject.led_at(self.desired_position, self.desired_orientation)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Smallest and largest tension (N) of taut cables, for the colours, without outliers of a diverged run."""
+        if self.tension is None or self.state is None:
+            return 0.0, 0.0
+        pulling = self.tension[(self.state != State.SLACK) & (self.state != State.BROKEN) & np.isfinite(self.tension)]
+        if not pulling.size:
+            return 0.0, 0.0
+        usual = pulling[pulling <= BEYOND * np.percentile(pulling, 75)]
+        return float(usual.min()), float(usual.max())
+
+
+def pictures(
+    subject: Subject,
+    time: Array,
+    position: Array,
+    orientation: Array,
+    *,
+    tension: Array | None = None,
+    command: Array | None = None,
+    desired: tuple[Array, Array] | None = None,
+    force: Array | None = None,
+    limits_until: float = np.inf,
+) -> Pictures:
+    """Return a subject at n poses.
+
+    Args:
+        subject: the robot.
+        time: (n,), s.
+        position: (n, 3), m, of the platform's origin.
+        orientation: (n, 4), quaternion w, x, y, z.
+        tension: (n, m), N, in the cables.
+        command: (n, m), N; defaults to `tension`.
+        desired: desired positions (n, 3), m, and orientations (n, 4).
+        force: (n, 3), N, external force.
+        limits_until: time (s) from which the subject's tension limits no longer apply.
+    """
+    state = None
+    if tension is not None:
+        state = _states(subject, time, tension, tension if command is None else command, limits_until)
+    if force is not None and not np.any(force):
+        force = None
+    where, how = (None, None) if desired is None else desired
+    return Pictures(subject, time, position, orientation, tension, state, where, how, force)
+
+
+def weight_range(subject: Subject, weight: float) -> tuple[float, float]:
+    """Return an estimated range of cable tensions (N) for a logarithmic colour ramp, before a run is known.
+
+    The range is a quarter to 32 times the platform's weight (N) per cable, within the limits. It contains tensions of
+    suspended and fully constrained robots; a factor of 2 is a seventh of the ramp. Without weight, the range starts at
+    a thousandth of the largest limit.
+    """
+    lowest, highest = float(subject.tension_min.min()), float(subject.tension_max.max())
+    each = weight / len(subject.cables)
+    low, high = (each / 4.0, 32.0 * each) if each > 0.0 else (1e-3 * highest, highest)
+    low = max(low, min(lowest, highest / 2.0))
+    return low, max(min(high, highest), 2.0 * low)
+
+
+def _states(subject: Subject, time: Array, tension: Array, command: Array, limits_until: float) -> NDArray[np.int8]:
+    state = np.full(tension.shape, State.TAUT, np.int8)
+    near = AT_LIMIT * subject.tension_max
+    known = (time < limits_until)[:, None]
+    with np.errstate(invalid="ignore"):  # comparisons with NaN are False
+        state[known & (command <= subject.tension_min + near)] = State.LOWEST
+        state[known & (command >= subject.tension_max - near)] = State.HIGHEST
+        # Cables without tension are slack; rigid legs, with negative lower limits, push.
+        state[(tension <= near) & (subject.tension_min >= 0.0)] = State.SLACK
+    for cable, since in subject.broken:
+        state[time >= since, cable] = State.BROKEN
+    return state

@@ -1,0 +1,1 @@
+"""User interfaces: reports, window, live links and command line."""

@@ -1,0 +1,109 @@
+"""`cdpr compare`."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from cdpr.base.errors import CdprError, ExitCode
+from cdpr.ui.cli.load import strict_option
+from cdpr.ui.cli.names import OutPath, change_keys, names, plugin_files, plugin_option
+from cdpr.ui.cli.numbers import Real, Whole
+from cdpr.ui.cli.progress import Progress, terminating
+
+
+@click.command("compare")
+@click.argument("what", metavar="SCENARIO | RUN RUN...", nargs=-1, required=True, type=click.Path())
+@plugin_option("--backends", "backend", default="all", show_default=True, metavar="A,B|all", help="Which engines.")
+@plugin_option("--solvers", "solver", metavar="A,B", help="Which tension solvers, instead of the scenario's.")
+@change_keys("Change a key of the scenario; repeatable.")
+@plugin_files
+@strict_option
+@click.option("--refine", is_flag=True, help="Measure the order of each engine with three physics steps.")
+@click.option("--jobs", type=Whole(1), help="Processes at a time (default: one a core).")
+@click.option("--timeout", type=Real(1.0), help="Seconds that a run may take (default: no limit).")
+@click.option("--out", type=OutPath(), help="Folder for compare.json, compare.html and the runs.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    what: tuple[str, ...],
+    backends: str,
+    solvers: str | None,
+    changes: tuple[str, ...],
+    strict: bool,
+    refine: bool,
+    jobs: int | None,
+    timeout: float | None,
+    out: str | None,
+    as_json: bool,
+) -> None:
+    """Run SCENARIO closed loop on several engines, or take finished RUNs, and tell whether they agree.
+
+    The engine of highest order judges. One of the same scheme must agree with it but for round-off; of any other half
+    the step must take its share of the distance. The exit code is 7 where one disagrees or none could be judged; 0 says
+    that engines agree.
+    """
+    from pathlib import Path
+
+    finished = len(what) > 1 or Path(what[0]).is_dir()
+    if finished and (changes or refine or solvers or strict or backends != "all"):
+        options = "--backends, --solvers, --set, --strict and --refine"
+        raise CdprError(f"finished runs are compared as they are: leave out {options}")
+    if finished:
+        for name in what:
+            if name.endswith((".yaml", ".yml")):
+                raise CdprError(f"{name}: is not a run: give either one SCENARIO, or only folders of finished runs")
+        from cdpr.analysis.compare.finished import compare_finished
+        from cdpr.analysis.compare.job import RESERVED
+        from cdpr.log.run_folder import claim
+
+        result = compare_finished(what)
+        if out is not None:
+            claim(Path(out), RESERVED)
+    else:
+        from cdpr.analysis.jobs import forks
+
+        forks.begin()
+        from cdpr.analysis.compare import job
+
+        made = (0, 0)
+
+        def count(done: int, total: int) -> None:
+            nonlocal made
+            made = (done, total)
+            progress(done, total)
+
+        with terminating(), Progress("runs") as progress:
+            try:
+                result = job.compare_scenario(
+                    what[0],
+                    changes=changes,
+                    strict=strict,
+                    backends=None if backends == "all" else names(backends),
+                    solvers=None if solvers is None else names(solvers),
+                    refine=refine,
+                    out=None if out is None else Path(out),
+                    jobs=jobs,
+                    timeout=timeout,
+                    progress=count,
+                    say=progress.say,
+                )
+            except KeyboardInterrupt:
+                free = "" if out is None else f", and {out} can be used again"
+                progress.say(f"interrupted after {made[0]} of {made[1]} runs: nothing of the comparison is kept{free}")
+                raise
+    if out is not None:
+        from cdpr.ui.report.pages.compare import write_comparison
+
+        write_comparison(result, Path(out))
+    if as_json:
+        click.echo(json.dumps(result.figures, indent=1, allow_nan=False))
+    else:
+        from cdpr.ui.report.text.compare import lines
+
+        for line in lines(result.figures):
+            click.echo(line)
+        if out is not None:
+            click.echo(out)
+    if result.figures["agrees"] is not True:
+        raise click.exceptions.Exit(ExitCode.DISAGREES)

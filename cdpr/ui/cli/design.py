@@ -1,0 +1,76 @@
+"""`cdpr design`."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import click
+
+from cdpr.ui.cli.names import OutPath, again
+from cdpr.ui.cli.numbers import Whole
+
+
+@click.command("design")
+@click.argument("study", type=click.Path())
+@click.option("--out", type=OutPath(), help="Folder.")
+@click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Candidates at a time (default: one a core).")
+@click.option("--resume", is_flag=True, help="Go on with what the folder of --out holds of this design.")
+@click.option(
+    "--evaluations", type=Whole(1, 10_000_000), metavar="N", help="Candidates (default: as many as the study says)."
+)
+@click.option("--report/--no-report", default=True, help="Write report.html.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.pass_context
+def command(
+    context: click.Context,
+    study: str,
+    out: str | None,
+    jobs: int | None,
+    resume: bool,
+    evaluations: int | None,
+    report: bool,
+    as_json: bool,
+) -> None:
+    """Look for the best robot of STUDY: keys of a robot file, varied within bounds, goals and constraints.
+
+    The folder holds the best robot (best.yaml), of several goals all that no other dominates (front), every evaluation
+    (evaluations.csv), figures before and after (design.json) and a page. Ctrl-C keeps what has been evaluated. Where no
+    candidate keeps all constraints, the exit code is 4.
+    """
+    if resume and out is None:
+        raise click.UsageError("--resume goes on in the folder of --out, which is missing")
+    from cdpr.analysis.design import load_design, run_design
+    from cdpr.log.run_folder import new_folder
+    from cdpr.ui.cli.progress import Progress, terminating
+    from cdpr.ui.report.text.design import lines
+
+    with terminating():
+        design = load_design(study, evaluations=evaluations)
+        folder = Path(out) if out else new_folder(design.name, "design")
+        with Progress("candidates") as progress:
+            try:
+                found = run_design(
+                    design,
+                    folder,
+                    jobs=jobs or len(os.sched_getaffinity(0)),
+                    resume=resume,
+                    progress=progress,
+                )
+            except KeyboardInterrupt:
+                more = () if resume else ("--resume",)
+                progress.say(f"interrupted; this goes on: {again(context, '--out', str(folder), *more)}")
+                raise
+        if report:
+            from cdpr.ui.report.pages.design import write_design
+
+            write_design(found, folder / "report.html")
+    if as_json:
+        click.echo(json.dumps(found.plain() | {"folder": str(folder)}, indent=1, allow_nan=False))
+    else:
+        for line in lines(found.plain()):
+            click.echo(line)
+        click.echo(str(folder))
+    if found.exit_code:
+        raise click.exceptions.Exit(found.exit_code)

@@ -1,0 +1,145 @@
+"""`cdpr export`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cdpr.formats.write import TARGETS
+from cdpr.ui.cli.names import OutPath, change_keys
+
+if TYPE_CHECKING:
+    from cdpr.scenario import Scenario
+
+TABLES = ("csv", "npz", "mat", "parquet")
+PACKAGE = "ros2"  # a folder of packages, not a file
+NATIVE = "native"  # a folder with a C++ header and its numbers
+
+
+@click.command("export")
+@click.argument("what", metavar="RUN|ROBOT|SCENARIO", type=click.Path())
+@change_keys("Change a key of the robot or scenario; repeatable.")
+@click.option(
+    "--to",
+    type=click.Choice([*TABLES, *TARGETS, PACKAGE, NATIVE]),
+    required=True,
+    help="Of a run csv, npz, mat or parquet (the last two need the extra `data`); of a robot mjcf, sdf or urdf; of a "
+    "scenario ros2, a folder of packages, or native, a C++ header and its numbers for real-time programs.",
+)
+@click.option("--style", help="Of SDF: platform, pushed by a wrench, or legs, cables that push and pull. [platform]")
+@click.option("--sdf-version", "version", help="1.9, or 1.6 for readers that know no more. [1.9]")
+@click.option("--pulleys-as-points", is_flag=True, help="Replace pulleys by points, for MJCF and SDF, which have none.")
+@click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log, or ROBOT.FORMAT.")
+@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    what: str,
+    changes: tuple[str, ...],
+    to: str,
+    style: str | None,
+    version: str | None,
+    pulleys_as_points: bool,
+    out: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Write a robot or scenario for MuJoCo, Gazebo, RViz, ROS 2 or real time; a run as CSV, NumPy, MATLAB or Parquet.
+
+    A run is its folder or log; a scenario is exported as it begins, a robot at its home.
+    """
+    given = {"style": style, "version": version, "pulleys": "points" if pulleys_as_points else None}
+    takes = TARGETS[to].options if to in TARGETS else ()
+    for name, value in given.items():
+        if value is not None and name not in takes:
+            option = {"version": "sdf-version", "pulleys": "pulleys-as-points"}.get(name, name)
+            formats = " or ".join(f"--to {each}" for each, target in TARGETS.items() if name in target.options)
+            raise click.UsageError(f"--{option} is for {formats}")
+    if to == PACKAGE:
+        if force:
+            raise click.UsageError("--force is for files; ros2 writes a folder, which is new or empty")
+        file, told = _packages(what, changes, out)
+    elif to == NATIVE:
+        file, told = _native(what, changes, out, force)
+    elif to in TABLES:
+        if changes:
+            raise click.UsageError("--set is for robots and scenarios; a run stays what it was")
+        file, told = _run(what, to, out, force)
+    else:
+        file, told = _robot(what, changes, to, {name: value for name, value in given.items() if value}, out, force)
+    if as_json:
+        click.echo(json.dumps({"file": str(file), "format": to, **told}))
+    else:
+        click.echo(": ".join([str(file), *(f"{value} {name}" for name, value in told.items())]))
+
+
+def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
+    from cdpr.base.errors import CdprError
+    from cdpr.log.export import export
+    from cdpr.log.reader import load_run, locate
+
+    if run.endswith((".yaml", ".yml")):
+        others = ", ".join([*TARGETS, PACKAGE, NATIVE])
+        raise CdprError(f"{run}: {to} is for runs, and this is a file of a robot or scenario: {others}")
+    log, _ = locate(run)
+    out = out or log.with_name(f"run.{to}")
+    loaded = load_run(run)
+    export(loaded, to, out, force)
+    return out, {"rows": len(loaded.rows)}
+
+
+def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Path, dict[str, int]]:
+    from cdpr.formats.write.ros2 import without_control, write_ros2
+    from cdpr.ui.cli.load import tell
+
+    loaded = _scenario(file, changes, f"{PACKAGE} is for scenarios, for a node runs one, and this is a robot")
+    if reason := without_control(loaded):
+        tell([f"left out: the controller as a C++ node: {reason}"])
+    out = out or Path(f"{loaded.name}_ros2")
+    return out, {"files": len(write_ros2(loaded, out))}
+
+
+def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
+    from cdpr.formats.write.native import write_native
+    from cdpr.ui.cli.load import tell
+
+    loaded = _scenario(file, changes, f"{NATIVE} requires a scenario, which has a controller; this is a robot")
+    if loaded.events:
+        tell(["events: only their effect on the desired motion is exported"])
+    out = out or Path(f"{loaded.name}_native")
+    return out, {"files": len(write_native(loaded, out, force))}
+
+
+def _scenario(file: str, changes: tuple[str, ...], refusal: str) -> Scenario:
+    from cdpr.base.errors import CdprError
+    from cdpr.scenario import Scenario
+    from cdpr.ui.cli.load import load_told
+
+    loaded = load_told(file, changes)
+    if not isinstance(loaded, Scenario):
+        raise CdprError(f"{file}: {refusal}: 'cdpr new scenario --robot FILE' writes one")
+    return loaded
+
+
+def _robot(
+    file: str, changes: tuple[str, ...], to: str, given: dict[str, str], out: Path | None, force: bool
+) -> tuple[Path, dict[str, int]]:
+    from cdpr.base.errors import CdprError, OutputError
+    from cdpr.formats.write.begin import begin
+    from cdpr.formats.write.subject import Options, export, left_out
+    from cdpr.log.files import make_folder, replace
+    from cdpr.ui.cli.load import load_told, tell
+
+    if Path(file).is_dir() or file.endswith(".mcap"):
+        raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
+    subject = begin(load_told(file, changes))
+    text = export(subject, to, Options(**given))
+    tell(f"left out: {each}" for each in left_out(subject, to))
+    out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
+    if out.exists() and not force:
+        raise OutputError(f"'{out}' is there already: it is not written over; choose another --out, or --force")
+    make_folder(out.parent)
+    replace(out, text)
+    return out, {}

@@ -1,0 +1,20 @@
+"""`cdpr fmu`; each of its commands has its own module."""
+
+from __future__ import annotations
+
+import click
+
+from cdpr.ui.cli import LazyGroup
+
+COMMANDS = {
+    "info": "Tell what an FMU is and what it holds.",
+    "check": "Check an FMU: file, binary, standard and, for a robot, signals.",
+    "map": "Print which variables of an FMU are which signals, as YAML for a scenario.",
+    "export": "Write a robot as an FMU, for other tools or as a plant of cdpr.",
+    "trust": "Let the native code of an FMU run, list what may, or take that back.",
+}
+
+
+@click.group("fmu", cls=LazyGroup, table=COMMANDS, prefix="fmu_")
+def command() -> None:
+    """Look at functional mock-up units (FMI 2.0 and 3.0, co-simulation) and make them; no native code runs here."""

@@ -1,0 +1,119 @@
+"""`cdpr fmu export`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
+from cdpr.ui.cli.numbers import AnyReal
+
+DEFAULT_STEP = 0.001  # s, for robots without a scenario
+
+
+@click.command("export")
+@click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
+@click.option("--out", "-o", required=True, type=OutPath(path_type=Path), help="The FMU to write.")
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Version of the standard.")
+@click.option("--with-winch", is_flag=True, help="Winches and cables inside: commands come in, not tensions.")
+@click.option("--only-winch", is_flag=True, help="Winches and cables alone: commands and lengths in, tensions out.")
+@click.option(
+    "--controller", is_flag=True, help="Controller and solver alone: state and desired motion in, tensions out."
+)
+@click.option("--with-controller", is_flag=True, help="Controller and solver inside, with the plant.")
+@click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used. Only in FMI 3.")
+@click.option(
+    "--platform",
+    "platforms",
+    multiple=True,
+    type=click.Choice(["native", "win64", "linux-x86_64", "linux-aarch64", "macos-x86_64", "macos-aarch64"]),
+    help="Platform of a binary; may be given more than once. The default is native, this platform.",
+)
+@click.option(
+    "--step",
+    type=AnyReal(),
+    help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.",
+)
+@change_keys("Change any key of the file.")
+@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@plugin_files
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    file: str,
+    out: Path,
+    fmi: str,
+    with_winch: bool,
+    only_winch: bool,
+    controller: bool,
+    with_controller: bool,
+    source_only: bool,
+    platforms: tuple[str, ...],
+    step: float | None,
+    changes: tuple[str, ...],
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Write a robot as an FMU for co-simulation: its platform on its cables, as the backend `reference` moves it.
+
+    Initial state, gravity and step are those of the scenario; for a robot, its home pose at rest, Earth's gravity and
+    1 ms. All are parameters of the FMU. The C++ source is inside in FMI 3. The binary for this platform is compiled
+    from it by $CXX, c++ or zig; those for others by zig (pip install 'cdpr[cross]'), for Windows also by
+    x86_64-w64-mingw32-g++. The FMU joins the list of trusted ones (cdpr fmu trust).
+    """
+    from cdpr.scenario import Scenario, World
+    from cdpr.ui.cli.load import load_told
+
+    loaded = load_told(file, changes)
+    import numpy as np
+
+    from cdpr.cables import ACTUATED, immediate, with_model
+    from cdpr.fmu.export import NATIVE, Actuator, Controller, Model, Plant, write_fmu
+    from cdpr.mechanics.kinematics import make_state
+    from cdpr.mechanics.properties import home_pose
+
+    if with_winch and only_winch:
+        raise click.UsageError("--with-winch and --only-winch exclude each other")
+    if controller and (with_controller or with_winch or only_winch):
+        raise click.UsageError("--controller is a controller alone: leave the other --with and --only out")
+    if with_controller and only_winch:
+        raise click.UsageError("--with-controller needs a plant, which --only-winch leaves out")
+    if (controller or with_controller) and not isinstance(loaded, Scenario):
+        raise click.UsageError("a controller is that of a scenario, and this file is a robot")
+    if source_only and platforms:
+        raise click.UsageError("--source-only and --platform exclude each other: there is no binary")
+    if step is not None and not 0.0 < step < np.inf:
+        raise click.BadParameter(f"a finite number greater than 0 (s) is expected, got {step:g}", param_hint="--step")
+    if isinstance(loaded, Scenario):
+        robot, gravity, state = loaded.robot, loaded.gravity, loaded.initial.state()
+        step = step or loaded.simulation.physics_step
+        if only_winch and loaded.actuators is not None:
+            robot = with_model(robot, ACTUATED)  # as the scenario itself exports them
+    else:
+        pose, _ = home_pose(loaded)
+        robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
+    step = step or DEFAULT_STEP
+    control = None
+    if isinstance(loaded, Scenario) and (controller or with_controller):
+        from cdpr.simulation.exported import control_of
+
+        control = control_of(loaded)
+        if loaded.events:
+            click.echo(f"{file}: its events do not go along, {len(loaded.events)} in number", err=True)
+        if not (controller or with_winch or immediate(robot)):
+            click.echo(f"{file}: its winches do not go along without --with-winch: tensions act at once", err=True)
+    model: Model
+    if control and controller:
+        model = Controller(control)
+    elif only_winch:
+        model = Actuator(robot, step)
+    else:
+        model = Plant(robot, gravity, step, state, winches=with_winch, control=control)
+    sha256 = write_fmu(model, int(fmi), out, source_only, force, platforms or (NATIVE,))
+    if as_json:
+        facts = {"file": str(out), "fmi": int(fmi), "sha256": sha256, "model": model.name}
+        click.echo(json.dumps({**facts, "robot": robot.name, "step": step, "binary": not source_only}))
+    else:
+        size = out.stat().st_size / 1000
+        click.echo(f"{out}: FMI {fmi}, {model.name}, {robot.m} cables, {size:.0f} kB, sha256 {sha256}")

@@ -1,0 +1,63 @@
+"""`cdpr info`."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.ui.cli.load import load_told, strict_option
+from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
+
+if TYPE_CHECKING:
+    from cdpr.scene import Pictures
+
+
+@click.command("info")
+@click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
+@click.option(
+    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad, or as 30deg)."
+)
+@change_keys("Change any key of the file.")
+@click.option("--out", type=OutPath(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
+@plugin_files
+@strict_option
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    file: str, pose: str | None, changes: tuple[str, ...], out: str | None, strict: bool, as_json: bool
+) -> None:
+    """Tell what a robot is and can hold at a pose, and what a scenario's motion asks of it.
+
+    The pose is the robot's home, or the scenario's initial one, unless --pose is given. Nothing is simulated: a motion
+    is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
+    """
+    loaded = load_told(file, changes, strict=strict)
+    # imported only after the file is valid, because it is slow
+    from cdpr.ui.cli.portray import portray
+    from cdpr.ui.report.text.portrait import lines
+
+    figures, scene, _ = portray(loaded, pose)
+    if as_json:
+        click.echo(json.dumps(figures, indent=2, allow_nan=False))
+    else:
+        for line in lines(figures):
+            click.echo(line)
+    if out is not None:
+        _write(figures, scene, out, quiet=as_json)
+
+
+def _write(figures: dict[str, Any], scene: Pictures, out: str, *, quiet: bool) -> None:
+    """Write the drawing and the figures into a folder, which is created if necessary."""
+    from pathlib import Path
+
+    from cdpr.log.files import make_folder, replace
+
+    folder = Path(out)
+    make_folder(folder)
+    replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    from cdpr.ui.report.figures.sketch import write_svg
+
+    write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
+    if not quiet:
+        click.echo(folder / "robot.svg")

@@ -1,0 +1,142 @@
+"""`cdpr new`."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.base.errors import CdprError, OutputError
+from cdpr.ui.cli.numbers import AnyReal, AnyWhole, number
+
+if TYPE_CHECKING:
+    from cdpr.scenario.template import Sizes
+
+STDOUT = "-"
+
+
+def _lengths(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[float, float, float] | None:
+    """Return three lengths, m."""
+    if value is None:
+        return None
+    try:
+        x, y, z = (number(part) for part in value.split(","))
+    except ValueError:
+        text = f"three lengths (m) with commas between them are expected, such as 4,3,2.5, got {value[:80]!r}"
+        raise click.BadParameter(text) from None
+    return x, y, z
+
+
+def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of a new robot's sizes to a command, which receives the given ones."""
+    options = [
+        click.option(
+            "--frame", callback=_lengths, metavar="W,D,H", help="Width, depth, height of the frame (m): 4,3,2.5."
+        ),
+        click.option(
+            "--platform", callback=_lengths, metavar="W,D,H", help="The same of the platform (m): 0.4,0.3,0.2."
+        ),
+        click.option("--mass", type=AnyReal(), metavar="KG", help="Mass of the platform (kg): 20."),
+        click.option(
+            "--cables",
+            type=AnyWhole(),
+            metavar="N",
+            help="8 or 7 from all sides; suspended 8 or 6, or 3 or 4 of a point; planar 4. Default: 8, planar 4.",
+        ),
+        click.option("--suspended", is_flag=True, default=None, help="Eight cables from above; 3, 4 and 6 always are."),
+        click.option("--crossed/--straight", default=None, help="Let cables cross at the platform, the default."),
+        click.option("--planar", is_flag=True, default=None, help="A robot in the plane of x and z."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@click.group("new")
+def command() -> None:
+    """Write a robot or a scenario that runs as it is, with a comment on every key, to be changed."""
+
+
+@command.command("robot")
+@click.argument("file", default="robot.yaml", type=click.Path())
+@sizes
+def robot(file: str, **given: Any) -> None:
+    """Write a robot FILE (default: robot.yaml; - prints it): a box in a frame, on cables from its corners.
+
+    Tension limits follow from the mass. Sizes at which the cables cannot hold the platform are refused. Cables touch
+    neither each other nor the platform in most of the static workspace; a warning reports sizes at which they do.
+    """
+    from cdpr.scenario import load_robot
+    from cdpr.scenario.template import crowded, robot_text
+
+    chosen = _sizes(given)
+    text = robot_text(file, chosen, _stem(file, "robot"))
+    _write(file, text, f"cdpr info {shlex.quote(file)}", crowded(load_robot(file, text=text), chosen))
+
+
+@command.command("scenario")
+@click.argument("file", default="scenario.yaml", type=click.Path())
+@click.option(
+    "--robot", "source", type=click.Path(), help="Robot file or example; without it a new robot is written in."
+)
+@sizes
+def scenario(file: str, source: str | None, **given: Any) -> None:
+    """Write a scenario FILE (scenario.yaml unless said; - prints it): a gentle move that its robot can hold."""
+    from cdpr.scenario import load_scenario
+    from cdpr.scenario.template import RESTS, crowded
+    from cdpr.simulation.tried import tried_scenario
+
+    extra = [f"--{key}" for key, value in given.items() if value is not None]
+    if source is not None and extra:
+        raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
+    chosen = _sizes(given)
+    tried = tried_scenario(file, source, chosen)
+    text = tried.text
+    told = None if source is not None else crowded(load_scenario(file, text=text).robot, chosen)
+    _write(file, text, f"cdpr run {shlex.quote(file)}", told)
+    if tried.note:
+        click.echo(tried.note, err=True)
+    if RESTS in text and file != STDOUT:
+        click.echo(f"{RESTS} 'cdpr info {shlex.quote(file)}' tells more; a trajectory can be written in", err=True)
+
+
+def _sizes(given: dict[str, Any]) -> Sizes:
+    from cdpr.scenario.template import Sizes
+
+    return Sizes(**{key: value for key, value in given.items() if value is not None})
+
+
+def _stem(file: str, otherwise: str) -> str:
+    from cdpr.scenario.source import stem
+
+    return otherwise if file == STDOUT else stem(file)
+
+
+def _write(file: str, text: str, then: str, warning: str | None) -> None:
+    """Write a new file or print it; an existing file is not replaced."""
+    if file == STDOUT:
+        if warning:
+            click.echo(f"warning: {warning}", err=True)
+        click.echo(text, nl=False)
+        return
+    from pathlib import Path
+
+    from cdpr.log.files import create
+
+    try:
+        create(Path(file), text)
+    except FileExistsError:
+        raise OutputError(f"'{file}' is there already: it is not written over; choose another name") from None
+    except FileNotFoundError:
+        raise OutputError(f"cannot write '{file}': there is no folder '{Path(file).parent}'; make it first") from None
+    except OSError as error:
+        raise OutputError(f"cannot write '{file}': {error.strerror}") from None
+    from cdpr.ui.cli.load import load_told
+
+    click.echo(file)
+    load_told(file, ())  # prints warnings on unusual sizes
+    if warning:
+        click.echo(f"warning: {file}: {warning}", err=True)
+    click.echo(f"next: {then}", err=True)

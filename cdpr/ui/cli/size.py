@@ -1,0 +1,134 @@
+"""`cdpr size`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cdpr.base.errors import CdprError, OutputError
+from cdpr.ui.cli.names import OutPath, change_keys
+from cdpr.ui.cli.numbers import Real
+
+if TYPE_CHECKING:
+    from cdpr.analysis.sizing import Duty
+    from cdpr.model import Robot
+    from cdpr.model.robot import Array
+
+CELLS = "10"
+
+
+@click.command("size")
+@click.argument("what", metavar="SCENARIO...|RUN...", nargs=-1, required=True, type=click.Path())
+@change_keys("Change any key of the scenarios.")
+@click.option(
+    "--safety", type=Real(1.0), default=5.0, show_default=True, metavar="N", help="Breaking load over largest tension."
+)
+@click.option("--broken", is_flag=True, help="Break each cable in turn as well: what the others must bear.")
+@click.option(
+    "--wrench-box",
+    "box",
+    metavar="FX,FY,FZ,MX,MY,MZ",
+    help="Ask all over the workspace, at rest, for these wrenches besides, beyond the weight: half widths (N, N m).",
+)
+@click.option("--lower", metavar="X,Y,Z", help="Lowest corner of that workspace, m; the frame's unless given.")
+@click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise.")
+@click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along its longest side, or along each. [10]")
+@click.option("--out", type=OutPath(), help="Page to write, .html, which prints on one sheet.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    what: tuple[str, ...],
+    changes: tuple[str, ...],
+    safety: float,
+    broken: bool,
+    box: str | None,
+    lower: str | None,
+    upper: str | None,
+    cells: str | None,
+    out: str | None,
+    as_json: bool,
+) -> None:
+    """Tell what cables, drums and motors must bear: the worst of several scenarios and runs.
+
+    A scenario's motion is followed by inverse kinematics and dynamics, with tensions of minimum 2-norm; a run is taken
+    as it was. Power of a cable is what it does to the platform; a motor's has the drum's inertia and friction in it.
+    """
+    from cdpr.ui.cli.progress import Progress
+
+    if box is None and not lower is upper is cells is None:
+        raise click.UsageError("--lower, --upper and --cells are of the workspace that --wrench-box asks about")
+    target = None if out is None else Path(out)
+    if target is not None and (target.suffix != ".html" or target.is_dir()):
+        raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
+    from cdpr.analysis.sizing import sizing, with_one_broken
+    from cdpr.ui.report.text.sizing import lines
+
+    duties, gravities = [], []
+    with Progress("load cases") as progress:
+        total = len(what) + (box is not None)
+        for each in what:
+            duty, gravity = _duty(each, changes)
+            duties.append(duty)
+            gravities.append(gravity)
+            progress(len(duties), total)
+        if box is not None:
+            duties.append(_over(duties[0].robot, gravities[0], box, (lower, upper, cells or CELLS)))
+        if broken:
+            total += sum(duty.robot.m for duty in duties)
+            for duty in list(duties):
+                for other in with_one_broken(duty):
+                    duties.append(other)
+                    progress(len(duties), total)
+    figures = sizing(duties, safety).plain()
+    if target is not None:
+        from cdpr.log.files import replace_markup
+        from cdpr.ui.report.pages.sizing import render_sizing
+
+        target.parent.mkdir(parents=True, exist_ok=True)
+        replace_markup(target, render_sizing(figures))
+    if as_json:
+        click.echo(json.dumps(figures, indent=1, allow_nan=False))
+        return
+    for line in lines(figures):
+        click.echo(line)
+    if target is not None:
+        click.echo(str(target))
+
+
+def _duty(what: str, changes: tuple[str, ...]) -> tuple[Duty, Array]:
+    """Return the duty of a scenario file or a run, and its gravity."""
+    import numpy as np
+
+    from cdpr.analysis.sizing import Duty
+
+    path = Path(what)
+    if path.is_dir() or path.suffix == ".mcap":
+        from cdpr.log.reader import load_run
+
+        if changes:
+            raise click.UsageError(f"--set changes scenarios, and {what} is a run")
+        run = load_run(path)
+        return Duty.of_run(run, what), np.array(run.header.gravity)
+    from cdpr.scenario import Scenario
+    from cdpr.ui.cli.load import load_told
+
+    loaded = load_told(what, changes)
+    if not isinstance(loaded, Scenario):
+        raise CdprError(f"{what}: is a robot: a scenario, whose motion asks something of it, or a run is expected")
+    return Duty.of_scenario(loaded, what), np.array(loaded.world.gravity)
+
+
+def _over(robot: Robot, gravity: Array, box: str, place: tuple[str | None, str | None, str]) -> Duty:
+    from cdpr.analysis.sizing import over_workspace
+    from cdpr.analysis.workspace import box as box_of
+    from cdpr.analysis.workspace import region
+    from cdpr.ui.cli.workspace_kind import cells_of, numbers_of
+
+    low, high = (
+        None if text is None else numbers_of(text, (3,), name)
+        for text, name in zip(place[:2], ("--lower", "--upper"), strict=True)
+    )
+    where = region(robot, lower=low, upper=high, cells=cells_of(place[2]))
+    return over_workspace(robot, where, box_of(numbers_of(box, (6,), "--wrench-box")), gravity)

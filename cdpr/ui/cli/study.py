@@ -1,0 +1,148 @@
+"""`cdpr study`."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cdpr.base.errors import CdprError, ExitCode
+from cdpr.ui.cli.names import OutPath, again, change_keys, plugin_files
+from cdpr.ui.cli.numbers import Real, Whole
+
+if TYPE_CHECKING:
+    from cdpr.analysis.study import Results, Study
+
+TIMEOUT = 3600.0  # s; a hang occupies one worker for this time, and few runs take longer
+ROWS = 40  # printed rows of the table
+
+
+@click.command("study")
+@click.argument("study", type=click.Path())
+@plugin_files
+@change_keys("Change a key in all cases; repeatable.")
+@click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Cases at a time (default: one a core).")
+@click.option(
+    "--timeout",
+    type=Real(0.0, min_open=True),
+    default=TIMEOUT,
+    show_default=True,
+    metavar="S",
+    help="Seconds after which a case counts as hung.",
+)
+@click.option("--out", type=OutPath(), help="Folder; one that holds a part of this study is completed.")
+@click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, such as tcp://host:8786.")
+@click.option("--dry-run", is_flag=True, help="Check all cases and list them; run none.")
+@click.option("--report/--no-report", default=True, help="Write study.html.")
+@click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
+@click.pass_context
+def command(
+    context: click.Context,
+    study: str,
+    changes: tuple[str, ...],
+    jobs: int | None,
+    timeout: float,
+    out: str | None,
+    scheduler: str | None,
+    dry_run: bool,
+    report: bool,
+    as_json: bool,
+) -> None:
+    """Run all cases of STUDY, a scenario with any of its keys varied, and tabulate what they give.
+
+    Cases that end as infeasible, beyond limits or diverged are results. Ctrl-C keeps what has been computed; the same
+    command with the same --out goes on, and tries again what failed, died or hung.
+    """
+    if jobs is not None and scheduler is not None:
+        raise click.UsageError("--jobs does not go with --scheduler: the cluster's workers run a case for each thread")
+    if not dry_run and scheduler is None:
+        from cdpr.analysis.jobs import forks
+
+        forks.begin()
+    from cdpr.analysis.study import load_study, run_study
+    from cdpr.analysis.study.folder import ended
+    from cdpr.log.run_folder import new_folder
+    from cdpr.ui.cli.progress import Progress, terminating
+
+    with terminating():
+        with Progress("cases checked") as checked:
+            known = ended(Path(out)) if out and not dry_run else {}
+            loaded = load_study(study, overrides=changes, progress=checked, ended=known)
+        for note in loaded.notes:
+            click.echo(note, err=True)
+        if dry_run:
+            _list(loaded, as_json)
+            return
+        executor = None
+        if scheduler is not None:
+            from cdpr.analysis.jobs.cluster import executor as on_cluster
+
+            executor = on_cluster(scheduler)
+        folder = Path(out) if out else new_folder(loaded.name, "study")
+        with Progress("cases") as progress:
+            try:
+                results = run_study(
+                    loaded,
+                    folder,
+                    jobs=jobs or len(os.sched_getaffinity(0)),
+                    timeout=timeout,
+                    executor=executor,
+                    progress=progress,
+                    say=progress.say,
+                )
+            except (KeyboardInterrupt, CdprError) as stop:
+                if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
+                    told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
+                    progress.say(f"{told}; this goes on: {again(context, '--out', str(folder))}")
+                raise
+        if report:
+            from cdpr.ui.report.pages.study import write_study
+
+            write_study(results, folder / "study.html")
+    if as_json:
+        content = {"name": loaded.name, "folder": str(folder), "counts": results.counts}
+        click.echo(json.dumps(content | {"cases": results.table.records()}, indent=1, allow_nan=False))
+    else:
+        _print(results)
+    if results.exit_code:
+        raise click.exceptions.Exit(results.exit_code)
+
+
+def _list(study: Study, as_json: bool) -> None:
+    if as_json:
+        rows = [{"case": case.id, "block": case.block, **case.labels} for case in study.cases]
+        click.echo(json.dumps({"name": study.name, "cases": rows}, indent=1))
+        return
+    for case in study.cases:
+        click.echo(f"{case.id}  {case}")
+    click.echo(f"{len(study.cases)} case{'s' * (len(study.cases) != 1)}, all valid")
+
+
+def _print(results: Results) -> None:
+    """Print the table, shortened, and the folder."""
+    from cdpr.ui.report.text.aligned import table
+    from cdpr.ui.report.text.study import HEADINGS, cells
+
+    rows = results.table.records()
+    left = ROWS
+    for grid in results.study.blocks:
+        inside = [row for row in rows if row.get("block") == grid.name]
+        axes = [leaf.label for axis in grid.axes for leaf in axis.leaves()]
+        shown = [[*labels, *figures] for labels, figures in (cells(axes, row) for row in inside[:left])]
+        if grid.name is not None:
+            click.echo(f"{grid.name}: {len(inside)} cases")
+        if shown:
+            for line in table([[*axes, "status", *HEADINGS], *shown], left=len(axes) + 1):
+                click.echo(line)
+        left -= len(shown)
+    if len(rows) > ROWS:
+        click.echo(f"  and {len(rows) - ROWS} more")
+    click.echo(f"{len(rows)} cases: {results.told}")
+    for case in results.study.cases:
+        row = results.rows[case.id]
+        if row.status in ("failed", "died", "hung"):
+            click.echo(f"  {case.id}, {case}: {row.status}: {row.reason}")
+    click.echo(results.folder)

@@ -1,0 +1,149 @@
+"""`cdpr tension`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.base.defaults import SOLVER
+from cdpr.base.errors import PluginError
+from cdpr.base.redirect_output import hushed
+from cdpr.ui.cli.names import OutPath, change_keys, plugin_files, plugin_option
+from cdpr.ui.cli.names import names as listed
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from cdpr.analysis.distribution.comparison import Contestant
+    from cdpr.model import Robot
+    from cdpr.plugins.registry import Registered
+    from cdpr.tension.stage import Solve
+
+
+@click.command("tension")
+@click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
+@click.option(
+    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad, or as 30deg)."
+)
+@click.option("--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="What the cables exert on the platform (N, N m), world.")
+@plugin_option(
+    "--solver",
+    "solver",
+    "names",
+    metavar="NAME",
+    multiple=True,
+    default=[SOLVER],
+    help=f"Repeatable, or several with commas; all for all. [{SOLVER}]",
+)
+@change_keys("Change any key of the file.")
+@click.option("--out", type=OutPath(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
+@plugin_files
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    file: str,
+    pose: str | None,
+    wrench: str | None,
+    names: tuple[str, ...],
+    changes: tuple[str, ...],
+    out: str | None,
+    as_json: bool,
+) -> None:
+    """Distribute one wrench at one pose among the cables, with one solver, several or all, and compare the answers.
+
+    The wrench is force and moment about the platform's origin, world axes; by default what holds the weight. The pose
+    is the robot's home, or the scenario's initial one, unless --pose is given. Every answer is checked. With
+    redundant cables there is a picture: all admissible tensions, or the range of each with more than two too many.
+    """
+    from cdpr.scenario import Scenario
+    from cdpr.ui.cli.load import load_told
+
+    loaded = load_told(file, changes)
+    # imported only after the file is valid, because it is slow
+    from cdpr.analysis.distribution.comparison import compare, describe
+    from cdpr.log.run_json import plain
+    from cdpr.mechanics.dynamics import required_wrench
+    from cdpr.mechanics.kinematics import make_state
+    from cdpr.mechanics.properties import check_lengths
+    from cdpr.tension.problem import Problem
+    from cdpr.ui.cli.look import look, parse_wrench
+    from cdpr.ui.cli.progress import Progress
+    from cdpr.ui.report.text.distributions import lines
+
+    robot, gravity, at, source = look(loaded, pose)
+    check_lengths(robot, at)
+    if wrench is None:
+        load, whence = required_wrench(robot, make_state(at[:3], at[3:]), gravity), "holds the weight"
+    else:
+        load, whence = parse_wrench(wrench, robot), "--wrench"
+    own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
+    asked = loaded.controlled if isinstance(loaded, Scenario) else robot
+    problem = Problem(asked, at, load)
+    with Progress("solvers") as progress, hushed():
+        answers = compare(problem, _contestants(names, asked, own), progress)
+    figures = plain(describe(problem, answers, source, whence))
+    if as_json:
+        click.echo(json.dumps(figures, indent=2, allow_nan=False))
+    else:
+        for line in lines(figures):
+            click.echo(line)
+    if out is not None or not as_json:
+        _write(figures, out, quiet=as_json)
+
+
+def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] | None) -> list[Contestant]:
+    """Return the solvers of --solver; `own` is that of the scenario, with its options.
+
+    Raises:
+        PluginError: if a named solver is unknown or lacks a package.
+    """
+    from cdpr.analysis.distribution.comparison import Contestant
+    from cdpr.plugins.registry import registry
+
+    found = registry()
+    chosen: dict[str, Registered] = {}
+    for name in (one for text in names for one in listed(text)):
+        for each in found.names("solver") if name == "all" else [name]:
+            chosen[each] = found.get("solver", each)
+            if name != "all":
+                chosen[each].load()
+
+    def contestant(name: str, entry: Registered) -> Contestant:
+        def make() -> Solve:
+            options = own[1] if own is not None and own[0] == name else entry.read_options({})
+            solve: Solve = entry.make(robot, options).solve
+            return solve
+
+        absent = f"not installed: {entry.remedy}" if entry.missing else ""
+        return Contestant(name, make, bool(entry.info.properties.get("respects_bounds", True)), absent)
+
+    return [contestant(name, entry) for name, entry in chosen.items()]
+
+
+def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
+    """Write picture and figures into a folder, which is created if necessary, and print the path."""
+    from pathlib import Path
+
+    from cdpr.log.files import make_folder, replace, replace_markup
+    from cdpr.log.run_folder import RUNS, safe_name
+    from cdpr.ui.report.text.distributions import no_picture
+
+    folder = Path(out) if out is not None else RUNS / "tension" / safe_name(figures["robot"])
+    written = folder / "tension.json"
+    picture = None
+    if no_picture(figures) is None:
+        try:
+            from cdpr.ui.report.figures.null_space import draw_null_space
+
+            picture = draw_null_space(figures)
+        except PluginError as error:
+            click.echo(f"no picture: {error}", err=True)
+    make_folder(folder)
+    replace(written, json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    if picture is not None:
+        written = folder / "tension.svg"
+        replace_markup(written, picture)
+    if not quiet:
+        click.echo(written)

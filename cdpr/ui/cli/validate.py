@@ -1,0 +1,121 @@
+"""`cdpr validate`."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.base.errors import CdprError, ExitCode, PluginError, ScenarioError
+from cdpr.ui.cli.load import strict_option, tell
+from cdpr.ui.cli.names import change_keys, plugin_files
+
+if TYPE_CHECKING:
+    from cdpr.scenario import Scenario
+
+
+@click.command("validate")
+@click.argument("files", nargs=-1, required=True, type=click.Path())
+@change_keys("Change any key before checking.")
+@plugin_files
+@strict_option
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_json: bool) -> None:
+    """Check scenario and robot files.
+
+    All problems of all FILES are shown, each with its place, and what is allowed but seldom meant, such as sizes as if
+    in millimetres; nothing is simulated.
+    """
+    rows: list[dict[str, Any]] = []
+    codes: set[ExitCode] = set()
+    told: set[str] = set()
+    for file in files:
+        name = click.format_filename(file)
+        try:
+            row, warned = _facts(file, changes, strict=strict)
+        except CdprError as error:
+            codes.add(error.exit_code)
+            places = [problem.as_dict() for problem in error.rows]
+            rows.append({"file": name, "ok": False, "problems": str(error).splitlines(), "rows": places})
+            _tell(name, str(error).splitlines(), told)
+        else:
+            rows.append({"file": name, "ok": True, **row})
+            if not as_json:
+                click.echo(f"{name}: ok ({_brief(row)})")
+            tell([*row["notes"], *warned])
+    if as_json:
+        click.echo(json.dumps(rows, indent=2))
+    if codes:
+        # A missing plugin is no error of the files unless they have others.
+        raise click.exceptions.Exit(ExitCode.PLUGIN if codes == {ExitCode.PLUGIN} else ExitCode.BAD_INPUT)
+
+
+def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[str, Any], list[str]]:
+    """Return the facts of one file without duplicates, and its warnings as lines."""
+    from cdpr.base.problems import Problem
+    from cdpr.config.problems import judged
+    from cdpr.mechanics.restraint import few_cables
+    from cdpr.scenario import Scenario, load_any
+
+    notes: list[str] = []
+    warnings: list[Problem] = []
+    loaded = load_any(file, overrides=changes, notes=notes, warnings=warnings)
+    warned = judged(warnings, strict=strict)
+    robot = loaded.robot if isinstance(loaded, Scenario) else loaded
+    if few := few_cables(robot):
+        notes.append(f"{click.format_filename(file)}: note: {few}")
+    rows = [warning.as_dict() for warning in warnings]
+    said = {"notes": notes, "warnings": rows}
+    told = {warning["key"] for warning in rows}
+    if not isinstance(loaded, Scenario):
+        return {"kind": "robot", "name": robot.name, "cables": robot.m, **said}, warned
+    _require_buildable(loaded)
+    row = {
+        "kind": "scenario",
+        "name": loaded.name,
+        "cables": loaded.robot.m,
+        "duration": loaded.simulation.duration,
+        **({"believed": loaded.belief} if loaded.belief else {}),
+        "unused": [key for key in loaded.unused if key not in told],
+        **said,
+    }
+    return row, warned
+
+
+def _require_buildable(scenario: Scenario) -> None:
+    """Raise an error with everything that prevents a run; PluginError if only plugins are at fault."""
+    from cdpr.simulation.prepare import faults
+
+    found = list(faults(scenario))
+    lines = [f"{scenario.place(*fault.path)}: {fault.error}" for fault in found]
+    if lines and all(isinstance(fault.error, PluginError) for fault in found):
+        raise PluginError("\n".join(lines))
+    if lines:
+        raise ScenarioError(lines)
+
+
+def _tell(name: str, lines: list[str], told: set[str]) -> None:
+    """Print each error once: errors of a robot file also occur in all scenarios that use it."""
+    plain = {line: _plain(line) for line in lines}
+    fresh = [line for line in lines if plain[line] not in told]
+    told.update(plain.values())
+    for line in fresh:
+        click.echo(line, err=True)
+    if len(fresh) < len(lines):
+        known = len(lines) - len(fresh)
+        click.echo(f"{name}: {known} {'more ' * bool(fresh)}problem{'s' * (known > 1)}, told above", err=True)
+
+
+def _plain(line: str) -> str:
+    """Return the same text for the same error, whichever file refers to it."""
+    source, colon, text = line.partition(":")
+    return os.path.normpath(source) + colon + re.sub(r"\brobot\.", "", text)
+
+
+def _brief(row: dict[str, Any]) -> str:
+    cables = f"{row['cables']} cable{'' if row['cables'] == 1 else 's'}"
+    duration = f", {row['duration']:g} s" if "duration" in row else ""
+    return f"{row['kind']}, {cables}{duration}"

@@ -1,0 +1,26 @@
+"""`cdpr workspace combine`."""
+
+from __future__ import annotations
+
+import click
+
+from cdpr.ui.cli.names import OutPath
+
+
+@click.command("combine")
+@click.argument("first", type=click.Path())
+@click.argument("how", metavar="and|or|minus", type=click.Choice(["and", "or", "minus"]))
+@click.argument("second", type=click.Path())
+@click.option("--out", type=OutPath(), help="File, .npz.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(first: str, how: str, second: str, out: str | None, as_json: bool) -> None:
+    """Make one workspace of the files FIRST and SECOND, which are of the same cells and attitudes.
+
+    Inside are the cells that are in both (and), in one at least (or), in the first alone (minus).
+    """
+    from cdpr.analysis.workspace.combine import combine
+    from cdpr.analysis.workspace.result import load_workspace
+    from cdpr.ui.cli.workspace_kind import finish, target_of
+
+    target = target_of(out)
+    finish(combine(load_workspace(first), how, load_workspace(second)), target, as_json)

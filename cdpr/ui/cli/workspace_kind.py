@@ -1,0 +1,329 @@
+"""`cdpr workspace KIND`: one command per kind."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+
+from cdpr.base.errors import ExitCode, OutputError
+from cdpr.model import Robot
+from cdpr.scenario.examples import resolve
+from cdpr.ui.cli import chunked
+from cdpr.ui.cli.names import OutPath, change_keys
+from cdpr.ui.cli.numbers import Real, Whole, number
+from cdpr.ui.cli.workspace_compare import ORACLES
+
+if TYPE_CHECKING:
+    from cdpr.analysis.workspace.kinds import WorkspaceKind
+    from cdpr.analysis.workspace.required import Required
+    from cdpr.analysis.workspace.result import Workspace
+    from cdpr.model.robot import Array
+    from cdpr.scenario import Scenario
+
+SIX = "FX,FY,FZ,MX,MY,MZ"
+
+
+# Progress units of methods, and methods of specific options.
+UNITS = {"certify": "percent", "hull": "rounds", "rays": "rays"}
+OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays"), "about": ("turns", "--about")}
+
+# Options of some kinds by part of the question.
+SOME = {
+    "diameter": click.option(
+        "--cable-diameter", "diameter", type=Real(0.0), metavar="M", help="Of all cables; the robot's unless given."
+    ),
+    "axial_stiffness": click.option(
+        "--axial-stiffness",
+        type=Real(0.0, min_open=True),
+        metavar="N",
+        help="E A of all cables; the robot's unless given.",
+    ),
+    "direction": click.option(
+        "--direction", metavar="DOF", help="One of x, y, z, rx, ry, rz, all else free; the softest unless given."
+    ),
+}
+
+
+def command_of(name: str, text: str) -> click.Command:
+    """Return the command of a kind."""
+    from cdpr.analysis.workspace.kinds import KINDS
+
+    kind = KINDS[name]
+    forms = {"box": "Half widths of a box", "ellipsoid": "Half axes of an ellipsoid"}
+    what = {
+        "wrenches": ("wrench", "N, N m", SIX),
+        "accelerations": ("acceleration", "m/s^2, rad/s^2", "AX,AY,AZ,RX,RY,RZ"),
+    }
+    options: list[Any] = [SOME[part] for part in kind.takes if part in SOME]
+    if kind.needs or "required" in kind.takes:
+        wanted = kind.needs or "wrenches"
+        prefix, units, letters = what[wanted]
+        for form, title in forms.items():
+            options.append(
+                click.option(
+                    f"--{prefix}-{form}",
+                    form,
+                    metavar=letters,
+                    help=f"{title} of required {wanted} ({units}).",
+                )
+            )
+    if kind.programs:
+        options.append(
+            click.option(
+                "--oracle",
+                type=click.Choice(ORACLES),
+                help="Ask linear programs about some poses as well, as 'cdpr workspace compare' does.",
+            )
+        )
+
+    def run(
+        file: str,
+        changes: tuple[str, ...],
+        orientation: tuple[str, ...],
+        over: str,
+        lower: str | None,
+        upper: str | None,
+        cells: str | None,
+        method: str,
+        undecided: float | None,
+        about: str | None,
+        rays: int | None,
+        jobs: int | None,
+        chunks: str | None,
+        resume: bool,
+        scheduler: str | None,
+        out: str | None,
+        as_json: bool,
+        box: str | None = None,
+        ellipsoid: str | None = None,
+        oracle: str | None = None,
+        **asked: Any,
+    ) -> None:
+        required = _required(kind, box, ellipsoid)
+        place = Place(
+            orientation, lower, upper, cells, method, {"undecided": undecided, "n_rays": rays, "about": about}
+        )
+        to = chunked.chunked_of(chunks, resume, scheduler, method, jobs, out)
+        if oracle is not None and to is not None:
+            raise click.UsageError("--oracle does not go with --chunks: ask 'cdpr workspace compare' of the folder")
+        _run(name, file, changes, place, over, asked | {"required": required}, jobs, to, out, as_json, oracle)
+
+    unit = f" ({kind.unit})" if kind.unit else ""
+    run.__doc__ = f"{text}\n\n    Told is the {kind.value}{unit}. {_more(kind.needs)}"
+    made: Any = run
+    for option in reversed([*_OPTIONS[:-2], *options, *chunked.OPTIONS, *_OPTIONS[-2:]]):
+        made = option(made)
+    return click.command(name)(made)
+
+
+_OPTIONS = (
+    click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path()),
+    change_keys("Change any key of the file."),
+    click.option(
+        "--orientation",
+        multiple=True,
+        metavar="R,P,Y",
+        help="Attitude: roll, pitch, yaw (rad, or as 30deg); repeatable. The home's unless given.",
+    ),
+    click.option(
+        "--over", type=click.Choice(["all", "any"]), default="all", help="Of several: all or any inside. [all]"
+    ),
+    click.option(
+        "--lower", metavar="X,Y,Z", help="Lowest corner of the box that is looked at, m; the frame's unless given."
+    ),
+    click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise."),
+    click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
+    click.option(
+        "--method",
+        type=click.Choice(["grid", "octree", "hull", "rays", "turns", "certify"]),
+        default="grid",
+        help="All cells; those that decide; the boundary from a point; free lines; turns; boxes proved. [grid]",
+    ),
+    click.option(
+        "--undecided",
+        type=Real(0.0, 1.0),
+        metavar="SHARE",
+        help="Of the box, up to which certify need not decide. [0.02]",
+    ),
+    click.option("--about", type=click.Choice(["rx", "ry", "rz"]), help="The world's axis of turns. [rz]"),
+    click.option("--rays", type=Whole(4, 10**6), metavar="N", help="In how many directions hull looks. [2562]"),
+    click.option(
+        "--length",
+        type=Real(0.0, min_open=True),
+        metavar="M",
+        help="By what moments are divided in margins; the robot's characteristic length unless given.",
+    ),
+    click.option("--at-least", type=Real(), metavar="VALUE", help="From which value on a pose is inside."),
+    click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Threads (default: one a core)."),
+    click.option("--out", type=OutPath(), help="File, .npz."),
+    click.option("--json", "as_json", is_flag=True, help="Print JSON."),
+)
+
+
+def _more(needs: str) -> str:
+    start = "Looked at are the middles of the cells of a box."
+    if not needs:
+        return start
+    return (
+        f"{start} Required {needs} are what the cables must exert or do beyond carrying the weight at rest, world axes."
+    )
+
+
+class Place(NamedTuple):
+    """Region and method, as given by the options."""
+
+    orientation: tuple[str, ...]
+    lower: str | None
+    upper: str | None
+    cells: str | None
+    method: Any
+    finer: dict[str, Any]  # options of one method
+
+
+def _run(
+    kind: str,
+    file: str,
+    changes: tuple[str, ...],
+    place: Place,
+    over: Any,
+    asked: dict[str, Any],
+    jobs: int | None,
+    to: chunked.Chunked | None,
+    out: str | None,
+    as_json: bool,
+    oracle: str | None,
+) -> None:
+    from cdpr.ui.cli.load import load_told
+
+    loaded = load_told(file, changes)
+    from cdpr.analysis.workspace.kinds import kind_of
+    from cdpr.analysis.workspace.regions import region
+    from cdpr.analysis.workspace.required import NOTHING
+    from cdpr.analysis.workspace.result import workspace
+    from cdpr.ui.cli.look import look, parse_attitude
+    from cdpr.ui.cli.progress import Progress
+
+    target = target_of(out)
+    robot, gravity, _, _ = look(loaded, None)
+    turned = [parse_attitude(text, robot) for text in place.orientation]
+    source = source_of(loaded, file, changes)  # recorded as loaded
+    lower, upper = (_three(text, name) for text, name in ((place.lower, "--lower"), (place.upper, "--upper")))
+    where = region(robot, lower=lower, upper=upper, cells=cells_of(place.cells), orientations=turned or None)
+    if "obstacles" in kind_of(kind).takes and not isinstance(loaded, Robot):
+        asked["obstacles"] = loaded.obstacles
+    asked["required"] = asked["required"] or NOTHING
+    how: dict[str, Any] = {"over": over, "method": place.method, "jobs": jobs}
+    for name, value in place.finer.items():
+        if value is not None and OWNERS[name][0] != place.method:
+            raise click.UsageError(f"{OWNERS[name][1]} is for --method {OWNERS[name][0]}")
+    how |= {name: value for name, value in place.finer.items() if value is not None}
+    if to is not None:
+        figures = chunked.compute(to, robot, kind, where, jobs, source, asked | {"gravity": gravity, "over": over})
+        tell(figures | {"file": str(to.folder)}, as_json)
+        return
+    with Progress(UNITS.get(place.method, "cells")) as progress:
+        found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
+    found.about["source"] = source
+    if oracle is not None:
+        from cdpr.analysis.workspace.oracle import compare
+
+        with Progress("poses") as progress:
+            told = compare(found, robot, progress=progress)
+        found.about["oracle"] = {"by": oracle, **dataclasses.asdict(told)}
+    finish(found, target, as_json)
+    if oracle is not None and told.different:
+        raise click.exceptions.Exit(ExitCode.DISAGREES)
+
+
+def target_of(out: str | None) -> Path | None:
+    """Return the file of --out.
+
+    Raises:
+        OutputError: if its name is no such file.
+    """
+    target = None if out is None else Path(out)
+    if target is not None and (target.suffix != ".npz" or target.is_dir()):
+        raise OutputError(f"{target}: --out: the name of a file that ends in .npz is expected")
+    return target
+
+
+def finish(found: Workspace, target: Path | None, as_json: bool) -> None:
+    """Write a workspace and print its figures."""
+    if target is not None:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        found.save(target)
+    tell(found.summary() | ({} if target is None else {"file": str(target)}), as_json)
+
+
+def tell(figures: dict[str, Any], as_json: bool) -> None:
+    """Print the figures of a workspace."""
+    if as_json:
+        click.echo(json.dumps(figures, indent=1, allow_nan=False))
+        return
+    from cdpr.ui.report.text.workspace import lines
+
+    for line in lines(figures):
+        click.echo(line)
+
+
+def source_of(loaded: Scenario | Robot, file: str, changes: tuple[str, ...]) -> dict[str, Any]:
+    """Return the data with which a file can restore the robot."""
+    if isinstance(loaded, Robot):
+        with open(resolve(file, None), encoding="utf-8") as read:
+            return {"robot": read.read(), "changes": list(changes), "file": file}
+    return {"scenario": loaded.resolved_yaml(), "file": file}
+
+
+def _required(kind: WorkspaceKind, box: str | None, ellipsoid: str | None) -> Required | None:
+    from cdpr.analysis.workspace import required
+
+    if box is not None and ellipsoid is not None:
+        raise click.UsageError("one required set is expected: a box or an ellipsoid")
+    text = box if box is not None else ellipsoid
+    if text is None:
+        if kind.needs:
+            prefix = kind.needs.removesuffix("es" if kind.needs == "wrenches" else "s")
+            units = "N, N m" if prefix == "wrench" else "m/s^2, rad/s^2"
+            raise click.UsageError(
+                f"what the cables must do beyond carrying the weight is missing: --{prefix}-box, six half widths "
+                f"({units}), or --{prefix}-ellipsoid"
+            )
+        return None
+    make = required.box if box is not None else required.ellipsoid
+    moved = kind.needs == "accelerations"
+    name = f"--{'acceleration' if moved else 'wrench'}-{'box' if box is not None else 'ellipsoid'}"
+    return make(numbers_of(text, (6,), name), accelerations=moved)
+
+
+def _three(text: str | None, name: str) -> Array | None:
+    return None if text is None else numbers_of(text, (3,), name)
+
+
+def cells_of(text: str | None) -> Any:
+    """Return the numbers of --cells."""
+    if text is None:
+        return None
+    try:
+        found = [int(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if len(found) not in (1, 3):
+        raise click.BadParameter(f"a whole number, or three, is expected, got {text[:80]!r}", param_hint="--cells")
+    return found
+
+
+def numbers_of(text: str, counts: tuple[int, ...], name: str) -> Array:
+    """Return finite numbers, as many as one of `counts`."""
+    import numpy as np
+
+    try:
+        found = np.array([number(part) for part in text.split(",")])
+    except ValueError:
+        found = np.empty(0)
+    if len(found) not in counts or not np.isfinite(found).all():
+        raise click.BadParameter(f"{counts[0]} numbers with commas are expected, got {text[:80]!r}", param_hint=name)
+    return found

@@ -1,0 +1,49 @@
+"""`cdpr workspace plot`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import click
+
+from cdpr.base.errors import OutputError
+from cdpr.ui.cli.names import OutPath
+from cdpr.ui.cli.numbers import number
+
+
+@click.command("plot")
+@click.argument("file", type=click.Path())
+@click.option("--slice", "slices", multiple=True, metavar="AXIS=M", help="Such as z=1.0; repeatable. [three]")
+@click.option("--out", type=OutPath(), help="Page to write, .html; beside FILE unless given.")
+def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
+    """Draw a workspace FILE on a page: with its robot in space, to be turned, and slices through it.
+
+    A page needs no network and no program beside a browser.
+    """
+    from cdpr.analysis.workspace.result import load_workspace
+    from cdpr.log.files import replace_markup
+    from cdpr.ui.cli.workspace_compare import robot_of
+    from cdpr.ui.report.pages.workspace import render_workspace
+
+    found = load_workspace(file)
+    target = Path(file).with_suffix(".html") if out is None else Path(out)
+    if target.suffix != ".html" or target.is_dir():
+        raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
+    text = render_workspace(found, robot_of(found, file), [_slice(each) for each in slices])
+    target.parent.mkdir(parents=True, exist_ok=True)
+    replace_markup(target, text)
+    click.echo(str(target))
+
+
+def _slice(text: str) -> tuple[int, float]:
+    name, _, place = text.partition("=")
+    try:
+        if name not in ("x", "y", "z"):
+            raise ValueError
+        at = number(place)
+        if not math.isfinite(at):
+            raise ValueError
+        return "xyz".index(name), at
+    except ValueError:
+        raise click.BadParameter(f"such as z=1.0 is expected (m), got {text[:80]!r}", param_hint="--slice") from None

@@ -1,0 +1,35 @@
+"""Function calls with arguments from a window, checked against the signature."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import Parameter, signature
+from typing import Any
+
+from cdpr.base.errors import CdprError
+from cdpr.base.nearest import did_you_mean
+
+
+def call(do: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
+    """Call a function and return its result.
+
+    Args:
+        do: name of the command, for messages.
+        function: function to call.
+        arguments: keyword arguments from the window.
+
+    Raises:
+        CdprError: if arguments are unknown or missing.
+    """
+    wanted = signature(function)
+    takes = list(wanted.parameters)
+    anything = any(each.kind is Parameter.VAR_KEYWORD for each in wanted.parameters.values())  # it checks them itself
+    for name in () if anything else arguments:
+        if name not in takes:
+            known = ", ".join(takes) or "nothing"
+            raise CdprError(f"{do}: '{name}' is not known: {did_you_mean(name, takes)}{known} is expected")
+    try:
+        wanted.bind(**arguments)
+    except TypeError as error:
+        raise CdprError(f"{do}: {error}") from None
+    return function(**arguments)

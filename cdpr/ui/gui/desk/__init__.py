@@ -1,0 +1,12 @@
+"""Editor of a scenario and its robot: as YAML texts, as a form, and as a scenario to run.
+
+- `tree`, `edit`: edits in a YAML text that preserve its formatting;
+- `files`: texts and files on disk;
+- `fields`, `table`, `form`: form generated from the schema;
+- `choose`, `believed`: conversion of form edits into data;
+- `desk`: composition of all parts.
+"""
+
+from cdpr.ui.gui.desk.desk import Desk
+
+__all__ = ["Desk"]

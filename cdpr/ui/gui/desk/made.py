@@ -1,0 +1,95 @@
+"""Files that do not exist yet: new ones, and the generated scenario around a robot."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+from cdpr.base import defaults
+from cdpr.base.errors import CdprError
+from cdpr.plugins.registry import Registry
+from cdpr.scenario import load_robot
+from cdpr.scenario.schema import ScenarioSection
+from cdpr.scenario.source import stem
+from cdpr.scenario.template import Sizes, commented, robot_text
+from cdpr.simulation.tried import WARNING, tried_scenario
+from cdpr.ui.gui.desk.files import File, named
+
+KINDS = ("robot", "scenario")
+DURATION = 10.0  # s: time to view a robot and to push it
+HEAD = "The robot stays at its home. Made by cdpr gui; lengths in m, times in s, angles in rad."
+NO_FILE = "this scenario was made to show the robot and has no file: save it as one"
+
+
+def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> tuple[File, str]:
+    """Return a new file, and a note on its trial run or "".
+
+    Args:
+        kind: "robot" or "scenario".
+        arguments: `file`, the name of the new file (default robot.yaml or scenario.yaml), and the arguments of `cdpr
+            new`: frame and platform (three lengths, m), mass (kg), cables, crossed, planar, suspended, and for a
+            scenario `robot`, the file of its robot.
+        plugins: available plugins.
+
+    Raises:
+        CdprError: if an argument is unknown or invalid.
+    """
+    if kind not in KINDS:
+        raise CdprError(f"robot or scenario is expected, got {kind!r:.40}")
+    given = {key: value for key, value in arguments.items() if value is not None}
+    name, source = named(given.pop("file", f"{kind}.yaml")), given.pop("robot", None)
+    known = tuple(Sizes.__dataclass_fields__)
+    if wrong := [key for key in given if key not in known]:
+        raise CdprError(f"{', '.join(wrong)}: not known; a new {kind} is made of {', '.join(known)}")
+    if source is not None and kind == "robot":
+        raise CdprError("robot: only a new scenario names one")
+    if source is not None and given:
+        raise CdprError(f"{', '.join(given)}: sizes are those of the robot file; leave them out, or robot")
+    sizes = _sizes(given)
+    if kind == "robot":
+        text, note = robot_text(name, sizes, stem(name)), ""
+    else:
+        tried = tried_scenario(name, source and named(source), sizes)
+        text, note = tried.text, tried.note.removeprefix(WARNING)
+    return File(name, text, first=text), note
+
+
+def _sizes(given: Mapping[str, Any]) -> Sizes:
+    try:
+        parts = {key: tuple(map(float, given[key])) for key in ("frame", "platform") if key in given}
+        if any(len(part) != 3 for part in parts.values()):
+            raise ValueError
+        mass = {"mass": float(given["mass"])} if "mass" in given else {}
+        count = {"cables": int(given["cables"])} if "cables" in given else {}
+    except (TypeError, ValueError, OverflowError):
+        text = "frame and platform: three lengths (m) each are expected; mass: a number (kg); cables: a whole number"
+        raise CdprError(text) from None
+    flags = {key: bool(given[key]) for key in ("crossed", "planar", "suspended") if key in given}
+    made: dict[str, Any] = {**parts, **mass, **count, **flags}
+    return Sizes(**made)
+
+
+def around(robot: File, plugins: Registry) -> File:
+    """Return a scenario, not on disk, with a robot at its home."""
+    folder, base = os.path.dirname(robot.name), stem(robot.name)
+    count, name = 1, os.path.join(folder, f"{base}_scenario.yaml")
+    while os.path.lexists(name):
+        count += 1
+        name = os.path.join(folder, f"{base}_scenario_{count}.yaml")
+    data: dict[str, Any] = {"robot": os.path.basename(robot.name)}
+    data["simulation"] = {"backend": defaults.BACKEND, "duration": DURATION, "control_step": 0.001}
+    try:
+        made = load_robot(robot.name, text=robot.text)
+    except CdprError:
+        pass  # the form reports it
+    else:
+        if made.home is None:
+            from cdpr.mechanics.properties import home_pose  # expensive import
+
+            data["initial"] = {"position": [float(part) for part in home_pose(made)[0][:3]]}
+    options = plugins.get("controller", defaults.CONTROLLER).info.options()
+    data["controller"] = {"type": defaults.CONTROLLER, **options.model_dump(mode="json", by_alias=True)}
+    data["solver"] = {"type": defaults.SOLVER}
+    text = commented(ScenarioSection, data, plugins, HEAD)
+    return File(name, text, first=text, fixed=NO_FILE)

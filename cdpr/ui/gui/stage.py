@@ -1,0 +1,299 @@
+"""A simulation and its display; only the simulation thread accesses it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from functools import partial
+from itertools import count
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdpr.base.errors import CdprError, OutputError
+from cdpr.log.event import Event
+from cdpr.log.rows import IN_MEMORY
+from cdpr.log.run import Run
+from cdpr.log.run_folder import folder_name
+from cdpr.log.save import save
+from cdpr.log.touching import touched
+from cdpr.scenario import Scenario
+from cdpr.scenario.events import ScenarioEvent, first_sample
+from cdpr.scenario.events.faults import CableFault
+from cdpr.scenario.events.limits import TensionLimits
+from cdpr.scenario.events.loads import Wrench
+from cdpr.simulation import Simulation
+from cdpr.simulation.attempt import SESSION_NAME
+from cdpr.simulation.events import MOST
+from cdpr.simulation.session import table_beside
+from cdpr.tension.stage import MEANING
+from cdpr.tension.status import Status
+from cdpr.ui.gui.arguments import call
+from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.desk.fields import shown
+from cdpr.ui.gui.desk.files import named
+from cdpr.ui.gui.drawing import Drawing
+from cdpr.ui.gui.scratch import scratch
+
+Later = Callable[[], str]
+
+
+BLOCK = 1024  # samples per step call, fewer than a simulation keeps in memory
+FATES = ("broken", "jammed")
+TARGET_SECONDS = 2.0  # default duration of the motion to a new target
+
+
+class Doubt(str):
+    """Warning: the command was executed, but its result is probably not intended."""
+
+    __slots__ = ()
+
+
+class Stage:
+    """Simulation with its output on the board.
+
+    Raises:
+        CdprError: if it cannot be built.
+    """
+
+    def __init__(self, scenario: Scenario, board: Board) -> None:
+        self.scenario = scenario
+        self._board, self._drawing = board, Drawing(scenario)
+        self._kept = ExitStack()
+        header = self._drawing.header
+        size = 8 * header.layout.width * (scenario.simulation.steps // header.log_every + 1)
+        out = None  # runs that would fill the memory go to a temporary folder
+        if size > IN_MEMORY:
+            out = self._kept.enter_context(scratch())
+        with self._kept:
+            self._sim = Simulation(scenario, out=out)
+            self._kept = self._kept.pop_all()
+        self._looked = 0  # samples processed into curves and spans
+        self._status = Status.OK
+        self._spans: list[tuple[Status, int]] = []  # start and status of intervals without a valid solution
+        self._pushes: dict[int, Wrench] = {}
+        self._numbers = count(1)
+        self._run: Run | None = None
+        self._sessions: set[Path] = set()  # saved by this simulation
+        sim = self._sim
+        self._drawing.change(sim.events)
+        self._frame = self._drawing.still(sim.state, sim.desired)
+        with board.changed:
+            board.curves.begin(self._drawing.columns, sim.steps + 1)
+            board.put(self._drawing.scene(sim.state, sim.desired))
+            board.put(self._frame)
+
+    @property
+    def time(self) -> float:
+        """Current time, s."""
+        return self._sim.time
+
+    @property
+    def period(self) -> float:
+        """Control period, s."""
+        return self.scenario.simulation.control_step
+
+    @property
+    def over(self) -> bool:
+        """True if the run has ended."""
+        return self._sim.done
+
+    def step(self, n: int) -> None:
+        """Simulate n control steps, or those that remain; exceptions that end the run early are raised."""
+        try:
+            while n > 0 and not self._sim.done:
+                self._sim.step(min(n, BLOCK))
+                n -= BLOCK
+                if self._sim.samples - self._looked > BLOCK:
+                    self._look()
+        finally:
+            if self._sim.done:
+                self._look()
+                self._board.curves.end()
+                self._run = self._sim.run()
+
+    def do(self, what: str, arguments: Mapping[str, Any]) -> str | Later:
+        """Execute a command now, and return its message.
+
+        A returned function (`Later`) does slow work without the simulation and returns the message.
+
+        Raises:
+            CdprError: if the command is unknown or fails.
+        """
+        sim = self._sim
+        doing: dict[str, Callable[..., object]] = {
+            "push": self._push,
+            "release": self._release,
+            "cut": sim.cut,
+            "jam": sim.jam,
+            "limits": self._limits,
+            "stop": sim.stop,
+            "target": self._target,
+            "set": sim.set,
+            "save_session": self._save_session,
+            "save_run": self._save_run,
+        }
+        if what not in doing:
+            raise CdprError(f"'{what[:40]}' is nothing that a window may ask for")
+        said = call(what, doing[what], arguments)
+        self._drawing.change(sim.events)
+        return said if isinstance(said, str) or callable(said) else ""
+
+    def show_frame(self) -> None:
+        """Publish the frame of the last complete sample, if there is one."""
+        last = self._sim.samples - 1
+        if last >= 0 and self._frame["n"] != last:
+            self._frame = self._drawing.frame(last, self._sim.row)
+        self._board.put(self._frame)
+
+    def show_curves(self) -> None:
+        """Publish the curves up to the current time."""
+        self._look()
+        with self._board.changed:
+            self._board.curves.show()
+            self._board.changed.notify_all()
+
+    def about(self) -> dict[str, Any]:
+        """Return the content of a status message on the simulation."""
+        scenario, events = self.scenario, self._happened()
+        options = scenario.options()
+        for event in events:
+            list(event.check_options(options))
+        values: dict[str, Any] = {role: model.model_dump(mode="json") for role, model in options.values.items()}
+        keys = [(key, *key.split(".", 1)) for key in options.changeable()]
+        fates = {str(event.cable): event.fate for event in events if isinstance(event, CableFault)}
+        return {
+            "t": round(self.time, 9),
+            "duration": scenario.simulation.steps * self.period,
+            "status": self._status.name if self._run is None else self._run.status.upper(),
+            "events": _latest([{"t": event.time, "text": event.text} for event in self._told(events)]),
+            "pushes": [{"id": key, "text": _wrench(push)} for key, push in self._acting()],
+            "cables": [
+                {"name": cable.name, **{fate: fates.get(cable.name) == fate for fate in FATES}}
+                for cable in scenario.robot.cables
+            ],
+            "limits": self._in_force(events),
+            "backend": scenario.simulation.backend,
+            "solver": scenario.solver.type,
+            "controller": scenario.controller.type,
+            "changeable": [{"key": key, "value": shown(values[role][name], "vector")} for key, role, name in keys],
+        }
+
+    def close(self) -> None:
+        """End the simulation and remove temporary files."""
+        with self._kept:
+            self._sim.close()
+
+    def _look(self) -> None:
+        """Process new samples into curves and spans."""
+        rows = self._sim.rows(self._looked)
+        if not len(rows):
+            return
+        self._board.curves.add(self._drawing.curves(rows))
+        status = Run(self._drawing.header, rows).solver_status
+        for k in np.flatnonzero(np.diff(status, prepend=float(self._status))).tolist():
+            if status[k] != Status.OK and len(self._spans) < MOST:
+                self._spans.append((Status(int(status[k])), self._looked + k))
+        self._status = Status(int(status[-1]))
+        self._looked += len(rows)
+
+    def _happened(self) -> list[ScenarioEvent]:
+        """Return the events that act at the current sample or acted before, sorted by time."""
+        period, samples = self.period, self._sim.samples
+        events = sorted(self._sim.events, key=attrgetter("time"))
+        return [event for event in events if first_sample(event.time, period) <= samples]
+
+    def _told(self, events: list[ScenarioEvent]) -> Iterator[Event]:
+        """Yield log entries of past events and solver failures; after the end, those of the run."""
+        if self._run is not None:
+            yield from self._run.events
+            return
+        told = [one for event in events for one in event.tell(self.period, self._sim.samples + 1, {})]
+        told += [Event(first * self.period, status.name.lower(), MEANING[status]) for status, first in self._spans]
+        yield from sorted(told, key=attrgetter("time"))
+
+    def _in_force(self, events: list[ScenarioEvent]) -> dict[str, list[float]]:
+        """Return the current tension limits, N, after these events."""
+        header = self._drawing.header
+        low, high = list(header.tension_min), list(header.tension_max)
+        for event in events:
+            if not isinstance(event, TensionLimits):
+                continue
+            for i, name in enumerate(header.cables):
+                if event.cable in (None, name):
+                    low[i] = low[i] if event.min is None else event.min
+                    high[i] = high[i] if event.max is None else event.max
+        return {"tension_min": low, "tension_max": high}
+
+    def _acting(self) -> Iterator[tuple[int, Wrench]]:
+        """Yield the pushes that can be released."""
+        for key, push in self._pushes.items():
+            swing = push.swing(self.period)
+            if swing is not None and swing.end > self._sim.samples and not self._sim.done:
+                yield key, push
+
+    def _push(self, force: Any = (0.0, 0.0, 0.0), moment: Any = (0.0, 0.0, 0.0), duration: float | None = None) -> None:
+        self._pushes[next(self._numbers)] = self._sim.push(force, moment, duration=duration)
+
+    def _release(self, id: int) -> None:
+        push = next((push for key, push in self._acting() if key == id), None)
+        if push is None:
+            raise CdprError("release: that push has ended")
+        self._sim.release(push)
+        del self._pushes[id]
+
+    def _limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
+        self._sim.limits(tension_min, tension_max)
+
+    def _target(self, position: Any = None, rpy: Any = None, duration: float | None = None) -> str:
+        attitude = None if rpy is None else {"rpy": rpy}
+        self._sim.target(position, attitude, duration=TARGET_SECONDS if duration is None else duration)
+        doubts = self.scenario.doubts(self._sim.events)
+        return Doubt(f"target: {'; '.join(doubts)}" if doubts else "")
+
+    def _save_session(self, out: str) -> str:
+        """Save the session; overwrite only files that this simulation has saved."""
+        path = Path(named(out))
+        place = path.resolve()
+        there = [each for each in (path, table_beside(path)) if os.path.lexists(each)]
+        if there and place not in self._sessions:
+            raise OutputError(f"'{there[0]}' is there already: it is not written over; choose another name")
+        self._sim.save(path)
+        self._sessions.add(place)
+        return f"the session is saved: cdpr run {out} repeats it"
+
+    def _save_run(self, out: str = "") -> Later:
+        """Write the log, summary and scenario now, and the report, which takes longer, later."""
+        if not self._sim.samples:
+            raise CdprError("save_run: no sample is complete before the first step")
+        run = save(self._sim.so_far(), folder_name(out) if out else None, scenario=self.scenario.yaml_in)
+        assert run.folder is not None
+        if len(self._sim.events) > len(self.scenario.events):
+            self._sim.save(Path(run.folder) / SESSION_NAME)
+        touch = touched(self.scenario.robot, run, self.scenario.obstacles)
+        return partial(_report, run, Path(run.folder), touch)
+
+
+def _latest(told: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the latest events, and the number of earlier ones."""
+    earlier = len(told) - MOST
+    return told if earlier <= 0 else [{"t": told[0]["t"], "text": f"{earlier} earlier events"}, *told[earlier:]]
+
+
+def _report(run: Run, folder: Path, touch: str | None) -> str:
+    from cdpr.ui.report.pages.run import write_report
+
+    write_report(run, folder / "report.html", touch=touch)
+    return f"the run is saved in {folder}"
+
+
+def _wrench(push: Wrench) -> str:
+    """Return a push as text."""
+    parts = [(push.force, "N"), (push.moment, "N m")]
+    return ", ".join(f"[{', '.join(f'{x:g}' for x in values)}] {unit}" for values, unit in parts if any(values))
+
+
+__all__ = ["Stage"]

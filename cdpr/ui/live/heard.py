@@ -1,0 +1,130 @@
+"""Conversion of received standard messages in JSON or CDR to checked requests."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from cdpr.base.errors import CdprError
+from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import shown
+from cdpr.log.ros2 import decode
+from cdpr.log.topics import WORLD
+from cdpr.ui.live.requests import Request
+
+TARGET, WRENCH, TENSION = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension"
+MOST = 65536  # maximum size of a message, bytes
+
+
+def request_of(topic: str, encoding: str, data: bytes) -> Request:
+    """Return the request in a message.
+
+    Raises:
+        CdprError: if the topic is unknown or the message is invalid; the text names the topic.
+    """
+    if topic not in KNOWN:
+        raise CdprError(unheard(topic))
+    if encoding not in ("json", "cdr"):
+        raise CdprError(f"{topic}: messages in JSON and CDR are heard, not in {shown(encoding)}")
+    try:
+        message = _json(bounded(data)) if encoding == "json" else decode(KINDS[topic], bounded(data))
+        if not isinstance(message, dict):
+            raise ValueError("an object is expected")
+        return KNOWN[topic](message)
+    except (ValueError, RecursionError) as error:
+        raise CdprError(f"{topic}: {error}") from None
+
+
+def unheard(topic: str) -> str:
+    """Return the message for an unknown topic."""
+    return f"{topic or shown(topic)}: nobody listens there; {did_you_mean(topic, KNOWN)}{', '.join(KNOWN)} are heard"
+
+
+def _json(data: bytes) -> object:
+    try:
+        return json.loads(data, parse_int=float)  # huge integers would raise Python's error on its digit limit
+    except ValueError as error:
+        raise ValueError(f"JSON is expected: {error}") from None
+
+
+def bounded(data: bytes) -> bytes:
+    """Return the data.
+
+    Raises:
+        ValueError: if it is too long, since decoding it would delay the run.
+    """
+    if len(data) > MOST:
+        raise ValueError(f"it is longer than {MOST} bytes")
+    return data
+
+
+def _target(message: dict[str, Any]) -> Request:
+    _in_world(message)
+    pose = _part(message, "pose")
+    x, y, z, w = _numbers(_part(pose, "orientation"), "orientation", "xyzw")
+    length = math.hypot(x, y, z, w)
+    if abs(length - 1.0) > 1e-3:
+        raise ValueError(f"orientation: a quaternion of length 1 is expected, this one has {length:.6g}")
+    values: dict[str, Any] = {"position": _numbers(_part(pose, "position"), "position", "xyz")}
+    values["orientation"] = [part / length for part in (w, x, y, z)]
+    if "duration" in message:
+        values["duration"] = _number(message["duration"], "duration")
+    return Request("target", values)
+
+
+def _wrench(message: dict[str, Any]) -> Request:
+    _in_world(message)
+    wrench = _part(message, "wrench")
+    force, torque = (_numbers(_part(wrench, name), name, "xyz") for name in ("force", "torque"))
+    return Request("wrench", {"force": force, "moment": torque})
+
+
+def _tension(message: dict[str, Any]) -> Request:
+    effort, names = message.get("effort"), message.get("name", [])
+    if not isinstance(effort, list):
+        raise ValueError(f"effort: a list of tensions (N) is expected, got {shown(effort)}")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"name: a list of names of cables is expected, got {shown(names)}")
+    return Request("tension", {"tension": [_number(value, "effort") for value in effort], "names": names})
+
+
+KNOWN = {TARGET: _target, WRENCH: _wrench, TENSION: _tension}
+KINDS = {
+    TARGET: "geometry_msgs/PoseStamped",
+    WRENCH: "geometry_msgs/WrenchStamped",
+    TENSION: "sensor_msgs/JointState",
+}
+
+
+def _in_world(message: dict[str, Any]) -> None:
+    """Raise ValueError if a stamped message refers to another frame than the world frame."""
+    header = message.get("header")
+    frame = header.get("frame_id", "") if isinstance(header, dict) else ""
+    if frame not in ("", WORLD):
+        raise ValueError(f"header.frame_id: {WORLD!r} is expected, or none, got {shown(frame)}")
+
+
+def _part(message: dict[str, Any], name: str) -> dict[str, Any]:
+    if name not in message:
+        such = ', such as {"x": 0, "y": 0, "z": 0, "w": 1} for upright' if name == "orientation" else ""
+        raise ValueError(f"{name}: required but not given: an object{such}")
+    part = message[name]
+    if not isinstance(part, dict):
+        raise ValueError(f"{name}: an object is expected, got {shown(part)}")
+    return part
+
+
+def _numbers(part: dict[str, Any], name: str, axes: str) -> list[float]:
+    return [_number(part.get(axis, 0.0), f"{name}.{axis}") for axis in axes]
+
+
+def _number(value: object, name: str) -> float:
+    known = isinstance(value, int | float) and not isinstance(value, bool)
+    try:
+        number = float(value) if known else math.nan  # type: ignore[arg-type]
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: a finite number is expected, got {shown(value)}")
+    return number

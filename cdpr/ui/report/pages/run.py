@@ -1,0 +1,214 @@
+"""Report of a run: a self-contained HTML file without network access, with a player; it prints on two pages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cdpr.log import run_json
+from cdpr.log.files import replace_markup
+from cdpr.log.run import Run
+from cdpr.ui.report.pages import tables
+from cdpr.ui.report.pages.page import figure, page, panels, section, theatre
+from cdpr.ui.report.pages.still import still
+from cdpr.ui.report.player.arrays import Arrays
+from cdpr.ui.report.player.assets import stage
+from cdpr.ui.report.player.data import page_data
+from cdpr.ui.report.player.scenes import scene_of_run
+from cdpr.ui.report.plots import run as plots
+from cdpr.ui.report.plots.histories import histories
+from cdpr.ui.report.plots.panel import Panel
+from cdpr.ui.report.text.sentence import sentence
+
+SPACE = "Robot"  # name of the 3D figure
+
+
+class Drawing(NamedTuple):
+    """Figure of the report."""
+
+    name: str  # in the navigation and, in lower case, the id on the page
+    title: str
+    panels: Callable[[Run], Sequence[Panel]] | None  # None for the 3D scene
+    caption: str  # HTML: what the figure shows and how to read it
+    minor: bool = False  # omitted in print
+
+
+def write_report(
+    run: Run,
+    path: str | Path,
+    least: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+    touch: str | None = None,
+) -> None:
+    """Write the report of a run to a file.
+
+    Equal runs give equal bytes, except for the row of wall-clock times.
+
+    Args:
+        run: finished run.
+        path: output file; its folder must exist.
+        least: result of `cdpr.analysis.workspace.path.flown`, added to the summary.
+        touch: description of cables in contact, from `cdpr.log.touching.touched`; likewise.
+
+    Raises:
+        OutputError: if the file cannot be written.
+    """
+    replace_markup(Path(path), render(run, least, touch))
+
+
+def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({}), touch: str | None = None) -> str:
+    """Return the report as HTML."""
+    head = run.header
+    with np.errstate(all="ignore"):  # a diverged run ends in inf and NaN
+        chosen = drawings(run) if len(run.rows) else []
+        data = player_data(run, chosen) if len(run.rows) else None
+        figures = {drawing.name: _figure(run, drawing, data) for drawing in chosen}
+        parts = {
+            "Events": section("events", tables.events(run)),
+            "Cables": section("cables", tables.cables(run)),
+            "Scenario": section("scenario", tables.scenario(run)),
+        }
+        top = (
+            f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run, least, touch)}\n</section>\n'
+            f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'
+        )
+        banner = tables.ending(run, sentence(run, histories(run).outline.position))
+    subtitle = (
+        f"Robot {head.robot} with {len(head.cables)} cables; backend {head.backend}, "
+        f"controller {head.controller}, tension solver {head.solver}{_date(run)}"
+    )
+    links = {name.lower(): name for name in (*figures, "Summary", "Run", *parts)}
+    gallery = [text for name, text in figures.items() if name != SPACE]
+    shown = [theatre(figures[SPACE], gallery)] if figures else []
+    body = [*shown, top, *parts.values()]
+    return page(f"{head.scenario}: report of a run", subtitle, banner, links, body, data)
+
+
+def player_data(run: Run, chosen: Sequence[Drawing]) -> dict[str, Any]:
+    """Return the player data of a run."""
+    arrays = Arrays()
+    figures = {drawing.name.lower(): drawing.panels(run) for drawing in chosen if drawing.panels is not None}
+    return page_data(run, [scene_of_run(run, arrays)], figures, arrays)
+
+
+def _figure(run: Run, drawing: Drawing, data: dict[str, Any] | None) -> str:
+    key = drawing.name.lower()
+    live = stage(data) if drawing.panels is None and data is not None else panels(key)
+    caption = drawing.caption.format(length=f"{run.header.characteristic_length:.4g}")
+    return figure(
+        key,
+        drawing.title,
+        still(run, drawing.panels and drawing.panels(run), drawing.title),
+        caption,
+        live=live,
+        minor=drawing.minor,
+    )
+
+
+def _date(run: Run) -> str:
+    """Return the start date of a run that is stored in a folder."""
+    known = None if run.folder is None else run_json.read(Path(run.folder))
+    started = str((known or {}).get("started", ""))
+    return f"; {started[:10]}" if started else ""
+
+
+def drawings(run: Run) -> list[Drawing]:
+    """Return the figures of the report, in order."""
+    own = [f"{column.name}: {column.text}" for column in run.header.columns]
+    told = escape("; ".join(own)).replace("{", "{{").replace("}", "}}")
+    plugins = Drawing(
+        "Plugins",
+        "Recorded by plugins",
+        plots.plugins,
+        f"Quantities that not every run has. {told}.",
+        minor=True,
+    )
+    return [
+        Drawing(
+            SPACE,
+            "Robot and path",
+            None,
+            "Frame anchors, cables and platform at the start (grey) and at the end (colour), and the path "
+            "of the platform's origin; parallel projection, to scale. Look for cables that cross one "
+            "another, the platform or the frame.",
+        ),
+        Drawing(
+            "Tensions",
+            "Cable tensions",
+            plots.tensions,
+            "The tension of each cable, held over a control period. On a dashed line a limit is active: at "
+            "t_min the cable is about to go slack, at t_max its winch has no reserve. On a real robot, "
+            "jumps from one sample to the next excite vibration. With cables on winches, the tensions are those in "
+            "the cables, and what the commands are above them goes into friction and inertia of the drums.",
+        ),
+        Drawing(
+            "Errors",
+            "Tracking errors",
+            plots.errors,
+            "Desired minus actual, world axes. The orientation error is the rotation vector that turns the "
+            "actual into the desired attitude. An error that stays at rest points to a load or a mass that "
+            "the controller does not know; one that follows the acceleration points to an inertia.",
+        ),
+        Drawing(
+            "Pose",
+            "Position and attitude",
+            plots.pose,
+            "The platform's origin in world axes, and its attitude as roll, pitch, yaw about the fixed axes "
+            "x, y, z: R = R<sub>z</sub>(yaw) R<sub>y</sub>(pitch) R<sub>x</sub>(roll). Near a pitch of ±90° "
+            "roll and yaw cannot be told apart; the orientation error is free of that.",
+            minor=True,
+        ),
+        Drawing(
+            "Velocity",
+            "Velocity and angular velocity",
+            plots.velocity,
+            "Velocity of the platform's origin and angular velocity, world axes. Ripple that the desired "
+            "motion does not have points to gains too high for the control step, or to tensions that jump.",
+            minor=True,
+        ),
+        Drawing(
+            "Acceleration",
+            "Acceleration and angular acceleration",
+            plots.acceleration,
+            "World axes. The actual one is the mean over the control period after each sample, from the "
+            "change of velocity; the last sample has none. A gap between the two is a wrench that the "
+            "controller did not foresee, or that the cables did not deliver.",
+            minor=True,
+        ),
+        Drawing(
+            "Lengths",
+            "Cable lengths and rates",
+            plots.cables,
+            "The distance between the two anchors of each cable, and its rate, positive where the cable "
+            "pays out. The largest rate is the speed that the winch must reach.",
+            minor=True,
+        ),
+        Drawing(
+            "Distribution",
+            "Tension distribution",
+            plots.distribution,
+            "Margin: the smallest distance of a tension from its limits, negative outside. Residual: the "
+            "norm of W t − w, with wrench matrix W, tensions t and the wrench w that the controller asked "
+            "for; moments are divided by the characteristic length, {length} m. Its axis is logarithmic, "
+            "with zero drawn at 10<sup>−16</sup>. Near round-off the cables deliver what was asked; where "
+            "the residual rises, the platform gets another wrench.",
+            minor=True,
+        ),
+        Drawing(
+            "Energy",
+            "Energy and power",
+            plots.energy,
+            "Kinetic energy of the platform, change of its potential energy, work of the cables and of external "
+            "wrenches since the start, and their powers: what the drives must deliver, or take up where it is "
+            "negative. External wrenches, where there are any, are those that the scenario lets act. Unexplained is "
+            "the energy gained that no work accounts for: round-off under exact integration, proportional to the "
+            "physics step in engines of first order. Where it grows without bound, the backend makes or loses "
+            "energy. (Legs with mass of their own, an option of some backends, are not counted.)",
+            minor=True,
+        ),
+        *([plugins] if own else []),
+    ]

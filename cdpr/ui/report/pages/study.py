@@ -1,0 +1,142 @@
+"""Report of a study: an HTML page with small multiples, a player of some cases, and the table."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import NamedTuple
+
+from cdpr.analysis.study import Results
+from cdpr.analysis.study.plan import Grid
+from cdpr.log.files import replace_markup
+from cdpr.ui.report.figures.study import multiples
+from cdpr.ui.report.figures.study_layout import Layout, layouts
+from cdpr.ui.report.pages.page import banner, figure, hall, page, section, table
+from cdpr.ui.report.pages.study_cases import account, choose, player
+from cdpr.ui.report.text.study import FIGURES, Figure, Record, cells, label_text, value
+
+MOST_ROWS = 1000  # of the table on the page
+MOST_FIGURES = 24
+DOTS = 12_000  # in all figures together
+FEW_ROWS = 12  # rows of a table that is shown unfolded
+
+
+class Wanted(NamedTuple):
+    """Figure of the page."""
+
+    key: str
+    layout: Layout
+    what: Figure
+
+
+def write_study(results: Results, path: Path) -> None:
+    """Write the page.
+
+    Raises:
+        OutputError: if the file cannot be written.
+    """
+    replace_markup(path, render(results))
+
+
+def render(results: Results) -> str:
+    """Return the page as HTML."""
+    study, records = results.study, results.table.records()
+    links = {"about": "About"}
+    parts = [section("about", _about(results))]
+    blocks = [[record for record in records if record.get("block") == grid.name] for grid in study.blocks]
+    pairs = zip(study.blocks, blocks, strict=True)
+    wanted = [_wanted(grid, inside, f"block{k}") for k, (grid, inside) in enumerate(pairs, 1)]
+    count = sum(map(len, wanted))
+    dots, left = DOTS // max(min(count, MOST_FIGURES), 1), MOST_FIGURES
+    for k, (grid, inside, figures) in enumerate(zip(study.blocks, blocks, wanted, strict=True), 1):
+        if grid.name is not None:
+            links[f"block{k}"] = grid.name
+            parts.append(section(f"block{k}", f"<h2>{escape(grid.name)}</h2>\n<p>{len(inside)} cases.</p>"))
+        if figures[:left]:
+            parts.append(hall([_drawn(inside, one, dots) for one in figures[:left]], "wide cards"))
+            if grid.name is None:
+                links[figures[0].key] = "Figures"
+        left = max(0, left - len(figures))
+    if count > MOST_FIGURES:
+        rest = count - MOST_FIGURES
+        parts.append(section("rest", f"<p>{rest} more figures are left out: table.csv has their numbers.</p>"))
+    shown, told = choose(results)
+    data = None
+    if shown:
+        data, playing = player(shown)
+        parts.append(playing)
+        links["robot"] = "Robot"
+    if shown or told:
+        links["shown"] = "Cases"
+        parts.append(section("shown", f"<h2>Cases that play</h2>\n{account(shown, told)}"))
+    links["table"] = "Table"
+    parts.append(section("table", _table(results)))
+    mood = "bad" if results.exit_code else "warn" if results.strained else "good"
+    first = banner(mood, f"{len(records)} cases", f": {escape(results.told)}")
+    return page(study.name, "a study by cdpr", first, links, parts, data)
+
+
+def _about(results: Results) -> str:
+    """Return the axes, the versions and an explanation of the figures."""
+    study = results.study
+    rows = []
+    for grid in study.blocks:
+        for axis, points in zip(grid.axes, grid.columns, strict=True):
+            for leaf in axis.leaves():
+                places = dict.fromkeys(label_text(point.labels[leaf.label]) for point in points)
+                some = list(places) if len(places) <= 12 else [*list(places)[:5], "...", list(places)[-1]]
+                rows.append((f"<code>{escape(leaf.label)}</code>", str(len(places)), escape(", ".join(some))))
+    scenarios = dict.fromkeys(os.path.normpath(grid.scenario.source) for grid in study.blocks)
+    versions = {f"{name} {version}" for row in results.rows.values() for name, version in row.versions.items()}
+    return (
+        f"<h2>What was varied</h2>\n{table(dict.fromkeys(rows), ('Axis', 'Places', 'What they are'), numeric=False)}\n"
+        f"<p>Scenario: {escape(', '.join(scenarios))}. "
+        f"Versions: {escape(', '.join(sorted(versions)))}.</p>\n"
+        "<p>A dot is a run. Where several runs share a place, because an axis has none of its own in the figure, the "
+        "dot is their median and a line reaches from the least to the greatest. Crosses at the top are runs that have "
+        "no figure: they diverged, failed, died or hung.</p>"
+    )
+
+
+def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[Wanted]:
+    """Return the figures of a part of a study, except those of quantities that are always zero."""
+    return [
+        Wanted(f"{key}figure{i}_{k}", layout, what)
+        for i, layout in enumerate(layouts(grid), 1)
+        for k, what in enumerate(FIGURES, 1)
+        if any(value(record, what) for record in records)
+    ]
+
+
+def _drawn(records: Sequence[Record], wanted: Wanted, dots: int) -> str:
+    key, layout, what = wanted
+    svg = multiples(layout, records, what, dots).markup(what.title)
+    return figure(key, escape(what.title), svg, escape(_caption(layout)), kind="wide broad" if layout.panels else "")
+
+
+def _caption(layout: Layout) -> str:
+    lines = f"; lines: {layout.line}" if layout.line else ""
+    panels = f"; panels: {', '.join(layout.panels)}" if layout.panels else ""
+    return f"Over {layout.x}{lines}{panels}."
+
+
+def _table(results: Results) -> str:
+    rows = []
+    messages = ["Message"] if any(record["message"] for record in results.table.records()) else []
+    for case, record in zip(results.study.cases, results.table.records(), strict=True):
+        labels, found = cells(results.table.axes, record)
+        block = [case.block] if case.block is not None else []
+        message = [str(record["message"] or "")] if messages else []
+        rows.append(tuple(map(escape, (case.id, *block, *labels, *found, *message))))
+        if len(rows) == MOST_ROWS:
+            break
+    blocks = ["Block"] if any(case.block is not None for case in results.study.cases) else []
+    titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), *messages)
+    more = len(results.study.cases) - len(rows)
+    rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
+    shown = tuple(escape(title).replace(".", ".<wbr>") for title in titles)  # allow line breaks in key names
+    inside = f"{table(rows, shown)}{rest}"
+    fold = " open" if len(rows) <= FEW_ROWS else ""
+    return f"<h2>All cases</h2>\n<details{fold}><summary>{len(rows)} rows</summary>\n{inside}</details>"

@@ -1,0 +1,154 @@
+"""Robot, pose and motion, from `cdpr.analysis.distribution.portrait`, as aligned text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from cdpr.mechanics.contacts import passing
+from cdpr.ui.report.text.aligned import condition_number, row, table, turned, unrounded, vector
+from cdpr.ui.report.text.least import least_of
+
+CONSTRAINTS = {
+    "fully constrained": "some t > 0 has W t = 0, so that the cables can balance any wrench",
+    "suspended": "no t > 0 has W t = 0; only a load, such as the weight, keeps all cables tight",
+    "singular": "some t > 0 has W t = 0, but some motion meets no resistance",
+}
+LEGS = {**CONSTRAINTS, "fully constrained": "rigid legs push and pull, so that they can balance any wrench"}
+LEGS["singular"] = "some motion meets no resistance"
+
+OPTIONAL = {
+    "diameter_m": "diameter (m)",
+    "axial_stiffness_N": "E A (N)",
+    "linear_density_kg_per_m": "density (kg/m)",
+    "length_min_m": "shortest (m)",
+    "length_max_m": "longest (m)",
+    "speed_max_m_per_s": "fastest (m/s)",
+}
+RANGES = {"length_m": "length (m)", "rate_m_per_s": "rate (m/s)", "tension_N": "tension (N)"}
+
+# Smaller rates are round-off of zero.
+ROUND_OFF = 1e-12
+
+
+def lines(figures: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of `robot`, `pose` and, if present, `motion`."""
+    robot, pose = figures["robot"], figures["pose"]
+    platform = robot["platform"]
+    yield robot["name"]
+    yield row("degrees of freedom", f"n = {robot['n']}: {', '.join(robot['dof'])} ({robot['motion_pattern']})")
+    legs = "" if robot["unilateral"] else " (rigid legs, which also push)"
+    yield row("cables", f"m = {robot['m']}{legs}, redundancy r = m - n = {robot['redundancy']}")
+    yield row("restraint by number", f"{robot['restraint']}: {robot['restraint_meaning']}")
+    if robot["few_cables"]:
+        yield row("", robot["few_cables"])
+    yield row("platform", f"{platform['mass_kg']:g} kg, {_shape(platform['shape_m'])}")
+    yield row("centre of mass", f"{vector(platform['center_of_mass_m'])} m from the origin")
+    if any(name.startswith("r") for name in robot["dof"]):
+        i = platform["inertia_kg_m2"]
+        entries = (i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2])
+        yield row("inertia", f"{vector(entries)} kg m^2 (xx, yy, zz, xy, xz, yz)")
+    for name, point in platform["tools_m"].items():
+        yield row("tool", f"{name} at {vector(point)} m")
+    if "believed" in robot:
+        yield row("believed in a run", robot["believed"])
+    yield f"at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])} ({pose['source']})"
+    meaning = (CONSTRAINTS if robot["unilateral"] else LEGS)[pose["constraint"]]
+    yield row("constraint", f"{pose['constraint']}: {meaning}")
+    yield row("rank of W", f"{pose['rank']} of n = {robot['n']}")
+    for twist in pose["unresisted_twists"]:
+        yield row("no resistance to", f"{_twist(twist)}: it changes no cable's length")
+    yield row("condition number", condition_number(pose["condition_number"], robot))
+    if pose["static_problem"]:
+        yield row("static tensions", f"none: {pose['static_problem']}")
+        yield row("", f"the nearest within the limits leave {pose['static_residual_N']:.4g} N unbalanced")
+    else:
+        t = unrounded(pose["static_tension_N"])
+        span = f"{min(t):.5g} to {max(t):.5g} N"
+        yield row("static tensions", f"{span} (qp), smallest margin {pose['static_margin_N']:.4g} N")
+    if pose.get("clearance_m") is not None:
+        gap = pose["clearance_m"]
+        through = passing(names := pose["clearance_by"], gap)
+        distance = f"{gap:.4g} m{': TOUCHING' if gap < 0.0 else ''}, {names}"
+        yield row("least clearance", f"none: {through}" if through else distance)
+    yield from _cables(robot["cables"], pose)
+    if "motion" in figures:
+        yield from _motion(figures["motion"], robot["dof"])
+
+
+def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]:
+    tensions: list[Any] = unrounded(pose["static_tension_N"] or []) or ["none"] * len(cables)
+    rows = [
+        [
+            cable["name"],
+            vector(cable["frame_m"]),
+            vector(cable["platform_m"]),
+            f"{cable['tension_min_N']:g} to {cable['tension_max_N']:g}",
+            f"{length:.4f}",
+            tension if isinstance(tension, str) else f"{tension:.5g}",
+        ]
+        for cable, length, tension in zip(cables, pose["length_m"], tensions, strict=True)
+    ]
+    yield from table([["cable", "frame A (m)", "platform B (m)", "limits (N)", "length (m)", "tension (N)"], *rows])
+    for key, title in OPTIONAL.items():
+        values = ["unknown" if cable[key] is None else f"{cable[key]:g}" for cable in cables]
+        if set(values) != {"unknown"}:
+            yield row(title, f"{values[0]}, all cables" if len(set(values)) == 1 else ", ".join(values))
+
+
+def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
+    span, end = motion["duration_s"], motion["end_s"]
+    cut = f" of the {end:g} s until it ends: simulation.duration stops it on its way" if end > span else ""
+    yield f"motion: {motion['type']}, {span:g} s{cut}, looked at in {motion['samples']} samples"
+    yield row("path length", f"{motion['path_length_m']:.4g} m")
+    speed, acceleration = motion["speed_max_m_per_s"], motion["acceleration_max_m_per_s2"]
+    yield row("peak speed", f"{speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2")
+    speed, acceleration = motion["angular_speed_max_rad_per_s"], motion["angular_acceleration_max_rad_per_s2"]
+    yield row("peak angular speed", f"{speed:.4g} rad/s, acceleration {acceleration:.4g} rad/s^2")
+    if motion["controlled"] != dof:
+        yield row("controlled", f"{', '.join(motion['controlled'])}: in these alone the cables balance the wrench")
+    if motion["events"]:
+        yield row("with its events", ", ".join(motion["events"]))
+    feasible = f"{100 * motion['feasible_share']:.4g} % of the samples"
+    if motion["first_infeasible_s"] is not None:
+        feasible += f"; first not at {motion['first_infeasible_s']:.4g} s (tensions below: the nearest)"
+    yield row("feasible", feasible)
+    if motion["smallest_margin_N"] is not None:
+        yield row("smallest margin", f"{motion['smallest_margin_N']:.4g} N at {motion['smallest_margin_at_s']:.4g} s")
+    for title, text in least_of(motion.get("least", {})):
+        yield row(title, text)
+    rows = [[cable["name"], *(" to ".join(map(_number, cable[key])) for key in RANGES)] for cable in motion["cables"]]
+    yield from table([["cable", *RANGES.values()], *rows])
+    for text in motion["exceeded"]:
+        yield f"  exceeded: {text}"
+
+
+def _twist(twist: list[float]) -> str:
+    """Return a twist as text: the axes of translation and rotation."""
+    moves, turns = _axes(twist[:3], "m/s"), _axes(twist[3:], "rad/s")
+    parts = [*([f"moving along {moves}"] if moves else []), *([f"turning about {turns}"] if turns else [])]
+    return " while ".join(parts)
+
+
+def _axes(rates: list[float], unit: str) -> str:
+    named = [(axis, rate) for axis, rate in zip("xyz", rates, strict=True) if rate]
+    if len(named) == 1 and abs(named[0][1]) == 1.0:
+        return named[0][0]
+    return ", ".join(f"{axis} at {rate:.4g} {unit}" for axis, rate in named)
+
+
+def _number(value: float) -> str:
+    return "0" if abs(value) < ROUND_OFF else f"{value:.4g}"
+
+
+def _shape(shape: dict[str, Any] | None) -> str:
+    if shape is None:
+        return "no shape given"
+    if "box" in shape:
+        return f"box of {vector(shape['box'])} m"
+    if "sphere" in shape:
+        return f"sphere of {shape['sphere']:g} m radius"
+    if "cylinder" in shape:
+        return "cylinder of {:g} m radius, {:g} m high".format(*shape["cylinder"])
+    lower, upper = map(vector, shape["mesh"])
+    return f"mesh from {lower} to {upper} m"
