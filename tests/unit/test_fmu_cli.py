@@ -290,8 +290,14 @@ def test_commands_that_load_a_scenario_take_its_plugins(here, cdpr):
         yaml.safe_dump({**yaml.safe_load(Path("scenarios/caroca.yaml").read_text()), "solver": {"type": "Mine"}})
     )
     fmu = str(make_fmu(here / "a.fmu"))
-    commands = [("export", str(scenario), "--out", "b.fmu", "--source-only"), ("map", fmu, str(scenario))]
-    assert "--plugin FILE adds your own" in cdpr("fmu", *commands[0], code=3).stderr
+    commands = [
+        ("fmu", "export", str(scenario), "--out", "b.fmu", "--source-only"),
+        ("fmu", "map", fmu, str(scenario)),
+        ("export", str(scenario), "--to", "ros2"),
+        ("size", str(scenario)),
+        ("workspace", "static", str(scenario), "--cells", "2"),
+    ]
+    assert "--plugin FILE adds your own" in cdpr(*commands[0], code=3).stderr
     for command in commands:
-        cdpr("fmu", *command, "--plugin", "mine.py")
+        cdpr(*command, "--plugin", "mine.py")
     assert cdpr("fmu", "check", fmu, str(scenario), "--plugin", "mine.py", code=2).stderr == ""  # other letters

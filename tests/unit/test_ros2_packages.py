@@ -18,7 +18,10 @@ from ros2_stand_ins import TYPES, Node, Request, install
 
 import cdpr
 from cdpr.base.errors import FormatError, OutputError
-from cdpr.formats.write.ros2 import package_name, packages, without_control, write_ros2
+from cdpr.formats.write import ros2
+from cdpr.formats.write.native import native_files
+from cdpr.formats.write.ros2 import package_name, packages, write_ros2
+from cdpr.ui.gui.outgoing import exported
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"
 NAME = "cdpr_caroca"
@@ -183,18 +186,28 @@ def test_nothing_is_overwritten_and_the_bytes_are_the_same(folder, tmp_path):
         with pytest.raises(OutputError):
             write_ros2(scenario, place)
     (tmp_path / "two").mkdir()
-    for path in write_ros2(scenario, tmp_path / "two"):
+    for path in write_ros2(scenario, tmp_path / "two")[0]:
         there = folder / path.relative_to(tmp_path / "two")
         assert path.read_bytes() == there.read_bytes()
         assert b"@PACKAGE@" not in path.read_bytes()
         assert str(ROOT).encode() not in path.read_bytes()
 
 
-def test_a_controller_without_cpp_is_left_out():
-    assert without_control(cdpr.load_scenario(SCENARIO)) == ""
+def test_a_controller_without_cpp_is_left_out_with_the_reason(tmp_path):
     scenario = cdpr.load_scenario(SCENARIO, overrides=["solver.type=exact"])
-    assert "solver 'exact'" in without_control(scenario)
-    assert not any(path.startswith(f"{NAME}_control") for path in packages(scenario))
+    files, omitted = write_ros2(scenario, tmp_path)
+    assert len(omitted) == 1
+    assert omitted[0].startswith("the controller as a C++ node: ")
+    assert "solver 'exact'" in omitted[0]
+    assert not any(f"{NAME}_control" in str(path) for path in files)
+    assert exported(scenario, "ros2", {})[1] == omitted
+
+
+def test_the_controller_is_made_once(monkeypatch):
+    made = []
+    monkeypatch.setattr(ros2, "native_files", lambda scenario: made.append(scenario) or native_files(scenario))
+    _, omitted = packages(cdpr.load_scenario(SCENARIO))
+    assert (len(made), omitted) == (1, [])
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from cdpr.ui.cli.names import OutPath, again
+from cdpr.ui.cli.names import OutPath, again, plugin_files
 from cdpr.ui.cli.numbers import Whole
 
 
@@ -21,6 +21,7 @@ from cdpr.ui.cli.numbers import Whole
     "--evaluations", type=Whole(1, 10_000_000), metavar="N", help="Candidates (default: as many as the study says)."
 )
 @click.option("--report/--no-report", default=True, help="Write report.html.")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.pass_context
 def command(

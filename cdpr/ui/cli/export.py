@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.formats.write import TARGETS
-from cdpr.ui.cli.names import OutPath, change_keys
+from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
     from cdpr.scenario import Scenario
@@ -34,6 +34,7 @@ NATIVE = "native"  # a folder with a C++ header and its numbers
 @click.option("--pulleys-as-points", is_flag=True, help="Replace pulleys by points, for MJCF and SDF, which have none.")
 @click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log, or ROBOT.FORMAT.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     what: str,
@@ -91,14 +92,14 @@ def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[s
 
 
 def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Path, dict[str, int]]:
-    from cdpr.formats.write.ros2 import without_control, write_ros2
+    from cdpr.formats.write.ros2 import write_ros2
     from cdpr.ui.cli.load import tell
 
     loaded = _scenario(file, changes, f"{PACKAGE} is for scenarios, for a node runs one, and this is a robot")
-    if reason := without_control(loaded):
-        tell([f"left out: the controller as a C++ node: {reason}"])
     out = out or Path(f"{loaded.name}_ros2")
-    return out, {"files": len(write_ros2(loaded, out))}
+    files, omitted = write_ros2(loaded, out)
+    tell(f"left out: {each}" for each in omitted)
+    return out, {"files": len(files)}
 
 
 def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.base.errors import CdprError, OutputError
-from cdpr.ui.cli.names import OutPath, change_keys
+from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
 from cdpr.ui.cli.numbers import Real
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ CELLS = "10"
 @click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise.")
 @click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along its longest side, or along each. [10]")
 @click.option("--out", type=OutPath(), help="Page to write, .html, which prints on one sheet.")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     what: tuple[str, ...],

@@ -13,7 +13,7 @@ from cdpr.base.errors import ExitCode, OutputError
 from cdpr.model import Robot
 from cdpr.scenario.examples import resolve
 from cdpr.ui.cli import chunked
-from cdpr.ui.cli.names import OutPath, change_keys
+from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
 from cdpr.ui.cli.numbers import Real, Whole, number
 from cdpr.ui.cli.workspace_compare import ORACLES
 
@@ -123,6 +123,7 @@ def command_of(name: str, text: str) -> click.Command:
 _OPTIONS = (
     click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path()),
     change_keys("Change any key of the file."),
+    plugin_files,
     click.option(
         "--orientation",
         multiple=True,

@@ -41,8 +41,9 @@ def exported(scenario: Scenario, to: str, options: dict[str, str]) -> tuple[dict
         raise CdprError(f"{to}: {', '.join(wrong)}: is for formats that have such an option")
     if to == PACKAGES:
         name = f"{scenario.name}_{PACKAGES}"
-        entries = tuple((f"{name}/{path}", data) for path, data in packages(scenario).items())
-        return _file(f"{name}.zip", "application/zip", zipped(entries)), []
+        files, omitted = packages(scenario)
+        entries = tuple((f"{name}/{path}", data) for path, data in files.items())
+        return _file(f"{name}.zip", "application/zip", zipped(entries)), omitted
     subject = begin(scenario)
     text = export(subject, to, Options(**options))
     return _file(f"{subject.robot.name}{TARGETS[to].ending}", "text/xml", text.encode()), left_out(subject, to)

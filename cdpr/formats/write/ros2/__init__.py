@@ -43,16 +43,19 @@ CONTROL = {
 }
 
 
-def write_ros2(scenario: Scenario, folder: Path) -> list[Path]:
-    """Write the packages into `folder`, which must be empty or missing; return the files, sorted by name.
+def write_ros2(scenario: Scenario, folder: Path) -> tuple[list[Path], list[str]]:
+    """Write the packages into `folder`, which must be empty or missing.
 
     Equal scenarios give equal bytes.
+
+    Returns:
+        The files, sorted by name; omitted items, each with the reason.
 
     Raises:
         FormatError: if the scenario references other files.
         OutputError: if the folder is not empty or cannot be written.
     """
-    content = packages(scenario)
+    content, left_out = packages(scenario)
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise OutputError(f"{folder}: is there already, and is no empty folder: choose another, or empty it")
@@ -62,20 +65,11 @@ def write_ros2(scenario: Scenario, folder: Path) -> list[Path]:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
     for path, data in content.items():
         replace(folder / path, data)
-    return [folder / path for path in content]
+    return [folder / path for path in content], left_out
 
 
-def without_control(scenario: Scenario) -> str:
-    """Return why the package of the controller in C++ is left out; "" if it is not."""
-    try:
-        native_files(scenario)
-    except CdprError as error:
-        return str(error)
-    return ""
-
-
-def packages(scenario: Scenario) -> dict[str, bytes]:
-    """Return the contents of all files by path.
+def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
+    """Return the contents of all files by path, and omitted items, each with the reason.
 
     Raises:
         FormatError: if the scenario references other files.
@@ -94,9 +88,12 @@ def packages(scenario: Scenario) -> dict[str, bytes]:
         f"{name}/resource/{name}": b"",
         f"{name}/{name}/__init__.py": b"",
     }
-    layout = LAYOUT
-    if not without_control(scenario):
+    layout, left_out = LAYOUT, []
+    try:
         native = native_files(scenario)
+    except CdprError as error:
+        left_out.append(f"the controller as a C++ node: {error}")
+    else:
         found[f"{name}_control/src/{HEADER}"] = native[HEADER]
         found[f"{name}_control/config/{NUMBERS}"] = native[NUMBERS]
         layout = LAYOUT | CONTROL
@@ -104,7 +101,7 @@ def packages(scenario: Scenario) -> dict[str, bytes]:
         template = (FILES / f"{source}.in").read_text(encoding="utf-8")
         filled = template.replace("@PACKAGE@", name).replace("@DESCRIPTION@", told)
         found[path.format(name=name)] = filled.encode()
-    return dict(sorted(found.items()))
+    return dict(sorted(found.items())), left_out
 
 
 def package_name(robot: str) -> str:
