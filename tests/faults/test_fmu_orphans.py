@@ -16,10 +16,11 @@ from time import monotonic, sleep
 
 import pytest
 
-from cdpr.base import processes
+from cdpr.base import processes, temporary
 from cdpr.base.errors import OutputError
-from cdpr.fmu.run import folder as folders
-from cdpr.fmu.run.folder import PREFIX, Folder, sweep
+from cdpr.base.temporary import sweep
+from cdpr.fmu.export.library import fmu_cache
+from cdpr.fmu.run.folder import PREFIX, Folder
 
 GONE = 60.0  # s in which a process must be gone; it takes milliseconds, on a quiet machine
 # A library that hangs while it is loaded: Python's lock is held meanwhile, so that no thread of the process runs.
@@ -39,7 +40,7 @@ def root(tmp_path, monkeypatch):
     path.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(path))
     monkeypatch.setenv("TMPDIR", str(path))
-    folders._sweep_once.cache_clear()
+    temporary._sweep_once.cache_clear()
     return path
 
 
@@ -137,16 +138,34 @@ def test_what_is_left_is_swept_and_what_lives_is_not(root):
         theirs = Path(other.stdout.readline().strip())
         (theirs / "sub").mkdir()
         (theirs / "sub/file").write_text("x")
-        sweep(str(root))
+        sweep(str(root), PREFIX)
         assert (theirs / "sub/file").exists()
         assert Path(living.path).exists()
         other.kill()
         other.wait()
-    sweep(str(root))
+    sweep(str(root), PREFIX)
     assert list(root.iterdir()) == [Path(living.path)]
     living.remove()
     living.remove()
     assert not any(root.iterdir())
+
+
+def test_what_a_killed_export_left_is_removed_by_the_next(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    compiler, started = tmp_path / "cxx", tmp_path / "started"
+    compiler.write_text(f"#!/bin/sh\necho on >{started}; exec sleep 5\n")
+    compiler.chmod(0o700)
+    code = "from cdpr.fmu.export.library import library, sources; library(sources())"
+    with subprocess.Popen([sys.executable, "-c", code], env={**os.environ, "CXX": str(compiler)}) as export:
+        until(started.exists)
+        export.kill()
+    cache = tmp_path / "cdpr" / "fmu"
+    (cache / "old.fmu.1.tmp").write_text("x")
+    os.utime(cache / "old.fmu.1.tmp", (0, 0))
+    (cache / "new.fmu.1.tmp").write_text("x")
+    assert len(list(cache.iterdir())) == 3
+    fmu_cache()
+    assert [path.name for path in cache.iterdir()] == ["new.fmu.1.tmp"]
 
 
 def test_only_folders_of_this_user_are_swept(root, tmp_path, monkeypatch):
@@ -159,10 +178,10 @@ def test_only_folders_of_this_user_are_swept(root, tmp_path, monkeypatch):
     (root / f"{PREFIX}left/link").symlink_to(tmp_path / "elsewhere")
     (root / "cdpr-other").mkdir()
     monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
-    sweep(str(root))
+    sweep(str(root), PREFIX)
     assert len(list(root.iterdir())) == 5
     monkeypatch.undo()
-    sweep(str(root))
+    sweep(str(root), PREFIX)
     assert sorted(path.name for path in root.iterdir()) == sorted(
         ["cdpr-other", f"{PREFIX}file", f"{PREFIX}link", f"{PREFIX}pipe"]
     )
@@ -197,7 +216,7 @@ def test_a_folder_that_was_swept_before_it_was_locked_is_made_again(root, monkey
     def mkdtemp(**options):
         made.append(real(**options))
         if len(made) == 1:
-            sweep(str(root))  # another process, at the worst moment
+            sweep(str(root), PREFIX)  # another process, at the worst moment
         return made[-1]
 
     monkeypatch.setattr(tempfile, "mkdtemp", mkdtemp)

@@ -379,6 +379,12 @@ def test_finished_runs_that_cannot_be_compared(folders, names, message):
         compare_finished([str(folders / name) for name in names])
 
 
+@pytest.mark.parametrize("paths", [[], (), "judge"])
+def test_finished_runs_that_are_no_list(paths):
+    with pytest.raises(CdprError, match="expected a list of two or more run folders or logs, got"):
+        compare_finished(paths)
+
+
 def test_finished_runs_that_are_not_there(folders):
     with pytest.raises(LogError, match="no such file"):
         compare_finished([str(folders / "judge"), str(folders / "nobody")])

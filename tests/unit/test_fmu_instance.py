@@ -18,9 +18,10 @@ from conftest import ROOT
 from fmu.controller import ENDS, STANDS_STILL, write_controller
 
 from cdpr.base.errors import BackendDied, FmuError, PlantEnded
+from cdpr.base.temporary import sweep
 from cdpr.fmu.read.archive import open_archive
 from cdpr.fmu.read.options import FmuFile
-from cdpr.fmu.run.folder import sweep
+from cdpr.fmu.run.folder import PREFIX
 from cdpr.fmu.run.running import RunningFmu
 from cdpr.scenario import load_robot
 from cdpr.testing.process import descriptors, resident_bytes, threads
@@ -198,7 +199,7 @@ def test_a_process_does_not_outlive_its_parent(files):
     while alive(pid) and monotonic() < deadline:
         sleep(0.05)
     assert not alive(pid)
-    sweep(str(Path(resources).parents[1]))  # as the next process that runs an FMU does
+    sweep(str(Path(resources).parents[1]), PREFIX)  # as the next process that runs an FMU does
     assert not Path(resources).parent.exists()
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
 import pytest
 from conftest import ROOT
@@ -11,8 +13,10 @@ from conftest import ROOT
 from cdpr.ui.gui.scratch import scratch, sweep
 
 HOLD = """
+from pathlib import Path
 from cdpr.ui.gui.scratch import scratch
-with scratch() as path:
+with scratch() as folder:
+    path = Path(folder.path)
     (path / "log.mcap").write_text("x")
     print(path, flush=True)
     input()
@@ -36,7 +40,7 @@ def test_what_a_killed_window_left_is_removed_and_nothing_else(place):
         with scratch() as ours:
             sweep()
             here = {str(path) for path in place.iterdir()}
-            assert {left, str(ours)} <= here  # both live
+            assert {left, ours.path} <= here  # both live
             killed.kill()
             killed.wait()
             sweep()
@@ -48,9 +52,7 @@ def test_what_a_killed_window_left_is_removed_and_nothing_else(place):
 
 
 def test_a_folder_that_another_window_swept_before_it_was_locked_is_made_anew(place, monkeypatch):
-    from cdpr.ui.gui import scratch as module
-
-    plain, made = module.tempfile.mkdtemp, []
+    plain, made = tempfile.mkdtemp, []
 
     def make(**options):
         made.append(plain(**options))
@@ -59,9 +61,9 @@ def test_a_folder_that_another_window_swept_before_it_was_locked_is_made_anew(pl
         return made[-1]
 
     monkeypatch.setattr("tempfile.mkdtemp", make)
-    with scratch() as path:
-        assert str(path) == made[1]
-        assert path.is_dir()
+    with scratch() as folder:
+        assert folder.path == made[1]
+        assert Path(folder.path).is_dir()
     assert list(place.iterdir()) == []
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from cdpr.analysis.compare.runs import Made, Progress, read
 from cdpr.analysis.compare.scenarios import changes
 from cdpr.analysis.jobs.pool import Case, Outcome, run_cases
 from cdpr.base.errors import CdprError, ScenarioError
+from cdpr.base.temporary import TemporaryFolder
 from cdpr.log.run import Run
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.repeatable import check_repeatable
@@ -150,14 +150,14 @@ def _run(
     """Return the values of `take(index, run)` for all scenarios; the runs are not kept."""
     found: dict[str, Found] = {}
     progress(0, len(scenarios))
-    with tempfile.TemporaryDirectory(prefix="cdpr-baseline-") as folder:
+    with TemporaryFolder("cdpr-baseline-") as temporary:
 
         def done(outcome: Outcome) -> None:
             found[outcome.key] = take(int(outcome.key), read(outcome))
             progress(len(found), len(scenarios))
 
         cases = [
-            Case(str(k), scenario.source, {}, str(Path(folder) / str(k)), scenario.resolved_yaml())
+            Case(str(k), scenario.source, {}, str(Path(temporary.path) / str(k)), scenario.resolved_yaml())
             for k, scenario in enumerate(scenarios)
         ]
         run_cases(cases, jobs=jobs, timeout=None, done=done)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
 
 from cdpr.analysis.compare.comparison import Group, Row, pairs, step_cost
@@ -14,6 +15,7 @@ from cdpr.base.errors import CdprError
 from cdpr.log.reader import load_run
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import SCENARIO_NAME
+from cdpr.problems import shown
 from cdpr.scenario import Scenario, load_scenario
 
 # Runs that differ in one of these cannot be subtracted from each other.
@@ -33,8 +35,10 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
 
     Raises:
         LogError: if a run cannot be read.
-        CdprError: if there is only one run, or robots or timing differ.
+        CdprError: if there are fewer than two runs, or robots or timing differ.
     """
+    if isinstance(paths, str | PathLike) or not paths:
+        raise CdprError(f"expected a list of two or more run folders or logs, got {shown(paths)}")
     if len(paths) < 2:
         raise CdprError(f"{paths[0]}: one run alone; give two or more, or the scenario to run it on others")
     if len({Path(path).resolve() for path in paths}) < len(paths):

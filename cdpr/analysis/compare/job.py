@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from cdpr.analysis.compare.engines import field
 from cdpr.analysis.compare.refinement import Measured
 from cdpr.analysis.compare.refinement import refine as measure_orders
 from cdpr.analysis.compare.runs import Progress, Runs
+from cdpr.base.temporary import TemporaryFolder
 from cdpr.config.problems import judged
 from cdpr.log.run_folder import claim, folder_name
 from cdpr.log.run_json import plain
@@ -87,8 +87,8 @@ def compare_scenario(
         # report problems of a solver before anything runs
         for note in scenario.with_changes(solver=name).notes[len(scenario.notes) :]:
             say(note)
-    with tempfile.TemporaryDirectory(prefix="cdpr-compare-") as temporary:
-        folder = Path(temporary) if out is None else folder_name(out)
+    with TemporaryFolder("cdpr-compare-") as temporary:
+        folder = Path(temporary.path) if out is None else folder_name(out)
         with _claimed(folder):
             runs = Runs(scenario, folder / RUNS, jobs or os.cpu_count() or 1, timeout, progress)
             groups = compare(runs, chosen, names, named=backends is not None)

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from typing import NamedTuple
 from cdpr.base import ownership
 from cdpr.base.checksums import checksum
 from cdpr.base.errors import OutputError, PluginError
+from cdpr.base.temporary import TemporaryFolder, sweep
 from cdpr.base.user_folders import user_cache
 from cdpr.fmu.export.description import IDENTIFIER
 from cdpr.native.entries import TABLE, headers_of, table
@@ -35,6 +37,7 @@ FLAGS = (
     *("-fno-rtti", "-I."),
 )
 
+COMPILING = "compiling-"  # first part of the names of folders in which compilers work
 KEPT = 20  # libraries of other states of the source, or by other compilers
 TIMEOUT = 1800.0  # s; typical are a few, with zig a minute or two at first, and ten times that on a busy machine
 
@@ -181,8 +184,8 @@ def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS, goal: Targ
     for cached in folder.glob(f"{begin}*{goal.ending}"):
         if (known := _cached(cached)) is not None:
             return known
-    with tempfile.TemporaryDirectory(dir=folder) as place:
-        made = _compile(command, files, Path(place), goal.ending)
+    with TemporaryFolder(COMPILING, str(folder)) as place:
+        made = _compile(command, files, Path(place.path), goal.ending)
         made.chmod(0o600)
         content = made.read_bytes()
         os.replace(made, folder / f"{begin}{checksum(content)}{goal.ending}")
@@ -227,6 +230,11 @@ def fmu_cache() -> Path:
         ) from error
     if found:
         raise OutputError(f"{folder}: is not used: {found}; or set XDG_CACHE_HOME to a folder of your own")
+    sweep(str(folder), COMPILING)  # of exports that were killed
+    for path in folder.glob("*.tmp"):
+        with contextlib.suppress(OSError):
+            if time.time() - path.stat().st_mtime > TIMEOUT:
+                path.unlink()
     return folder
 
 

@@ -144,7 +144,8 @@ class Incoming:
             raise CdprError("trajectory: it belongs to one robot: choose the files of these two alone")
         if len(robots) > 1 and not any(name.lower().endswith(ENDINGS) for name in robots):
             raise CdprError(f"none of these files has an ending that is known: {', '.join(ENDINGS)}")
-        with scratch() as folder:
+        with scratch() as made:
+            folder = Path(made.path)
             for name, content in files.items():
                 try:
                     (folder / name).write_bytes(content)  # no temporary file: nobody reads it yet

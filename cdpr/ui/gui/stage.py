@@ -67,7 +67,7 @@ class Stage:
         size = 8 * header.layout.width * (scenario.simulation.steps // header.log_every + 1)
         out = None  # runs that would fill the memory go to a temporary folder
         if size > IN_MEMORY:
-            out = self._kept.enter_context(scratch())
+            out = self._kept.enter_context(scratch()).path
         with self._kept:
             self._sim = Simulation(scenario, out=out)
             self._kept = self._kept.pop_all()
