@@ -12,10 +12,10 @@ from cdpr.analysis.compare.job import Comparison, summarise
 from cdpr.analysis.compare.scenarios import ENGINE_KEYS, changes
 from cdpr.analysis.compare.verdict import Verdict, against_scheme, unjudged
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.log.reader import load_run
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import SCENARIO_NAME
-from cdpr.problems import shown
 from cdpr.scenario import Scenario, load_scenario
 
 # Runs that differ in one of these cannot be subtracted from each other.
