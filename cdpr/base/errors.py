@@ -93,15 +93,15 @@ class Infeasible(SimulationStopped):
     exit_code = ExitCode.INFEASIBLE
 
 
-class BeyondLimits(Infeasible):
+class LimitViolation(Infeasible):
     """Limit violation of a cable length, winding speed or commanded tension, if the scenario stops the run then."""
 
 
-class Touched(Infeasible):
+class CollisionDetected(Infeasible):
     """Cables too close to each other, their platform or an obstacle, if the scenario stops the run then."""
 
 
-class Unanswered(Infeasible):
+class SolverFailed(Infeasible):
     """Solver without a valid answer, if the scenario stops the run then; a solution may or may not exist."""
 
 

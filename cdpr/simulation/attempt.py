@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cdpr.base.errors import (
-    BeyondLimits,
     CdprError,
+    CollisionDetected,
     Diverged,
     Infeasible,
     Interrupted,
+    LimitViolation,
     OutputError,
     PlantEnded,
     PluginError,
-    Touched,
-    Unanswered,
+    SolverFailed,
     one_line,
 )
 from cdpr.log.event import Event
@@ -50,9 +50,9 @@ SESSION_NAME = "session.yaml"  # file in the output folder of a run with externa
 STATUS: dict[type[BaseException], str] = {
     Diverged: "diverged",
     Infeasible: "infeasible",
-    BeyondLimits: "beyond_limits",
-    Touched: "touched",
-    Unanswered: "unanswered",
+    LimitViolation: "beyond_limits",
+    CollisionDetected: "touched",
+    SolverFailed: "unanswered",
     Interrupted: "interrupted",
     PlantEnded: "ended",
 }

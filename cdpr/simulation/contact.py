@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdpr.base.errors import Touched
+from cdpr.base.errors import CollisionDetected
 from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.contacts import passing
 from cdpr.model.robot import Array
@@ -19,7 +19,7 @@ from cdpr.tension.acts import Act
 
 
 def keeping_distance(parts: Parts, events: Sequence[ScenarioEvent], guards: Sequence[Guard], state: Array) -> list[Act]:
-    """Return an observer of each sample, which raises Touched.
+    """Return an observer of each sample, which raises CollisionDetected.
 
     Args:
         parts: parts of the loop.
@@ -52,6 +52,6 @@ def _keeping(among: Clearance, guard: Guard, gone: Array, pose: Array) -> Act:
         allowed = f"at {guard.clearance:g} m" if guard.clearance else "where they touch"
         names, gap = among.name(int(which[0])), float(least[0])
         text = passing(names, gap) or f"the least clearance is {gap:.4g} m, of {names}"
-        raise Touched(f"{text}; the scenario says to stop {allowed}")
+        raise CollisionDetected(f"{text}; the scenario says to stop {allowed}")
 
     return Act("cables", too_near, stop, timed=True)

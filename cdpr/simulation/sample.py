@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from cdpr.base.errors import BeyondLimits, Diverged
+from cdpr.base.errors import Diverged, LimitViolation
 from cdpr.cables.tables import line_table
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
@@ -79,7 +79,7 @@ class Sample:
     def completing(self, distributing: Sequence[Act], events: Sequence[ScenarioEvent]) -> list[Act]:
         """Return the operations that distribute, and then write the values that only plant and true robot provide.
 
-        They raise BeyondLimits and Touched if the scenario stops then.
+        They raise LimitViolation and CollisionDetected if the scenario stops then.
         """
         acts = list(distributing)
         if not self._parts.ideal_cables:
@@ -141,6 +141,6 @@ class Sample:
             here = beyond(*about)
             here.add(row)
             left = "; ".join(one.text(names) for one in here.told())
-            raise BeyondLimits(f"{left}; the scenario says limits: stop")
+            raise LimitViolation(f"{left}; the scenario says limits: stop")
 
         return [Act("cables", reach.leaving(self.row), stop)] if reach.any else []

@@ -42,9 +42,9 @@ def simulate(
         ScenarioError: if the scenario is wrong.
         PluginError: if a plugin is missing or broken.
         OutputError: if `out` cannot be written.
-        SimulationStopped: if the run ends early: Infeasible (BeyondLimits for limit violations of cables, Touched for
-            too small clearance, Unanswered for an invalid answer of the solver), Diverged or (by `progress`)
-            Interrupted.
+        SimulationStopped: if the run ends early: Infeasible (LimitViolation for limit violations of cables,
+            CollisionDetected for too small clearance, SolverFailed for an invalid answer of the solver), Diverged or
+            (by `progress`) Interrupted.
 
     The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to the end.
     """

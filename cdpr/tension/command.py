@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.base.errors import BeyondLimits, Diverged
+from cdpr.base.errors import Diverged, LimitViolation
 from cdpr.model import Robot
 from cdpr.native.bind import bind
 from cdpr.tension.acts import Act, perform
@@ -71,11 +71,11 @@ class CommandStage:
 
         Raises:
             Diverged: if the command is not finite.
-            BeyondLimits: under the policy `stop`.
+            LimitViolation: under the policy `stop`.
         """
         perform(self.acts)
 
     def _refuse(self, status: int) -> None:
         if status == BAD_INPUT:
             raise Diverged("the controller put out a command that is not finite")
-        raise BeyondLimits(f"{BEYOND} (policy stop)")
+        raise LimitViolation(f"{BEYOND} (policy stop)")

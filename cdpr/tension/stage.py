@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.base.errors import Diverged, Infeasible, PluginError, Unanswered
+from cdpr.base.errors import Diverged, Infeasible, PluginError, SolverFailed
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
@@ -154,7 +154,7 @@ class TensionStage:
         """Write the tensions and the report for the current wrench.
 
         Raises:
-            Infeasible, Unanswered: under the policy `stop`.
+            Infeasible, SolverFailed: under the policy `stop`.
             Diverged: if the wrench is not finite.
             PluginError: if the solver raised or returned no status.
         """
@@ -215,4 +215,4 @@ class TensionStage:
                 raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
             failed = f": {self.refusal}" if answered and self.refusal else ""
             text = f"solver '{self._name}' gave no valid answer: {MEANING[status]}{failed} (policy stop)"
-            raise Unanswered(text)
+            raise SolverFailed(text)

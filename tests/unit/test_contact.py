@@ -106,7 +106,7 @@ def test_it_may_stop_the_run(run, monkeypatch, way):
     first = int(np.argmax(values <= LEVEL))
     if way == "python":
         monkeypatch.setattr(program, "bound", lambda *given: None)
-    with pytest.raises(cdpr.Touched, match=f"of {names[first]}; the scenario says to stop at 0.05 m") as stop:
+    with pytest.raises(cdpr.CollisionDetected, match=f"of {names[first]}; the scenario says to stop at 0.05 m") as stop:
         (step_by_step if way == "steps" else cdpr.simulate)(CAROCA, overrides=PASSING | contact(then="stop"))
     ended = stop.value.run
     assert (ended.status, stop.value.exit_code) == ("touched", ExitCode.INFEASIBLE)
@@ -118,7 +118,7 @@ def test_it_may_stop_the_run(run, monkeypatch, way):
 
 
 def test_blocks_stay_whole():
-    with pytest.raises(cdpr.Touched) as stop:
+    with pytest.raises(cdpr.CollisionDetected) as stop:
         cdpr.simulate(CAROCA, overrides=PASSING | contact(then="stop"))
     assert stop.value.run.interpreted == ()
 
@@ -131,7 +131,7 @@ def test_a_simulation_goes_back_from_before_it_stopped(run):
         before = simulation.snapshot()
         simulation.step()
         simulation.restore(before)
-        with pytest.raises(cdpr.Touched) as stop:
+        with pytest.raises(cdpr.CollisionDetected) as stop:
             simulation.step(10)
     np.testing.assert_array_equal(stop.value.run.rows, run.rows[: first + 1])
 
@@ -143,7 +143,7 @@ def test_a_rollout_ends_its_cases_where_runs_end():
         CAROCA, 9, vary={"controller.kp": gains}, overrides=stops, every=1, columns=["position", "tension"]
     )
     for i in (0, 3, 8):
-        with pytest.raises(cdpr.Touched) as stop:
+        with pytest.raises(cdpr.CollisionDetected) as stop:
             cdpr.simulate(CAROCA, overrides=stops | {"controller.kp": gains[i]})
         run = stop.value.run
         assert (found.status[i], found.outcomes[i].message) == (run.status, run.message)

@@ -9,7 +9,7 @@ import pytest
 from conftest import GRAVITY, ROOT, crossed_box, make_robot, random_state
 
 import cdpr
-from cdpr.base.errors import BeyondLimits, CdprError, Diverged, Infeasible, PluginError
+from cdpr.base.errors import CdprError, Diverged, Infeasible, LimitViolation, PluginError
 from cdpr.mechanics import dynamics, kinematics
 from cdpr.plugins import Controller
 from cdpr.plugins.registry import registry
@@ -108,7 +108,7 @@ def test_clipped_commands_make_an_event():
     options = {"controller": {"type": "cable_length", "kp": 1e5}}
     run = cdpr.simulate(CAROCA, overrides={**overrides, **options})
     assert "the controller's command is beyond the tension limits; it was clipped" in run.events[0].text
-    with pytest.raises(BeyondLimits, match="t = 0 s: the controller's command") as stop:
+    with pytest.raises(LimitViolation, match="t = 0 s: the controller's command") as stop:
         cdpr.simulate(CAROCA, overrides={**overrides, **options, "solver.infeasible": "stop"})
     assert stop.value.run.status == "beyond_limits"
 

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from conftest import ROOT
 
-from cdpr import Infeasible, Unanswered, load_run, simulate
+from cdpr import Infeasible, SolverFailed, load_run, simulate
 from cdpr.base.errors import ExitCode
 from cdpr.log.run import Event
 from cdpr.tension.policy import FALLBACK
@@ -24,7 +24,7 @@ HELD = FALLBACK["hold_tension"]
 
 def test_a_solver_without_an_answer_stops_a_run_that_is_not_infeasible(tmp_path):
     asked = {"simulation.duration": 0.2, "solver.infeasible": "stop"}
-    with pytest.raises(Unanswered, match=r"solver 'closed_form' gave no valid answer: .*policy stop") as stop:
+    with pytest.raises(SolverFailed, match=r"solver 'closed_form' gave no valid answer: .*policy stop") as stop:
         simulate(SCENARIO, solver="closed_form", overrides=asked, out=tmp_path / "run")
     assert isinstance(stop.value, Infeasible)  # who catches that goes on to
     assert stop.value.exit_code == ExitCode.INFEASIBLE

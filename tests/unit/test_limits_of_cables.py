@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from conftest import ROOT
 
-from cdpr import BeyondLimits, Infeasible, load_run, simulate
+from cdpr import Infeasible, LimitViolation, load_run, simulate
 from cdpr.base.columns import Column
 from cdpr.base.errors import ExitCode
 from cdpr.log.beyond import beyond
@@ -157,7 +157,7 @@ def test_a_run_counts_them_and_says_so(more, tmp_path):
 
 def test_the_scenario_may_say_to_stop(tmp_path):
     with pytest.raises(
-        BeyondLimits, match=r"cables wound faster than allowed: cable_2 up to 0.2\d* of 0.2 m/s .*limits: stop"
+        LimitViolation, match=r"cables wound faster than allowed: cable_2 up to 0.2\d* of 0.2 m/s .*limits: stop"
     ) as stop:
         simulate(SCENARIO, overrides=SLOW | {"limits": "stop"}, out=tmp_path / "run")
     assert isinstance(stop.value, Infeasible)  # who catches that goes on to

@@ -9,7 +9,7 @@ import pytest
 from conftest import crossed_box, make_robot
 from tension_operations import accept, box_least_squares
 
-from cdpr.base.errors import Diverged, Infeasible, PluginError, Unanswered
+from cdpr.base.errors import Diverged, Infeasible, PluginError, SolverFailed
 from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
@@ -300,7 +300,7 @@ def test_a_refused_answer_is_told_once_with_the_check_that_it_failed(answer, tol
     first = bench.stage.refusal
     bench.distribute()
     assert bench.stage.refusal is first
-    with pytest.raises(Unanswered, match=re.escape(told)):
+    with pytest.raises(SolverFailed, match=re.escape(told)):
         Bench(answering(answer), policy="stop").distribute()
     assert "beyond" not in refused(answer, respects_bounds=False)
 

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from pushed_point import pushed_point
 
-from cdpr import BeyondLimits, Simulation, load_run, simulate
+from cdpr import LimitViolation, Simulation, load_run, simulate
 from cdpr.base.columns import WINCHED
 from cdpr.base.errors import ExitCode
 from cdpr.log import run_json
@@ -95,7 +95,7 @@ def test_chatter_is_counted_in_few_lines():
 
 
 def test_the_scenario_may_say_to_stop(scenario, pushed):
-    with pytest.raises(BeyondLimits, match=r"cable tensions lower than allowed: cable_1 down to .* of 5 N") as stop:
+    with pytest.raises(LimitViolation, match=r"cable tensions lower than allowed: cable_1 down to .* of 5 N") as stop:
         simulate(scenario, overrides={"limits": "stop"})
     run = stop.value.run
     outside = (pushed.cable_tension < 5.0 - 1e-6).any(axis=1)

@@ -24,7 +24,7 @@ FIRST_CALLS = 10  # not timed: they import modules and fill caches
 PINV_EVERY = 10  # calls between two calls of numpy's pinv, so that both see the same machine load
 
 
-class SolverFailed(Exception):  # noqa: N818 - an outcome
+class AskFailed(Exception):  # noqa: N818 - an outcome
     """The solver raised, or returned no valid status."""
 
 
@@ -42,7 +42,7 @@ def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolv
     """Create a solver.
 
     Raises:
-        SolverFailed: if it raises.
+        AskFailed: if it raises.
     """
     try:
         solver: TensionSolver = factory(robot, options)
@@ -50,7 +50,7 @@ def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolv
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise SolverFailed(f"raised {one_line(error)} when it was made") from error
+        raise AskFailed(f"raised {one_line(error)} when it was made") from error
 
 
 def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) -> Answers:
@@ -65,7 +65,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
             memory.
 
     Raises:
-        SolverFailed: if the solver raises or returns no valid status.
+        AskFailed: if the solver raises or returns no valid status.
     """
     robot, count = problems.robot, len(problems)
     t_min, t_max = problems.t_min, problems.t_max
@@ -82,7 +82,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            raise SolverFailed(f"raised {one_line(error)} when it was reset") from error
+            raise AskFailed(f"raised {one_line(error)} when it was reset") from error
         solve = solver.solve
         for k in range(count):
             W, wrench, low, high, t = problems.W[k], problems.wrench[k], t_min[k], t_max[k], tension[k]
@@ -95,7 +95,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
             except KeyboardInterrupt:
                 raise
             except BaseException as error:
-                raise SolverFailed(f"raised {one_line(error)} at problem {k}") from error
+                raise AskFailed(f"raised {one_line(error)} at problem {k}") from error
             status[k] = _checked(said)
             if k % PINV_EVERY == 0:
                 np.linalg.pinv(matrix)  # the first call after one of a large library is slow
@@ -109,7 +109,7 @@ def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: 
     """Return the status and the tensions, (m,), N, of one problem.
 
     Raises:
-        SolverFailed: if the solver raises or returns no valid status.
+        AskFailed: if the solver raises or returns no valid status.
     """
     tension = np.full(len(t_min), np.nan)
     try:
@@ -117,14 +117,14 @@ def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: 
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise SolverFailed(f"raised {one_line(error)}") from error
+        raise AskFailed(f"raised {one_line(error)}") from error
     return _checked(said), tension
 
 
 def _checked(said: Any) -> int:
     if isinstance(said, (int, np.integer)) and not isinstance(said, bool) and said in list(Status):
         return int(said)
-    raise SolverFailed(f"returned {said!r}, which is no cdpr.tension.Status")
+    raise AskFailed(f"returned {said!r}, which is no cdpr.tension.Status")
 
 
 @contextmanager

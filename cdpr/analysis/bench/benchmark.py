@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.bench import measures
-from cdpr.analysis.bench.ask import SolverFailed, answer, ask, make
+from cdpr.analysis.bench.ask import AskFailed, answer, ask, make
 from cdpr.analysis.bench.oracle import Oracle, certified, consult
 from cdpr.analysis.bench.problems import Problems, box, hard_problems, make_paths, make_problems
 from cdpr.analysis.distribution.adversaries import adversaries as make_adversaries
@@ -184,7 +184,7 @@ def _row(
         warnings.simplefilter("ignore")
         try:
             return _measured(entry, options, problems, oracle, paths, point)
-        except SolverFailed as failure:
+        except AskFailed as failure:
             return {"outcome": "failed", "detail": str(failure)}
 
 
