@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -12,39 +11,31 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.base import tolerances
 from cdpr.base.errors import PluginError
-from cdpr.base.files import seen_from
 from cdpr.base.lazy import late
 from cdpr.base.problems import Problem
 from cdpr.cables import model_of
 from cdpr.config.document import Document
 from cdpr.config.overrides import Change, Overrides
 from cdpr.config.problems import Problems
-from cdpr.config.validation import report_nulls, validate
 from cdpr.config.yaml_text import dump
 from cdpr.fmu.read.options import FMU
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array, ideal
 from cdpr.model.shapes import Obstacle
-from cdpr.plugins import FileName
-from cdpr.plugins.registry import Registered, Registry, Role
+from cdpr.plugins.registry import Registry
 from cdpr.scenario import belief, plausible
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.changes import Options
-from cdpr.scenario.choices import CORE_KEYS, choices
+from cdpr.scenario.check import Checked, check
+from cdpr.scenario.choices import choices
 from cdpr.scenario.event_checks import EventChecks, beyond
 from cdpr.scenario.events import ScenarioEvent, redirected
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
-from cdpr.scenario.options import OptionsReader
-from cdpr.scenario.robot_checks import RobotChecks
-from cdpr.scenario.robot_schema import RobotSection
-from cdpr.scenario.run_checks import RunChecks
+from cdpr.scenario.plain_data import dumped, plain, plain_in
 from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation, SolverSection, World
 from cdpr.scenario.source import change
 from cdpr.trajectory import Trajectory, of_tool
-
-# Sections that do not affect the motion and its checks.
-BESIDES = {"controller", "solver", "backend_options"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +46,6 @@ class Scenario:
         sections: all sections of the file, with defaults.
         robot: the robot as frozen arrays.
         believed: nominal robot of controller and solver; None if it equals the robot.
-        controller_options: options of the controller, an instance of its plugin's model.
-        solver_options: the same for the tension solver.
-        source: scenario file.
         unused: dotted keys that are given but not used by a run.
         notes: remarks on the options of replaced controllers or solvers, a sentence each.
     """
@@ -65,17 +53,9 @@ class Scenario:
     sections: ScenarioSection
     robot: Robot
     believed: Robot | None
-    controller_options: BaseModel
-    solver_options: BaseModel
-    source: str
     unused: tuple[str, ...]
     notes: tuple[str, ...]
-    _backend_options: Mapping[str, BaseModel]
-    _given: ScenarioSection = field(repr=False)  # sections as in the file
-    _motion: Motion = field(repr=False)
-    _document: Document = field(repr=False)
-    _thought: Document | None = field(repr=False)
-    _plugins: Registry = field(repr=False)
+    _checked: Checked = field(repr=False)
 
     def __repr__(self) -> str:
         simulation = self.simulation
@@ -90,7 +70,26 @@ class Scenario:
     @property
     def plugins(self) -> Registry:
         """Available plugins."""
-        return self._plugins
+        return self._checked.plugins
+
+    @property
+    def source(self) -> str:
+        """Scenario file."""
+        return self._document.source
+
+    @property
+    def controller_options(self) -> BaseModel:
+        """Options of the controller, an instance of its plugin's model."""
+        return self._checked.controller_options
+
+    @property
+    def solver_options(self) -> BaseModel:
+        """Options of the tension solver, an instance of its plugin's model."""
+        return self._checked.solver_options
+
+    @property
+    def _document(self) -> Document:
+        return self._checked.document
 
     @property
     def name(self) -> str:
@@ -154,9 +153,9 @@ class Scenario:
     @cached_property
     def warnings(self) -> tuple[Problem, ...]:
         """Values that are allowed but probably not intended, such as sizes in mm: see `cdpr.scenario.plausible`."""
-        sections, document, twin = self.sections, self._document, self._thought
+        sections, document, twin = self.sections, self._document, self._checked.twin
         shortened = not document.mark(("simulation", "duration")).line
-        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion, self.obstacles
+        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._checked.motion, self.obstacles
         setup = plausible.Setup(*about, lambda: self.desired, shortened)
         found = plausible.warnings(setup, document)
         if sections.believed is None or self.believed is None or twin is None:
@@ -210,14 +209,14 @@ class Scenario:
 
     def options(self) -> Options:
         """Return the initial options of controller and solver, which can be changed."""
-        return _options(self._plugins, self.sections, self.controller_options, self.solver_options, self._document)
+        return self._checked.options()
 
     def backend_options(self, name: str | None = None) -> BaseModel:
         """Return the options of a backend (default: the selected one); PluginError if they are required but missing."""
         name = name or self.simulation.backend
-        if name in self._backend_options:
-            return self._backend_options[name]
-        model = self._plugins.get("backend", name).info.options
+        if name in self._checked.backend_options:
+            return self._checked.backend_options[name]
+        model = self.plugins.get("backend", name).info.options
         try:
             return model()
         except ValidationError as error:
@@ -237,17 +236,17 @@ class Scenario:
 
         File names are relative to that folder. `ends_early` is set if the duration is shorter.
         """
-        data = self._plain_in(folder)
+        data = plain_in(folder, self.sections, self._checked)
         data["simulation"]["duration"] = duration
         if duration < self.simulation.duration * (1.0 - tolerances.TIME):
             data["simulation"]["ends_early"] = True
-        data["events"] = [_dumped(event) for event in events]
+        data["events"] = [dumped(event) for event in events]
         return dump(data)
 
     def yaml_in(self, folder: str) -> str:
         """Return `resolved_yaml` for a file in another folder, with adjusted file names."""
-        data = self._plain_in(folder)
-        return self.resolved_yaml() if data == self._plain() else dump(data)
+        data = plain_in(folder, self.sections, self._checked)
+        return self.resolved_yaml() if data == plain(self.sections, self._checked) else dump(data)
 
     def resolved_yaml(self) -> str:
         """Return self-contained YAML with robot and defaults, which loads to an equal scenario.
@@ -258,7 +257,7 @@ class Scenario:
 
     @cached_property
     def _text(self) -> str:
-        return dump(self._plain())
+        return dump(plain(self.sections, self._checked))
 
     def place(self, *path: str | int) -> str:
         """Return file, line and column of the value at `path`."""
@@ -275,11 +274,11 @@ class Scenario:
     ) -> Scenario:
         """Return a changed and validated copy, or self if nothing changes; arguments are those of `load_scenario`."""
         names = {"backend": backend, "solver": solver, "controller": controller}
-        if not overrides and not any(names.values()) and plugins in (None, self._plugins):
+        if not overrides and not any(names.values()) and plugins in (None, self.plugins):
             return self
         problems = Problems()
         chosen = choices(names, problems)
-        return build_scenario(self._document.copy(), overrides, chosen, plugins or self._plugins, problems, self)
+        return build_scenario(self._document.copy(), overrides, chosen, plugins or self.plugins, problems, self)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
@@ -288,41 +287,6 @@ class Scenario:
 
     def __hash__(self) -> int:
         return hash(self.resolved_yaml())
-
-    def _plain_in(self, folder: str) -> dict[str, Any]:
-        """Return plain data with file names relative to a folder."""
-        data = self._plain()
-
-        def move(section: dict[str, Any], *keys: str) -> None:
-            for key in keys:
-                section[key] = seen_from(folder, os.path.join(self._document.folder, section[key]))
-
-        move(data["trajectory"], *self.trajectory.files)
-        for written, event in zip(data["events"], self.events, strict=True):
-            move(written, *event.files)
-        for shape in (data["robot"]["platform"].get("shape", {}), *data["world"]["obstacles"]):
-            move(shape, *({"mesh"} & shape.keys()))
-        sections = {"controller": self.controller_options, "solver": self.solver_options, "actuators": self.actuators}
-        for name, options in sections.items():
-            if options is not None:
-                data[name] |= _located(options, folder)
-        for name, options in self._backend_options.items():
-            if name in data["backend_options"]:
-                data["backend_options"][name] |= _located(options, folder)
-        return data
-
-    def _plain(self) -> dict[str, Any]:
-        """Return the sections as plain data in the order of the schema."""
-        data = self.sections.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"})
-        for section, options in (("controller", self.controller_options), ("solver", self.solver_options)):
-            core = data[section]  # core keys come first and take precedence over plugin keys of the same name
-            data[section] = {**core, **options.model_dump(mode="json", by_alias=True), **core}
-        given = {
-            name: options.model_dump(mode="json", by_alias=True)
-            for name, options in sorted(self._backend_options.items())
-        }
-        data["backend_options"] = {name: options for name, options in given.items() if options}
-        return data
 
 
 def build_scenario(
@@ -333,70 +297,43 @@ def build_scenario(
     problems: Problems,
     before: Scenario | None = None,
 ) -> Scenario:
-    """Apply changes to a document, validate it and return the scenario; raise ScenarioError with all `problems`.
+    """Apply changes to a document, check it and return the scenario; raise ScenarioError with all `problems`.
 
     If the document is a copy of that of `before`, unchanged sections are not validated again.
     """
     change(document, overrides, chosen, plugins, problems)
-    unchanged = set() if before is None or problems.items else _unchanged(document, before._document)
-    robot_known = "robot" in unchanged
-    motion_known = unchanged >= ScenarioSection.model_fields.keys() - BESIDES
-    data, options = _split(document.data)
-    data_of_robot = {key: value for key, value in data.items() if key != belief.KEY or value is None}
-    given = before._given if before and unchanged else None
-    sections = validate(ScenarioSection, data_of_robot, document, problems, given, unchanged)
-    report_nulls({key: value for key, value in data_of_robot.items() if key not in unchanged}, (), document, problems)
-    if not robot_known:
-        RobotChecks(document, problems).run(("robot",))
-    motion = before._motion if before and motion_known else RunChecks(document, problems).run()
-    reader = OptionsReader(document, problems, plugins)
-    controller_options = reader.of_section("controller", options.get("controller", {}))
-    solver_options = reader.of_section("solver", options.get("solver", {}))
-    backend_options = reader.of_backends()
-    in_force = None
-    if sections is not None and controller_options is not None and solver_options is not None:
-        in_force = _options(plugins, sections, controller_options, solver_options, document)
-    events = EventChecks(document, problems, in_force).run()
-    believed, twin = _believed(document, problems)
-    problems.raise_any()
-    assert sections is not None
-    assert controller_options is not None
-    assert solver_options is not None
-    robot = before.sections.robot if before and robot_known else sections.robot.named()
-    thought = believed and believed.named()
-    wanted = motion or sections.trajectory
-    trajectory = wanted.complete(wanted.begins(sections.initial, robot.platform.tools))
+    return _build(check(document, plugins, problems, before._checked if before else None), before)
+
+
+def _build(checked: Checked, before: Scenario | None) -> Scenario:
+    """Return the scenario of valid sections; what has not changed comes from the one `before`."""
+    document, sections, unchanged = checked.document, checked.sections, checked.unchanged
+    known = before if "robot" in unchanged else None
+    robot = known.sections.robot if known else sections.robot.named()
+    believed = checked.believed and checked.believed.named()
+    trajectory = checked.motion.complete(checked.motion.begins(sections.initial, robot.platform.tools))
     like = before.robot if before and _all_but_platform(document) == _all_but_platform(before._document) else None
     names = [cable.name for cable in robot.cables]
-    events = [event.named(names) for event in events]
+    events = [event.named(names) for event in checked.events]
+    completed = {
+        "robot": robot,
+        "believed": believed,
+        "trajectory": trajectory,
+        "controlled": sections.controlled or robot.dof,
+        "events": events,
+    }
     made = Scenario(
-        sections=sections.model_copy(
-            update={
-                "robot": robot,
-                "believed": thought,
-                "trajectory": trajectory,
-                "controlled": sections.controlled or robot.dof,
-                "events": events,
-            }
-        ),
-        robot=before.robot if before and robot_known else robot.to_robot(document.folder, like),
-        believed=thought.to_robot(document.folder) if thought else None,
-        controller_options=controller_options,
-        solver_options=solver_options,
-        source=document.source,
+        sections=sections.model_copy(update=completed),
+        robot=known.robot if known else robot.to_robot(document.folder, like),
+        believed=believed.to_robot(document.folder) if believed else None,
         unused=(
             *(f"robot.{key}" for key in robot.unused(sections.actuators is not None)),
-            *(belief.unused(robot, thought) if thought else ()),
+            *(belief.unused(robot, believed) if believed else ()),
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),
         ),
         notes=tuple(document.notes),
-        _backend_options=backend_options,
-        _given=sections,
-        _motion=motion or sections.trajectory,
-        _document=document,
-        _thought=twin,
-        _plugins=plugins,
+        _checked=checked,
     )
     moving = {"trajectory", "initial"} if trajectory.tool is None else {"trajectory", "initial", "robot"}
     if before and moving <= unchanged and "planned" in before.__dict__:
@@ -404,63 +341,6 @@ def build_scenario(
     return made
 
 
-def _unchanged(document: Document, before: Document) -> set[str]:
-    """Return the sections that are equal, or missing, in both."""
-    keys = ScenarioSection.model_fields.keys() | document.data.keys() | before.data.keys()
-    return {key for key in keys if document.data.get(key) == before.data.get(key)}
-
-
 def _all_but_platform(document: Document) -> dict[str, Any]:
     """Return the robot's data in a validated document, without the platform."""
     return {key: value for key, value in document.data["robot"].items() if key != "platform"}
-
-
-def _believed(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:
-    """Return the nominal robot and its scenario, validated as both; None if there is none."""
-    found = Problems(unreadable=set(problems.unreadable))
-    twin = None if ("robot",) in found.unreadable else belief.believed_document(document, found)
-    sections = None
-    if twin is not None:
-        data, _ = _split(twin.data)
-        sections = validate(ScenarioSection, data, twin, found)
-        report_nulls(data, (), twin, found)
-        RobotChecks(twin, found).run(("robot",))
-        RunChecks(twin, found).start()
-        EventChecks(twin, found).run()
-    belief.tell(found, problems)
-    return sections.robot if sections else None, twin
-
-
-def _options(
-    plugins: Registry, sections: ScenarioSection, controller: BaseModel, solver: BaseModel, document: Document
-) -> Options:
-    chosen: dict[Role, Registered] = {
-        "controller": plugins.get("controller", sections.controller.type),
-        "solver": plugins.get("solver", sections.solver.type),
-    }
-    return Options(chosen, {"controller": controller, "solver": solver}, document.folder)
-
-
-def _dumped(section: BaseModel) -> dict[str, Any]:
-    return section.model_dump(mode="json", by_alias=True, exclude_none=True)
-
-
-def _located(options: BaseModel, folder: str) -> dict[str, str]:
-    """Return the file names in options, relative to a folder."""
-    names = {field.alias or key: getattr(options, key) for key, field in type(options).model_fields.items()}
-    return {key: seen_from(folder, name.path) for key, name in names.items() if isinstance(name, FileName)}
-
-
-def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-    """Separate the plugins' options, which are validated by the plugins' models."""
-    own = dict(data)
-    options: dict[str, dict[str, Any]] = {}
-    for section, core in CORE_KEYS.items():
-        given = data.get(section, {})
-        if isinstance(given, dict):
-            own[section] = {key: value for key, value in given.items() if key in core}
-            options[section] = {key: value for key, value in given.items() if key not in core}
-    backends = data.get("backend_options")
-    if isinstance(backends, dict):
-        own["backend_options"] = {name: {} if isinstance(given, dict) else given for name, given in backends.items()}
-    return own, options

@@ -197,4 +197,4 @@ def test_every_check_has_a_case():
 
 def subject(scenario):
     given = (scenario.sections.robot, scenario.robot, ("robot",), scenario._document.data)
-    return Setup(*given, scenario.sections, scenario._motion, scenario.obstacles, lambda: scenario.desired)
+    return Setup(*given, scenario.sections, scenario._checked.motion, scenario.obstacles, lambda: scenario.desired)
