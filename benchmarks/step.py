@@ -27,7 +27,8 @@ from cdpr.log.mcap_file import BLOCK
 from cdpr.log.recorder import Recorder
 from cdpr.plugins.registry import registry
 from cdpr.scenario import load_scenario
-from cdpr.simulation.build import build, make_header
+from cdpr.simulation.build import build
+from cdpr.simulation.header import make_header
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.program import Program
 from cdpr.simulation.simulation import Simulation

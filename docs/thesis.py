@@ -29,7 +29,8 @@ from cdpr.analysis.study.plan import StudyCase, load_study
 from cdpr.base.errors import SimulationStopped
 from cdpr.log.run import Run
 from cdpr.scenario import load_scenario
-from cdpr.simulation.build import build, make_header
+from cdpr.simulation.build import build
+from cdpr.simulation.header import make_header
 from cdpr.simulation.loop import Loop
 
 HERE = Path(__file__).parent

@@ -1,40 +1,76 @@
-"""Construction of the parts of a closed loop from a scenario."""
+"""Checks of a scenario, and the parts of its loop.
+
+`build` makes all parts for a run; `faults` finds, without starting anything, all that would keep it from that. Both
+do the same checks, so that `cdpr validate` and a run reject the same scenarios.
+"""
 
 from __future__ import annotations
 
-import math
-import platform
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from functools import lru_cache
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar, cast, get_args
 
 import numpy as np
 
-from cdpr.base.version import VERSION
-from cdpr.cables import COMMANDED, exits_of, with_model
-from cdpr.log.run import Header
-from cdpr.mechanics.reach import bounds_of
-from cdpr.model import rotations
-from cdpr.native.operations import kernels_version
-from cdpr.plugins import Backend
-from cdpr.plugins.registry import Registry
+from cdpr.base.columns import Column
+from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.problems import Path
+from cdpr.cables import COMMANDED, with_model
+from cdpr.fmu.read.options import FmuFile
+from cdpr.link.options import PeerOptions
+from cdpr.model import Robot
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.controller import Output
+from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import broken, limit_changes
-from cdpr.scene.path import thinned
-from cdpr.simulation.columns import columns_of
+from cdpr.simulation.cables import check_cables
+from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.prepare import prepare
 from cdpr.simulation.settings import Settings
 from cdpr.trajectory import Trajectory
 
-# Libraries used by the arithmetic of every run.
-LIBRARIES = ("numpy",)
+T = TypeVar("T")
 
-# Desired path for viewers: sampled every 20 ms, in which a platform moves some millimetres round a corner, with a lower
-# limit for short runs and an upper limit for runs of minutes; simplified to this share of the robot's characteristic
-# length.
-PATH_STEP, PATH_POINTS = 0.02, (201, 20_001)  # s, points
-PATH_TOLERANCE = 1e-3
+# Options of controllers that start a program or run native code when created: only a run may do that.
+STARTED = FmuFile, PeerOptions
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Parts of a loop without its plant."""
+
+    chosen: dict[Role, Registered]
+    controlled: Robot  # nominal robot of controller and solver
+    trajectory: Trajectory
+    columns: tuple[Column, ...]
+    solver: TensionSolver
+    controller: Controller
+    output: Output
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Reason why a scenario cannot be built, and the path of the section that it concerns."""
+
+    path: Path
+    error: CdprError
+
+
+def _prepare(scenario: Scenario, made: ExitStack) -> Prepared:
+    """Make controller and solver, which `made` closes.
+
+    Raises:
+        CdprError: if the scenario cannot be built.
+        PluginError: if a plugin is missing or broken.
+    """
+    found = _Checks(scenario, made, start=True)
+    parts = found.run()
+    if found.faults:
+        raise found.faults[0].error
+    assert parts is not None
+    return parts
 
 
 def build(scenario: Scenario) -> Parts:
@@ -47,7 +83,7 @@ def build(scenario: Scenario) -> Parts:
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
     with ExitStack() as made:  # close these if a later one fails
-        parts = prepare(scenario, made)
+        parts = _prepare(scenario, made)
         chosen, controller, solver = parts.chosen, parts.controller, parts.solver
         plant = robot if scenario.actuators is None else with_model(robot, COMMANDED)
         backend: Backend = chosen["backend"].make(
@@ -86,110 +122,91 @@ def build(scenario: Scenario) -> Parts:
     return loop
 
 
-def make_header(scenario: Scenario) -> Header:
-    """Return the metadata of the run; equal for equal scenario, seed and versions.
-
-    Raises:
-        PluginError: if a plugin is unknown, its requirements are not installed, or two columns have one name.
-    """
-    robot, simulation = scenario.robot, scenario.simulation
-    return Header(
-        scenario=scenario.name,
-        robot=robot.name,
-        backend=simulation.backend,
-        controller=scenario.controller.type,
-        solver=scenario.solver.type,
-        control_step=simulation.control_step,
-        physics_step=simulation.physics_step,
-        seed=simulation.seed,
-        gravity=tuple(scenario.world.gravity),
-        mass=robot.platform.mass,
-        cables=tuple(cable.name for cable in robot.cables),
-        anchors=tuple(tuple(row) for row in robot.anchors.tolist()),
-        tension_min=tuple(robot.tension_min.tolist()),
-        tension_max=tuple(robot.tension_max.tolist()),
-        characteristic_length=robot.characteristic_length,
-        shape=robot.platform.outline,
-        controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
-        versions=versions_of(scenario.plugins, plugins_of(scenario)),
-        scenario_yaml=scenario.resolved_yaml(),
-        cable_model=scenario.cable_model,
-        log_every=scenario.log_every,
-        bounds=bounds_of(robot),
-        broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
-        limit_changes=limit_changes(scenario.events, robot, simulation.control_step),
-        exits=exits_of(robot),
-        columns=columns_of(scenario),
-        frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),
-        colours=robot.colours,
-        path=desired_path(scenario),
-        tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
-        tool=scenario.trajectory.tool or "",
-        believed=scenario.belief,
-    )
+def faults(scenario: Scenario) -> Iterator[Fault]:
+    """Yield all reasons why a scenario cannot be built, without starting anything."""
+    with ExitStack() as made:
+        found = _Checks(scenario, made, start=False)
+        found.run()
+    yield from found.faults
 
 
-def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
-    """Return points (k, 3), m, of the scenario's desired path for drawing; one point without motion.
+class _Checks:
+    """Independent checks; without `start`, some parts are not made."""
 
-    The path is that of the tool that the motion guides, otherwise that of the platform's origin.
-    """
-    end = scenario.simulation.steps * scenario.simulation.control_step
-    tool = scenario.trajectory.tool
-    arm = (0.0, 0.0, 0.0) if tool is None else tuple(scenario.robot.platform.tools[tool].tolist())
-    return _path(scenario.desired, end, PATH_TOLERANCE * scenario.robot.characteristic_length, arm)
+    def __init__(self, scenario: Scenario, made: ExitStack, *, start: bool) -> None:
+        self._scenario, self._made, self._start = scenario, made, start
+        self.faults: list[Fault] = []
 
+    def run(self) -> Prepared | None:
+        """Return the parts; None for a part with a fault, or one that was not to be made."""
+        scenario = self._scenario
+        trajectory = self._try(("events",) if scenario.events else ("trajectory",), lambda: scenario.desired)
+        chosen = chosen_plugins(scenario)
+        usable = {role: self._try(path, partial(self._usable, chosen[role])) for role, path in _TYPES.items()}
+        columns = self._try((), lambda: columns_of(scenario))
+        self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
+        if scenario.actuators is not None:
+            self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
+        believed = scenario.believed
+        controlled = scenario.controlled if believed is None else replace(believed, dof=scenario.controlled.dof)
+        solver = (
+            self._try(("solver",), lambda: self._solver(chosen["solver"], controlled)) if usable["solver"] else None
+        )
+        controller = output = None
+        if usable["controller"] and (self._start or not isinstance(scenario.controller_options, STARTED)):
+            controller = self._try(("controller",), lambda: self._controller(chosen["controller"]))
+        if controller is not None:
+            made = controller
+            output = self._try(("controller",), lambda: output_of(chosen["controller"], made))
+        if trajectory is None or columns is None or solver is None or controller is None or output is None:
+            return None
+        return Prepared(chosen, controlled, trajectory, columns, solver, controller, output)
 
-@lru_cache(maxsize=4)  # cases of a study share their motion
-def _path(wanted: Trajectory, end: float, tolerance: float, arm: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
-    """Return points of a motion up to `end`, s, simplified to the tolerance, m."""
-    fewest, most = PATH_POINTS
-    times = np.linspace(0.0, end, min(max(fewest, math.ceil(end / PATH_STEP) + 1), most))
-    poses, desired = np.empty((len(times), 7)), np.empty(19)
-    sample = wanted.sampler(desired)
-    for pose, time in zip(poses, times.tolist(), strict=True):
-        sample(time)
-        pose[:] = desired[:7]
-    path = poses[:, :3] + rotations.rotate(poses[:, 3:], np.array(arm)) if any(arm) else poses[:, :3]
-    path = thinned(path, tolerance)
-    if len(path) == 2 and np.array_equal(*path):
-        path = path[:1]
-    return tuple(tuple(point) for point in path.round(6).tolist())  # micrometres
-
-
-def plugins_of(scenario: Scenario) -> tuple[str, str, str]:
-    """Return the names of backend, controller and solver."""
-    return scenario.simulation.backend, scenario.controller.type, scenario.solver.type
-
-
-@lru_cache
-def _version(name: str) -> str:
-    """Return the version of a distribution, read once: this process does not use what is installed later."""
-    return version(name)
-
-
-def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str]:
-    """Return the versions of cdpr, Python, our libraries and the requirements of these plugins.
-
-    Raises:
-        PluginError: if a plugin is unknown or its requirements are not installed.
-    """
-    backend, controller, solver = plugins
-    versions = {"cdpr": VERSION, "kernels": kernels_version(), "python": platform.python_version()}
-    names = set(LIBRARIES)
-    for entry in (
-        found.get("backend", backend),
-        found.get("controller", controller),
-        found.get("solver", solver),
-    ):
-        if entry.missing:
-            entry.load()  # raises the remedy for a missing requirement before anything is written
-        names |= set(entry.info.requires)
-        if entry.distribution != "cdpr":
-            versions[entry.distribution] = entry.version
-    for name in sorted(names - set(versions)):
+    def _try(self, path: Path, do: Callable[[], T]) -> T | None:
         try:
-            versions[name] = _version(name)
-        except PackageNotFoundError:
-            versions[name] = "unknown"
-    return versions
+            return do()
+        except CdprError as error:
+            self.faults.append(Fault(path, error))
+            return None
+
+    def _usable(self, entry: Registered) -> bool:
+        """Reject a plugin with missing requirements; in a run also one that cannot be imported."""
+        if self._start or entry.missing:
+            entry.load()
+        return True
+
+    def _actuators(self, backend: Registered) -> None:
+        from cdpr.simulation.actuators import check_actuators  # also enables the check for all modules that run FMUs
+
+        check_actuators(self._scenario, backend)
+
+    def _solver(self, entry: Registered, controlled: Robot) -> TensionSolver:
+        return cast("TensionSolver", entry.make(controlled, self._scenario.solver_options))
+
+    def _controller(self, entry: Registered) -> Controller:
+        scenario = self._scenario
+        robot, gravity = scenario.believed or scenario.robot, np.array(scenario.world.gravity)
+        step = scenario.simulation.control_step
+        controller: Controller = entry.make(robot, gravity, step, scenario.controller_options)
+        self._made.callback(controller.close)
+        return controller
+
+
+_TYPES: dict[Role, Path] = {
+    "solver": ("solver", "type"),
+    "controller": ("controller", "type"),
+    "backend": ("simulation", "backend"),
+}
+
+
+def output_of(entry: Registered, controller: Controller) -> Output:
+    """Return the output of a controller.
+
+    Raises:
+        PluginError: if the controller declares an unknown output.
+    """
+    declared = controller.output or entry.info.properties.get("output", "wrench")
+    for known in get_args(Output):
+        if declared == known:
+            return cast("Output", known)
+    raise PluginError(f"controller '{entry.info.name}' declares the output {declared!r}; known are wrench, command")

@@ -25,7 +25,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.branches import Branches
-from cdpr.simulation.build import make_header
+from cdpr.simulation.header import make_header
 from cdpr.simulation.live import Alone
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.program import Program

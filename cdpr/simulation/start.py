@@ -11,7 +11,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Role, registry
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.attempt import Attempt
-from cdpr.simulation.build import make_header
+from cdpr.simulation.header import make_header
 from cdpr.simulation.room import check_room
 
 

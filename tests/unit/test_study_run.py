@@ -284,7 +284,7 @@ def test_a_resume_checks_only_what_has_no_result(tmp_path, monkeypatch):
     with pytest.raises(OutputError, match="holds another study"):
         StudyFolder(out, other)
     path.write_text(path.read_text().replace("\nseed: 5\n", ""))
-    monkeypatch.setattr("cdpr.simulation.build.VERSION", "9.9")
+    monkeypatch.setattr("cdpr.simulation.header.VERSION", "9.9")
     assert load().digest == study.digest
     assert len(checked) == 4
 

@@ -13,9 +13,8 @@ from conftest import ROOT
 
 from cdpr import load_scenario
 from cdpr.base.errors import CdprError, ExitCode, PluginError
-from cdpr.simulation.build import build
+from cdpr.simulation.build import build, faults
 from cdpr.simulation.loop import Loop
-from cdpr.simulation.prepare import faults
 from cdpr.ui.cli import validate
 
 CASES = int(os.environ.get("CDPR_TEST_CASES", "12"))  # perturbed scenarios

@@ -17,7 +17,7 @@ from cdpr.scene import State, Subject, colours, pictures, solid
 from cdpr.scene.path import thinned
 from cdpr.scene.pictures import weight_range
 from cdpr.scene.shapes import radius_around
-from cdpr.simulation.build import desired_path
+from cdpr.simulation.header import desired_path
 from cdpr.ui.report.player.arrays import Arrays
 from cdpr.ui.report.player.scenes import scene
 from cdpr.ui.report.plots.pictures import MOST, frames, pictures_of

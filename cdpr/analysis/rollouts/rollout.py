@@ -33,8 +33,9 @@ from cdpr.plugins.classes import PluginFile
 from cdpr.plugins.registry import plugin_files, use_files
 from cdpr.scenario import Scenario
 from cdpr.scenario.repeatable import check_repeatable
-from cdpr.simulation.build import build, plugins_of, versions_of
+from cdpr.simulation.build import build
 from cdpr.simulation.columns import chosen_plugins
+from cdpr.simulation.header import plugins_of, versions_of
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.start import chosen_scenario
 

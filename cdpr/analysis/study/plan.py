@@ -26,7 +26,7 @@ from cdpr.scenario import Scenario, examples, load_scenario
 from cdpr.scenario.loader import file_name
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.scenario.source import open_document, stem
-from cdpr.simulation.build import plugins_of, versions_of
+from cdpr.simulation.header import plugins_of, versions_of
 
 SEED: Path = ("simulation", "seed")
 RESERVED = ("case", "block", "status", "message", *FIGURES)  # columns of the table

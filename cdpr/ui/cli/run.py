@@ -196,7 +196,7 @@ def _simulate(
     from cdpr.log.run import Run
     from cdpr.log.run_folder import RUNS, RunFolder
     from cdpr.simulation import simulate
-    from cdpr.simulation.build import make_header
+    from cdpr.simulation.header import make_header
     from cdpr.simulation.room import check_room
     from cdpr.ui.cli.progress import Progress
 

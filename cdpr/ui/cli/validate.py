@@ -87,7 +87,7 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
 
 def _require_buildable(scenario: Scenario) -> None:
     """Raise an error with everything that prevents a run; PluginError if only plugins are at fault."""
-    from cdpr.simulation.prepare import faults
+    from cdpr.simulation.build import faults
 
     found = list(faults(scenario))
     lines = [f"{scenario.place(*fault.path)}: {fault.error}" for fault in found]

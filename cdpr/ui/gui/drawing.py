@@ -16,7 +16,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.scene import Pictures, pictures
 from cdpr.scene.pictures import weight_range
-from cdpr.simulation.build import make_header
+from cdpr.simulation.header import make_header
 from cdpr.ui.gui.curves import plain
 from cdpr.ui.report.player.arrays import Arrays
 from cdpr.ui.report.player.scenes import scene
