@@ -50,6 +50,7 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
         super().__init__(robot, gravity, physics_step, options)
         self.frame = frame = BodyFrame(robot)
         self._body = np.zeros(13)
+        self._inertial = np.array([frame.mass, *frame.moments])
         self._momentum = np.zeros(3)  # angular, about the centre of mass, in world axes
         moving = {"body": self._body, "momentum": self._momentum, "state": self.state}
         self._begin = bind("reference_begin", offset=frame.offset, moments=frame.moments, **moving)
@@ -57,13 +58,22 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
             "reference_step",
             lines=frame.line_table,
             offset=frame.offset,
-            inertial=np.array([frame.mass, *frame.moments]),
+            inertial=self._inertial,
             gravity=self.gravity,
             command=self.command,
             external=self.external,
             **moving,
             step=self.physics_step,
         )
+
+    def renew(self, robot: Robot) -> bool:
+        """Move another platform from the next reset on."""
+        self.robot, frame = robot, BodyFrame(robot)
+        self._inertial[:] = frame.mass, *frame.moments
+        for name in ("line_table", "offset", "moments"):
+            getattr(self.frame, name)[:] = getattr(frame, name)
+        self.frame.mass = frame.mass
+        return True
 
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,)."""

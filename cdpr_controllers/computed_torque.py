@@ -30,12 +30,18 @@ class ComputedTorque(SnapshotOfArrays, Controller):
         super().__init__(robot, gravity, control_step, options)
         self._gains = np.zeros(12)
         self.change(options)
-        self._body = {"inertial": robot.inertial, "gravity": np.array(gravity, dtype=np.float64)}
+        self._body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
         self._law = Law(self._bound, 6)
 
     def change(self, options: Any) -> None:
         """Set new gains."""
         self._gains[:6], self._gains[6:] = options.kp, options.kd
+
+    def renew(self, robot: Robot) -> bool:
+        """Use the mass properties of another platform."""
+        self.robot = robot
+        self._body["inertial"][:] = robot.inertial
+        return True
 
     def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
         """Write the wrench (6,)."""

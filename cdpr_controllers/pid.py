@@ -32,7 +32,7 @@ class Pid(SnapshotOfArrays, Controller):
         self._pd, self._per_step, self._integral = np.zeros(12), np.zeros((2, 6)), np.zeros(6)
         self.change(options)
         self.arrays = (self._integral,)
-        self._body = {"inertial": robot.inertial, "gravity": np.array(gravity, dtype=np.float64)}
+        self._body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
         self.connect(np.zeros(4))
 
     def change(self, options: Any) -> None:
@@ -46,6 +46,12 @@ class Pid(SnapshotOfArrays, Controller):
         """Read the result of the wrench from the report of the tension stage."""
         self._report = report
         self._law = Law(self._bound, 6)
+
+    def renew(self, robot: Robot) -> bool:
+        """Use the mass properties of another platform."""
+        self.robot = robot
+        self._body["inertial"][:] = robot.inertial
+        return True
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the wrench (6,)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +13,8 @@ from cdpr.base.problems import Mark, Path
 @dataclass
 class Document:
     """Plain dictionaries, lists and scalars with their positions.
+
+    Copies share dictionaries and lists until they change them: these are changed by the methods only.
 
     A robot file is inserted into the scenario's document and keeps its own positions. Overrides have the position of
     the change.
@@ -27,13 +30,17 @@ class Document:
     filled: list[Path] = field(default_factory=list)  # derived values, recomputed after each change
     waiting: list[tuple[Path, Any, Mark]] = field(default_factory=list)  # changes that cannot be applied yet
     files: Mapping[str, str] = field(default_factory=dict)  # texts that replace referenced files, by path
+    passed: dict[str, dict[Path, Any]] = field(default_factory=dict)  # what checks read that found no problem, by name
+    sections: dict[Any, tuple[Any, Any]] = field(default_factory=dict)  # data and section, by kind and path
+    reads: dict[Path, Any] | None = None  # values returned by `get`, if they are recorded
 
     def copy(self) -> Document:
         """Return a copy that can be modified."""
         marks = dict(self.keys), dict(self.values)
         told = list(self.dropped), list(self.notes)
-        twin = Document(copied(self.data), self.source, self.folder, *marks, *told)
+        twin = Document(dict(self.data), self.source, self.folder, *marks, *told)
         twin.filled, twin.waiting, twin.files = list(self.filled), list(self.waiting), self.files
+        twin.passed, twin.sections = self.passed, self.sections
         return twin
 
     def get(self, path: Path) -> Any:
@@ -45,7 +52,10 @@ class Document:
             elif isinstance(node, list) and isinstance(part, int) and part < len(node):
                 node = node[part]
             else:
-                return None
+                node = None
+                break
+        if self.reads is not None:
+            self.reads[path] = node
         return node
 
     def mark(self, path: Path) -> Mark:
@@ -69,7 +79,7 @@ class Document:
         Enclosing lists get the position of the change, because it may be the cause of problems of the whole list.
         """
         self._forget(path, self.get(path))
-        self.get(path[:-1])[path[-1]] = value
+        self.own(path[:-1])[path[-1]] = value
         self.keys[path] = self.values[path] = mark
         while isinstance(path[-1], int):
             path = path[:-1]
@@ -78,7 +88,14 @@ class Document:
     def drop(self, path: Path) -> None:
         """Remove the key at `path`."""
         self._forget(path, self.get(path))
-        del self.get(path[:-1])[path[-1]]
+        del self.own(path[:-1])[path[-1]]
+
+    def own(self, path: Path) -> Any:
+        """Return the dictionary or list at `path`, which this document shares with no other from now on."""
+        node: Any = self.data
+        for part in path:
+            node[part] = node = copy(node[part])
+        return node
 
     def graft(self, path: Path, other: Document) -> None:
         """Insert the data of another file at `path`, with their positions in that file."""
@@ -90,7 +107,7 @@ class Document:
 
     def transplant(self, path: Path, other: Document, source: Path) -> None:
         """Insert the value at `source` of another document at `path`, with its positions."""
-        self.put(path, copied(other.get(source)), other.key_mark(source))
+        self.put(path, other.get(source), other.key_mark(source))
         count = len(source)
         self.keys.update({path + at[count:]: mark for at, mark in other.keys.items() if at[:count] == source})
         self.values.update({path + at[count:]: mark for at, mark in other.values.items() if at[:count] == source})
@@ -102,6 +119,11 @@ class Document:
         items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
         for part, item in items:
             self._forget((*path, part), item)
+
+
+def same(one: Any, other: Any) -> bool:
+    """Return True if plain data are equal and of equal types: 1, 1.0 and true differ."""
+    return one is other or (one == other and repr(one) == repr(other))
 
 
 def copied(node: Any) -> Any:

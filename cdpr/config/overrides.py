@@ -88,7 +88,7 @@ def apply(document: Document, change: Change, problems: Problems) -> None:
                 problems.add(change.mark, path, f"there is no item [{item}]: no list is given here")
                 return
             document.put(path, {}, change.mark)
-        node = node[key]
+        node = document.get(path)
 
 
 def _key_in(node: Any, part: str | int, path: Path, mark: Mark, problems: Problems) -> str | int | None:

@@ -10,6 +10,7 @@ from cdpr.base import tolerances
 from cdpr.model.robot import DOF_NAMES, Array
 
 AXES = dict(zip("xyz", np.eye(3), strict=True))
+YZX, ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 # rad; closer to aligned axes, two Euler angles are lost in round-off.
 ALIGNED = 1e-7
@@ -31,8 +32,7 @@ def multiply(a: Array, b: Array) -> Array:
 
 def cross(a: Array, b: Array) -> Array:
     """Return cross products (K, 3) of vectors (K, 3); faster than numpy's function for few vectors."""
-    (ax, ay, az), (bx, by, bz) = a.T, b.T
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+    return np.asarray(a.take(YZX, 1) * b.take(ZXY, 1) - a.take(ZXY, 1) * b.take(YZX, 1))
 
 
 def rotate(q: Array, vector: Array) -> Array:

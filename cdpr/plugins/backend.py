@@ -46,6 +46,14 @@ class Backend(ABC):
     def step(self, n: int) -> None:
         """Advance by n physics steps without checks: the caller checks `state` after each call."""
 
+    def renew(self, robot: Robot) -> bool:
+        """Continue with a robot that has another platform; return False if that needs a new backend.
+
+        The robots differ in mass, centre of mass and inertia, and in what does not affect the motion. Rollouts call
+        this in place of the constructor, and then `reset`.
+        """
+        return False
+
     def acts(self, n: int) -> Acts | None:
         """Return the operations of `step` for this n in order; None if it is not made of operations.
 

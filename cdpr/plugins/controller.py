@@ -92,6 +92,14 @@ class Controller(ABC):
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
+    def renew(self, robot: Robot) -> bool:
+        """Continue with a robot that has another platform; return False if that needs a new controller.
+
+        The robots differ in mass, centre of mass and inertia, and in what does not affect the motion. Rollouts call
+        this in place of the constructor, and then `reset`.
+        """
+        return False
+
     def change(self, options: Any) -> None:
         """Change the options between two steps; only options declared as `changeable` differ.
 

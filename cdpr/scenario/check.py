@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from cdpr.config.document import Document
+from cdpr.config.document import Document, same
 from cdpr.config.problems import Problems
 from cdpr.config.validation import report_nulls, validate
 from cdpr.plugins.registry import Registered, Registry, Role
@@ -26,6 +26,8 @@ from cdpr.scenario.schema import ScenarioSection
 
 # Sections that do not affect the motion and its checks.
 BESIDES = {"controller", "solver", "backend_options"}
+# Sections that determine the options of backends.
+BACKENDS = {"simulation", "backend_options"}
 
 
 @dataclass(frozen=True)
@@ -70,18 +72,23 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
     """
     unchanged = frozenset[str]() if before is None or problems.items else _unchanged(document, before.document)
     data, options = _split(document.data)
-    data_of_robot = {key: value for key, value in data.items() if key != belief.KEY or value is None}
-    given = before.sections if before and unchanged else None
-    sections = validate(ScenarioSection, data_of_robot, document, problems, given, unchanged)
-    report_nulls({key: value for key, value in data_of_robot.items() if key not in unchanged}, (), document, problems)
+    old, _ = _split(before.document.data) if before else ({}, {})
+    for each in (data, old):
+        if each.get(belief.KEY) is not None:
+            del each[belief.KEY]
+    sections = validate(ScenarioSection, data, document, problems, (before.sections, old) if before else None)
+    report_nulls(data, (), document, problems, old)
     if "robot" not in unchanged:
         RobotChecks(document, problems).run(("robot",))
     motion_known = unchanged >= ScenarioSection.model_fields.keys() - BESIDES
     motion = before.motion if before and motion_known else RunChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
-    controller_options = reader.of_section("controller", options.get("controller", {}))
-    solver_options = reader.of_section("solver", options.get("solver", {}))
-    backend_options = reader.of_backends()
+    known = unchanged if before and plugins is before.plugins else frozenset[str]()
+    controller_options = before.controller_options if before and "controller" in known else None
+    controller_options = controller_options or reader.of_section("controller", options.get("controller", {}))
+    solver_options = before.solver_options if before and "solver" in known else None
+    solver_options = solver_options or reader.of_section("solver", options.get("solver", {}))
+    backend_options = before.backend_options if before and known >= BACKENDS else reader.of_backends()
     in_force = None
     if sections is not None and controller_options is not None and solver_options is not None:
         in_force = _options(plugins, sections, controller_options, solver_options, document)
@@ -109,7 +116,7 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
 def _unchanged(document: Document, before: Document) -> frozenset[str]:
     """Return the sections that are equal, or missing, in both."""
     keys = ScenarioSection.model_fields.keys() | document.data.keys() | before.data.keys()
-    return frozenset(key for key in keys if document.data.get(key) == before.data.get(key))
+    return frozenset(key for key in keys if same(document.data.get(key), before.data.get(key)))
 
 
 def _believed(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:

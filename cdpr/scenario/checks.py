@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from cdpr.base.fields import DEFERRED, Section
 from cdpr.base.problems import Path
-from cdpr.config.document import Document
+from cdpr.config.document import Document, same
 from cdpr.config.problems import Problems
 from cdpr.model import DOF_NAMES
 from cdpr.scenario.robot_schema import MAX_CABLES, CableSection, DofName
@@ -19,6 +19,8 @@ from cdpr.scenario.robot_schema import MAX_CABLES, CableSection, DofName
 DOF: TypeAdapter[tuple[DofName, ...]] = TypeAdapter(tuple[DofName, ...], config=DEFERRED)
 
 S = TypeVar("S", bound=Section)
+M = TypeVar("M", bound=BaseModel)
+T = TypeVar("T")
 
 
 class Checks:
@@ -28,15 +30,35 @@ class Checks:
         self.document = document
         self.problems = problems
 
+    def do(self, *checks: Callable[[], None]) -> None:
+        """Run checks, but not if they found no problem before in what they would read again."""
+        document = self.document
+        for check in checks:
+            name = check.__qualname__
+            known = document.passed.get(name)
+            if known is not None and all(same(document.get(path), value) for path, value in known.items()):
+                continue
+            reads = document.reads = {}
+            check()
+            document.reads = None
+            if not self.problems.items and not self.problems.unreadable:
+                document.passed[name] = reads
+
     def section(self, model: type[S], path: Path) -> S | None:
         """Return the section at `path` if it is valid apart from unknown keys, else None."""
-        return _known(model, self.document.get(path))
+        return self._once(path, model, _known)
 
     def cables(self, root: Path) -> Iterator[tuple[int, CableSection]]:
         """Yield the index and section of each valid cable of the robot at `root`."""
-        given = self.document.get((*root, "cables"))
-        if isinstance(given, list):
-            yield from _read_cables(json.dumps(given))
+        yield from self._once((*root, "cables"), CableSection, lambda _, given: _read_cables(json.dumps(given)))
+
+    def _once(self, path: Path, kind: type[M], read: Callable[[type[M], Any], T]) -> T:
+        """Return what `read` makes of the value at `path`, which other documents may share."""
+        given, known = self.document.get(path), self.document.sections
+        if (found := known.get((kind, path))) is None or found[0] is not given:
+            found = known[kind, path] = given, read(kind, given)
+        made: T = found[1]
+        return made
 
     def directions(self, path: Path) -> tuple[DofName, ...] | None:
         """Return the directions at `path`; all if missing, None if invalid."""
@@ -60,7 +82,8 @@ def _known(model: type[S], data: Any) -> S | None:
 
 @lru_cache(maxsize=16)  # several checks use all cables, and cases of a study use the same ones
 def _read_cables(text: str) -> tuple[tuple[int, CableSection], ...]:
-    cables = ((i, _known(CableSection, data)) for i, data in enumerate(json.loads(text)))
+    given = json.loads(text)
+    cables = ((i, _known(CableSection, data)) for i, data in enumerate(given if isinstance(given, list) else ()))
     return tuple((i, cable) for i, cable in cables if cable)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from pydantic import Field, model_validator
 
@@ -70,11 +72,15 @@ class Orientation(Section):
             return rotations.from_euler(self.euler.radians, self.euler.order)
         if self.rpy_deg is not None:
             return rotations.from_rpy(*np.radians(self.rpy_deg))
-        assert self.rpy is not None
-        return rotations.from_rpy(*self.rpy)
+        return _from_rpy(np.array(self.rpy).tobytes()).copy()
 
 
 UPRIGHT = Orientation(rpy=(0.0, 0.0, 0.0))
+
+
+@lru_cache(maxsize=64)  # several checks use the attitudes of a scenario
+def _from_rpy(angles: bytes) -> Array:
+    return rotations.from_rpy(*np.frombuffer(angles))
 
 
 def _check_unit(quaternion: tuple[float, ...]) -> None:

@@ -54,13 +54,8 @@ class RobotChecks(Checks):
     def run(self, root: Path) -> None:
         """Report all problems."""
         self.root = root
-        cables = list(self.cables(root))
-        self._guide()
         self._mesh()
-        self._model()
-        self._names(cables)
-        self._coincident(cables)
-        self._tensions(cables)
+        self.do(self._guide, self._model, self._names, self._coincident, self._tensions)
 
     def _guide(self) -> None:
         """Check the inertia of a rotating platform, and the home pose against the guide."""
@@ -132,22 +127,24 @@ class RobotChecks(Checks):
             return winch is None if not key else isinstance(winch, dict) and winch.get(key) is None
         return cable.get(key) is None and (common or {}).get(key) is None
 
-    def _names(self, cables: list[tuple[int, CableSection]]) -> None:
+    def _names(self) -> None:
         first: dict[str, int] = {}
-        for i, cable in cables:
+        for i, cable in self.cables(self.root):
             name = cable_name(cable, i)
             if name in first:
                 text = f"'{name}' is the name of cables[{first[name]}] too; names must differ"
                 self.say((*self.root, "cables", i, "name"), text)
             first.setdefault(name, i)
-        platform = self.section(PlatformSection, (*self.root, "platform"))
+        tools = self.document.get((*self.root, "platform", "tools"))
+        platform = self.section(PlatformSection, (*self.root, "platform")) if tools else None
         reserved = names_of_exports(first)
         for name in platform.tools if platform else ():
             if name in reserved:
                 text = "frames, links and sites of exports have this name already; call it otherwise"
                 self.say((*self.root, "platform", "tools", name), text)
 
-    def _coincident(self, cables: list[tuple[int, CableSection]]) -> None:
+    def _coincident(self) -> None:
+        cables = list(self.cables(self.root))
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
         distances = np.linalg.norm(anchors[:, None] - anchors[None], axis=3)  # (m, m, 2), m
         same = np.all(distances < tolerances.LENGTH, axis=2)
@@ -157,14 +154,14 @@ class RobotChecks(Checks):
                 text = f"coincides with {other} at both ends, so they are one cable (sharing one end is fine)"
                 self.say((*self.root, "cables", cables[b][0]), text)
 
-    def _tensions(self, cables: list[tuple[int, CableSection]]) -> None:
+    def _tensions(self) -> None:
         common = self.section(TensionSection, (*self.root, "tension"))
         given = self.document.get((*self.root, "cables"))
         if common is None or not isinstance(given, list) or not self._one_per_cable(common, len(given)):
             return
         unilateral = self.document.get((*self.root, "unilateral")) is not False
         said: set[Path] = set()  # a common limit is reported once
-        for i, cable in cables:
+        for i, cable in self.cables(self.root):
             for path, text in self._limits(common, cable, i, unilateral):
                 if path not in said:
                     said.add(path)

@@ -308,8 +308,10 @@ class RobotSection(Section):
             return frozen_array((sum(given) or NO_TURNING) * np.eye(3))
         return frozen_array(tensor(given))
 
-    def named(self) -> RobotSection:
-        """Return the same robot with explicit cable names."""
+    def named(self, like: RobotSection | None = None) -> RobotSection:
+        """Return the same robot with explicit cable names; if `like` is given, with its cables."""
+        if like is not None:
+            return self.model_copy(update={"cables": like.cables})
         cables = [cable.model_copy(update={"name": cable_name(cable, i)}) for i, cable in enumerate(self.cables)]
         return self.model_copy(update={"cables": cables})
 

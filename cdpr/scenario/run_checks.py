@@ -34,7 +34,7 @@ class RunChecks(Checks):
         simulation = self.section(Simulation, ("simulation",))
         motion = MotionChecks(self.document, self.problems)
         motion.load()
-        self.start()
+        self.do(self.start)
         self._obstacles()
         if simulation:
             self._steps(simulation)

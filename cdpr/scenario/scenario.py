@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -14,7 +13,7 @@ from cdpr.base.errors import PluginError
 from cdpr.base.lazy import late
 from cdpr.base.problems import Problem
 from cdpr.cables import model_of
-from cdpr.config.document import Document
+from cdpr.config.document import Document, same
 from cdpr.config.overrides import Change, Overrides
 from cdpr.config.problems import Problems
 from cdpr.config.yaml_text import dump
@@ -309,10 +308,14 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
     """Return the scenario of valid sections; what has not changed comes from the one `before`."""
     document, sections, unchanged = checked.document, checked.sections, checked.unchanged
     known = before if "robot" in unchanged else None
-    robot = known.sections.robot if known else sections.robot.named()
+    like = before if before and _same_but_platform(document, before._document) else None
+    robot = sections.robot.named(like.sections.robot if like else None)
     believed = checked.believed and checked.believed.named()
     trajectory = checked.motion.complete(checked.motion.begins(sections.initial, robot.platform.tools))
-    like = before.robot if before and _all_but_platform(document) == _all_but_platform(before._document) else None
+    if like and "actuators" in unchanged:
+        unused = [key for key in like.unused if key.startswith("robot.")]
+    else:
+        unused = [f"robot.{key}" for key in robot.unused(sections.actuators is not None)]
     names = [cable.name for cable in robot.cables]
     events = [event.named(names) for event in checked.events]
     completed = {
@@ -324,10 +327,10 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
     }
     made = Scenario(
         sections=sections.model_copy(update=completed),
-        robot=known.robot if known else robot.to_robot(document.folder, like),
+        robot=known.robot if known else robot.to_robot(document.folder, like.robot if like else None),
         believed=believed.to_robot(document.folder) if believed else None,
         unused=(
-            *(f"robot.{key}" for key in robot.unused(sections.actuators is not None)),
+            *unused,
             *(belief.unused(robot, believed) if believed else ()),
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),
@@ -341,6 +344,7 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
     return made
 
 
-def _all_but_platform(document: Document) -> dict[str, Any]:
-    """Return the robot's data in a validated document, without the platform."""
-    return {key: value for key, value in document.data["robot"].items() if key != "platform"}
+def _same_but_platform(document: Document, before: Document) -> bool:
+    """Return True if the robots of two validated documents differ in the platform only."""
+    robot, other = document.data["robot"], before.data["robot"]
+    return all(same(robot.get(key), other.get(key)) for key in {*robot, *other} - {"platform"})

@@ -117,7 +117,7 @@ def _include_robot(document: Document, problems: Problems) -> None:
         robot.data.setdefault("name", stem(robot.source))
         shape: Any = robot.get(("platform", "shape"))
         if isinstance(shape, dict) and isinstance(shape.get("mesh"), str):  # from now on relative to the scenario
-            shape["mesh"] = os.path.join(os.path.dirname(name), shape["mesh"])
+            robot.own(("platform", "shape"))["mesh"] = os.path.join(os.path.dirname(name), shape["mesh"])
         document.graft(("robot",), robot)
 
 

@@ -164,6 +164,12 @@ class Loop:
         self.schedule.plan(events)
         self._plan(self.program)
 
+    def follow(self, motion: Trajectory) -> bool:
+        """Follow another motion from the next sample on; return False if its sampler needs Python."""
+        self.parts, self.sample = replace(self.parts, trajectory=motion), motion.sampler(self.desired)
+        before, self.advancing[-1] = self.advancing[-1], Act("trajectory", self.sample, timed=True)
+        return all(program.swap(before, self.advancing[-1]) for program in self._programs())
+
     def join(self, event: ScenarioEvent) -> None:
         """Apply an event, already added by `revise`, at the present sample before its decision."""
         self.schedule.join(event, self.count)
@@ -178,7 +184,8 @@ class Loop:
     def write_to(self, rows: Array) -> None:
         """Write the samples into `rows` from now on."""
         for program in self._programs():
-            program.rows = rows
+            if program.rows is not rows:
+                program.rows = rows
 
     def decide(self, given: Program | None = None) -> None:
         """Complete the present sample; with the pipeline of an external command, if given."""

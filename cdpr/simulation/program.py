@@ -178,6 +178,16 @@ class Program:
         self._apart = True
         self.rows = self._rows
 
+    def swap(self, act: Act, other: Act) -> bool:
+        """Replace an act by another one; return False if either needs Python."""
+        at, found = self.acts.index(act), bound(other.do)
+        if found is None or self._bound[at] is None:
+            return False
+        self.acts = (*self.acts[:at], other, *self.acts[at + 1 :])
+        self._bound[at] = found
+        self._table[at, : GIVEN + 1] = found.operation, found.place
+        return True
+
     def refresh(self) -> None:
         """Update for all operations whether they run from now on."""
         for line, act in zip(self._table, self.acts, strict=True):

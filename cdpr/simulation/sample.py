@@ -12,6 +12,7 @@ from cdpr.cables.tables import line_table
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import bounds_of
+from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
@@ -52,11 +53,16 @@ class Sample:
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
         self.cables = Cables.of(parts.controlled, None if parts.believed is None else robot)
         bounds = acceleration_bounds(robot, parts.backend.gravity)
-        self._body = Body(line_table(robot), robot.inertial, parts.backend.gravity, bounds)
+        self._body = Body(line_table(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
         self.true_W = W if parts.believed is None else np.zeros((6, robot.m))
         parts.controller.connect(self.live.report)
         parts.controller.sense(read_only(view("length", "rate").reshape(2, robot.m)))
+
+    def renew(self, robot: Robot) -> None:
+        """Observe a robot with another platform."""
+        self._body.inertial[:] = robot.inertial
+        self._body.bounds[:] = acceleration_bounds(robot, self._body.gravity)
 
     def view(self, first: str, last: str | None = None) -> Array:
         """Return the columns from the field `first` to `last`, live."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import BaseModel
+
 from cdpr.base.errors import CdprError
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.registry import Role
@@ -57,21 +59,15 @@ class Settings:
         """Restore the options at the start."""
         self.restore({})
 
-    def renew(self, changes: Mapping[str, Any]) -> None:
-        """Replace the options at the start.
+    def renew(self, options: Mapping[Role, BaseModel]) -> None:
+        """Begin with other options in place of those at the start.
 
         Raises:
-            CdprError: if a plugin rejects them; nothing has changed.
+            CdprError: if a plugin rejects its options; others may have changed.
         """
         self.reset()
-        values = self._options.values
-        before = dict(values)
-        try:
-            for key, value in changes.items():
-                self._options.change(key, value)
-            for role in {self._options.owner(key) for key in changes}:
-                self._plugins[role].change(values[role])
-        except CdprError:
-            values.update(before)
-            raise
-        self._first = dict(values)
+        for role, values in options.items():
+            if values is not self._first[role]:
+                self._plugins[role].change(values)
+        self._options.values.update(options)
+        self._first = dict(options)

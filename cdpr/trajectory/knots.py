@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.trajectory.rotation_rates import rotation_vector_rates
 from cdpr.trajectory.spline import minimum_jerk
-from cdpr.trajectory.trajectory import COLUMNS, Trajectory
+from cdpr.trajectory.trajectory import Trajectory
+
+FEW = 32  # knots; the attitudes of longer motions are not kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +82,25 @@ def interpolate(
     if len(times) < 2 or not np.all(np.diff(times) > 0.0):
         raise ValueError("a motion needs two or more knots with increasing times")
     v, a = minimum_jerk(times, position, _ends_at_rest(velocity, times), _ends_at_rest(acceleration, times))
+    rates = _ends_at_rest(angular_velocity, times), _ends_at_rest(angular_acceleration, times)
+    given = [np.asarray(each, dtype=np.float64).tobytes() for each in (times, orientation, *rates)]
+    turning = (_turning_of if len(times) <= FEW else _turning_of.__wrapped__)(*given)
+    return Trajectory(np.hstack([_moving(times, position, v, a), turning]))
+
+
+@lru_cache(maxsize=8)  # many motions, such as of the cases of a study, differ in positions only
+def _turning_of(*given: bytes) -> Array:
+    """Return the columns of the attitude from times (K,), orientation (K, 4), and angular rates (K, 3), world axes."""
+    times, *others = map(np.frombuffer, given)
+    orientation, velocity, acceleration = (each.reshape(len(times), -1) for each in others)
     # In platform axes the rotation vector of a turn is constant, so the sum of turns is smoothed like a position.
     spin, spin_rate = minimum_jerk(
         times,
         np.concatenate([np.zeros((1, 3)), np.cumsum(_turns(orientation), axis=0)]),
-        _to_body(orientation, _ends_at_rest(angular_velocity, times)),
-        _to_body(orientation, _ends_at_rest(angular_acceleration, times)),
+        _to_body(orientation, velocity),
+        _to_body(orientation, acceleration),
     )
-    return join(times, position, v, a, orientation, spin, spin_rate)
+    return _turning(times, orientation, spin, spin_rate)
 
 
 def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: Array, spin_rate: Array) -> Trajectory:
@@ -98,15 +112,22 @@ def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: A
         orientation: (K, 4), quaternions.
         spin, spin_rate: (K, 3), angular velocity and acceleration, platform axes, rad/s and rad/s^2.
     """
+    return Trajectory(np.hstack([_moving(times, x, v, a), _turning(times, orientation, spin, spin_rate)]))
+
+
+def _moving(times: Array, x: Array, v: Array, a: Array) -> Array:
+    """Return the columns (K - 1, 20) of time and position."""
+    h = np.diff(times)[:, None]
+    return np.hstack([times[:-1, None], h, quintic(h, x[:-1], x[1:] - x[:-1], v[:-1], v[1:], a[:-1], a[1:])])
+
+
+def _turning(times: Array, orientation: Array, spin: Array, spin_rate: Array) -> Array:
+    """Return the columns (K - 1, 22) of the attitude."""
     orientation = _on_one_side(orientation)
-    duration, turns = np.diff(times), _turns(orientation)
+    h, turns = np.diff(times)[:, None], _turns(orientation)
     rate, second = rotation_vector_rates(turns, spin[1:], spin_rate[1:])
-    segments = np.empty((len(duration), COLUMNS))
-    segments[:, 0], segments[:, 1], segments[:, 38:] = times[:-1], duration, orientation[:-1]
-    h = duration[:, None]
-    segments[:, 2:20] = quintic(h, x[:-1], x[1:] - x[:-1], v[:-1], v[1:], a[:-1], a[1:])
-    segments[:, 20:38] = quintic(h, np.zeros_like(turns), turns, spin[:-1], rate, spin_rate[:-1], second)
-    return Trajectory(segments)
+    turn = quintic(h, np.zeros_like(turns), turns, spin[:-1], rate, spin_rate[:-1], second)
+    return np.hstack([turn, orientation[:-1]])
 
 
 def _ends_at_rest(rates: Array | None, times: Array) -> Array:

@@ -219,6 +219,6 @@ def test_a_loop_serves_cases_that_differ_in_options_that_may_change(controller, 
     assert len(made) <= LANES + 4
     assert one.counts == {"finished": 22, "failed": 1, "diverged": 1}
     assert "controller.kp" in one.messages[14]
-    monkeypatch.setattr(case.Plan, "renewable", False)
+    monkeypatch.setattr(case.Case, "adopt", lambda *_: False)
     assert_same(one, cdpr.rollout(SCENARIOS / "caroca.yaml", len(gains), **given))
     assert len(made) >= LANES + 20

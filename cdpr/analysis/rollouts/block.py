@@ -75,6 +75,7 @@ class Block:
         self._roots = np.zeros((count, 3), dtype=np.int64)  # address, size and first row of each array
         self._roots[:, 1], self._roots[:, 2] = [root.size for root in recipe.roots], self._starts[:-1]
         self._cases: list[Case | None] = [None] * LANES
+        self._tables: list[tuple[Compiled | None, Words]] = [(None, self._roots)] * LANES  # see `_enlist`
         self._present: list[Case] = []  # cases of the last call
         self._alive = 0  # bits of their lanes
         self._order: slice | list[int] = []  # their lanes
@@ -187,22 +188,28 @@ class Block:
         self._present, self._order = going, slice(len(going)) if lanes == list(range(len(going))) else lanes
 
     def _take(self, case: Case, lane: int) -> None:
-        loop, (_, words) = case.loop, case.known[self]
-        assert words is not None
-        placed = self._placed(words)
-        self._move(placed, lane, into=True)
-        self._arrays[lane] = placed[self._recipe.moved]
-        whole, (standing, time) = case.program.whole, case.program.standing
-        self._programs[lane] = whole.operation, whole.place, address(standing), address(time)
+        if self._tables[lane][0] is not case.program.whole:  # cases before may have had its loop and this lane
+            self._tables[lane] = case.program.whole, self._enlist(case, lane)
+        self._move(self._tables[lane][1], lane, into=True)
         motion = _compiled(case.program.bound[self._motion])
         self._motions[lane] = motion.operation, motion.place
-        desired = address(loop.desired)
-        self._desired[lane] = desired, loop.desired.size, (desired - int(placed[0, 0])) // ways.WORD  # of the row
         self._kept[lane] = address(case.out)
         needed, bit = case.program.when != NEVER, 1 << lane
         column = self._table[:-1, ways.IN]
         column[:] = np.where(needed, column | bit, column & ~bit)
         self._cases[lane], case.home, case.joined = case, self, case.count
+
+    def _enlist(self, case: Case, lane: int) -> Words:
+        """Write the addresses of a case into the tables of a lane; return those of its arrays."""
+        loop, (_, words) = case.loop, case.known[self]
+        assert words is not None
+        placed = self._placed(words)
+        self._arrays[lane] = placed[self._recipe.moved]
+        whole, (standing, time) = case.program.whole, case.program.standing
+        self._programs[lane] = whole.operation, whole.place, address(standing), address(time)
+        desired = address(loop.desired)
+        self._desired[lane] = desired, loop.desired.size, (desired - int(placed[0, 0])) // ways.WORD  # of the row
+        return placed
 
     def _out(self, case: Case) -> None:
         self._cases[self._cases.index(case)] = None

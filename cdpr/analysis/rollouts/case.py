@@ -30,6 +30,7 @@ from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.proceed import SAMPLE
 from cdpr.simulation.program import Program
+from cdpr.simulation.renewal import renew
 
 BLOCK = 1024  # samples that are processed together: few turns to Python, and they stay in the cache
 
@@ -37,6 +38,12 @@ BLOCK = 1024  # samples that are processed together: few turns to Python, and th
 def layout_of(scenario: Scenario) -> Layout:
     """Return the columns of a row of a run of this scenario."""
     return Layout(scenario.robot.m, scenario.ideal_cables, columns_of(scenario))
+
+
+def _samples(scenario: Scenario) -> tuple[object, ...]:
+    """Return what the number of samples and their columns depend on."""
+    simulation, m = scenario.simulation, scenario.robot.m
+    return simulation.steps, simulation.control_step, m, scenario.ideal_cables, columns_of(scenario)
 
 
 @dataclass(frozen=True)
@@ -64,16 +71,20 @@ class Plan:
         return layout_of(self.scenario)
 
     @cached_property
+    def samples(self) -> tuple[object, ...]:
+        """Samples and columns of each case."""
+        return _samples(self.scenario)
+
+    @cached_property
     def places(self) -> NDArray[np.int64]:
         """Return the indices of the kept columns, (W,)."""
         none = np.zeros(0, dtype=np.int64)
         return np.concatenate([none, *(np.r_[self.layout.columns[name]] for name in self.columns)])
 
     @cached_property
-    def renewable(self) -> bool:
-        """Return True if cases differ only in options that may change between two steps: one loop serves many cases."""
-        scenario = self.scenario
-        return bool(self.keys) and not scenario.events and set(self.keys) <= set(scenario.options().changeable())
+    def tunable(self) -> bool:
+        """Return True if cases differ only in options that may change between two steps."""
+        return not self.scenario.events and set(self.keys) <= set(self.scenario.options().changeable())
 
     def changed(self, number: int, values: Sequence[Any]) -> Scenario:
         """Return the scenario of a case.
@@ -88,11 +99,7 @@ class Plan:
             for key, value in zip(self.keys, values, strict=True)
         ]
         scenario = self.scenario.with_changes(changes)
-        if (scenario.simulation.steps, scenario.simulation.control_step, layout_of(scenario)) != (
-            self.steps,
-            self.scenario.simulation.control_step,
-            self.layout,
-        ):
+        if _samples(scenario) != self.samples:
             raise CdprError(
                 f"{mark}: all cases have the same samples and columns, and {', '.join(self.keys)} "
                 "changed them; a study can vary that"
@@ -145,6 +152,7 @@ class Case:
         self._parts: Parts | None = None
         self._ended = "finished", "", ExitCode.OK
         self._outcome: Outcome | None = None  # once its loop serves another case
+        self._scenario: Scenario | None = None  # with its values
         self._start: Moment | None = None
         self.going = False
         self.error: CdprError | None = None
@@ -184,46 +192,57 @@ class Case:
     def begin(self) -> None:
         """Observe the first sample."""
         with self._attempt():
-            scenario = self._plan.changed(self._number, self._values)
+            scenario = self._scenario = self._scenario or self._plan.changed(self._number, self._values)
             self._parts = parts = build(scenario)
             self.loop = loop = Loop(parts)
             self.program = loop.program
             self._place, self._time = (each.data for each in loop.program.standing)
             self.figures = Figures(loop.layout, loop.row, _broken(scenario))
             loop.program.apart()
-            loop.warm_up(scenario.initial.state())
-            with loop.timed():
-                loop.begin(self._ring, self._plan.steps)
-            if self._plan.renewable and parts.settings is not None and loop.memory is not None:
+            self._warm_up(loop)
+            if self._plan.tunable and parts.settings is not None and loop.memory is not None:
                 self._start = loop.snapshot()
             self.going = True
 
     def adopt(self, other: Case) -> bool:
-        """Begin with the loop of a finished case, if only options differ; return whether it has begun.
+        """Begin with the loop of a finished case, if only numbers differ; return whether it has begun.
 
-        Values that plugins reject are left to `begin`.
+        Errors in its values are left to `begin`.
         """
-        start = other._start
-        if start is None or not all(map(_numbers, self._values)):
-            return False
-        loop = other.loop
-        changes = dict(zip(self._plan.keys, map(plain_value, self._values), strict=True))
+        plan, loop, parts, before = self._plan, other.loop, other.loop.parts, other._scenario
+        assert before is not None
         try:
-            loop.restore(start)
-            assert loop.parts.settings is not None
-            loop.parts.settings.renew(changes)
-            loop.parts.controller.reset()
-            loop.parts.solver.reset()
-        except CdprError:
+            if other._start is not None and all(map(_numbers, self._values)):
+                assert parts.settings is not None
+                options = plan.scenario.options()
+                for key, value in zip(plan.keys, map(plain_value, self._values), strict=True):
+                    options.change(key, value)
+                loop.restore(other._start)
+                parts.settings.renew(options.values)
+                parts.controller.reset()
+                parts.solver.reset()
+                self._scenario, self._start = before, other._start
+            else:
+                self._scenario = scenario = plan.changed(self._number, self._values)
+                if not renew(loop, before, scenario):
+                    return False
+                self._warm_up(loop)
+        except Exception:
             return False
         other._outcome = other.outcome
         self.loop, self.program, self.figures, self.known = loop, loop.program, other.figures, other.known
-        self._parts, self._start, self._place, self._time = other._parts, start, other._place, other._time
+        self._parts, self._place, self._time = other._parts, other._place, other._time
         self.figures.restart()
         other._parts, other.going = None, False
         del other.loop, other.program, other.figures
         self.going = True
         return True
+
+    def _warm_up(self, loop: Loop) -> None:
+        assert self._scenario is not None
+        loop.warm_up(self._scenario.initial.state())
+        with loop.timed():
+            loop.begin(self._ring, self._plan.steps)
 
     def ready(self, sample: int) -> bool:
         """Return whether it can continue to this sample."""

@@ -43,9 +43,10 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> tupl
         for first in range(0, len(cases), LANES):
             under_way = cases[first : first + LANES]
             for case in under_way:
-                if ended and case.adopt(ended[-1]):
-                    ended.pop()
-                else:
+                other = ended.pop(0) if ended else None
+                if other is None or not case.adopt(other):
+                    if other is not None:
+                        other.close()
                     case.begin()
             group.go(under_way, [plan.steps] * len(under_way))
             for case in under_way:
@@ -54,9 +55,6 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> tupl
                     ended.append(case)
                 else:
                     case.close()
-            if not plan.renewable:
-                while ended:
-                    ended.pop().close()
         return [case.outcome for case in cases], rows
     finally:
         for case in cases:

@@ -46,7 +46,7 @@ SAMPLES = 100  # approximate number of kept samples by default
 
 # A chunk has at most this number of cases or samples, and fewer if their rows exceed this number of bytes: the work
 # lost by an interrupt.
-CASES, CHUNK, BYTES = 16, 1 << 17, 1 << 25
+CASES, CHUNK, BYTES = 16, 1 << 18, 1 << 25
 MEMORY = 0.5  # largest share of the memory for rows: more require a folder
 
 Progress = Callable[[int, int], None]
