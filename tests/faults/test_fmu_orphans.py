@@ -19,7 +19,7 @@ import pytest
 from cdpr.base import processes, temporary
 from cdpr.base.errors import OutputError
 from cdpr.base.temporary import sweep
-from cdpr.fmu.export.library import fmu_cache
+from cdpr.fmu.export.cache import fmu_cache
 from cdpr.fmu.run.folder import PREFIX, Folder
 
 GONE = 60.0  # s in which a process must be gone; it takes milliseconds, on a quiet machine
@@ -163,7 +163,7 @@ def test_what_a_killed_export_left_is_removed_by_the_next(tmp_path, monkeypatch)
     (cache / "old.fmu.1.tmp").write_text("x")
     os.utime(cache / "old.fmu.1.tmp", (0, 0))
     (cache / "new.fmu.1.tmp").write_text("x")
-    assert len(list(cache.iterdir())) == 3
+    assert len(list(cache.iterdir())) >= 3  # one folder of a compiler, or one on each core beside the linker's
     fmu_cache()
     assert [path.name for path in cache.iterdir()] == ["new.fmu.1.tmp"]
 
@@ -193,7 +193,7 @@ def _make_many(root, number):
     for _ in range(number):
         made = Folder()
         Path(made.path, "file").write_text("x")
-        sweep(root)
+        sweep(root, PREFIX)
         assert Path(made.path, "file").read_text() == "x"
         made.remove()
 

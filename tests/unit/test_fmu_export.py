@@ -128,10 +128,11 @@ def test_it_is_compiled_once(tmp_path, monkeypatch):
     monkeypatch.setenv("CXX", str(compiler))
     plant = plant_of(scenario("caroca"))
     first = cached_fmu(plant)
+    calls = log.read_text()
     assert cached_fmu(plant) == first == cached_fmu(plant_of(scenario("caroca")), 3)
     assert first.stem == open_archive(first).sha256
     assert cached_fmu(plant, 2) != first
-    assert log.read_text() == "called\n"
+    assert log.read_text() == calls != ""
     first.write_bytes(b"damaged")
     with pytest.warns(UserWarning, match="is damaged: it is not used, and made again"):
         assert cached_fmu(plant) == first

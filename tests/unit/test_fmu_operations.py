@@ -123,3 +123,20 @@ def exported(loaded, monkeypatch):
 
     monkeypatch.setattr(module, "chosen_plugins", lambda _: {**chosen, "solver": Entry()})
     return lambda: control_of(loaded)
+
+
+@pytest.mark.slow
+def test_another_controller_compiles_its_own_operations_alone(tmp_path, monkeypatch):
+    """Objects of the plant come from the cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    log, compiler = tmp_path / "calls", tmp_path / "compiler"
+    compiler.write_text(f'#!/bin/sh\necho "$@" >> {log}\nexec c++ "$@"\n')
+    compiler.chmod(0o755)
+    monkeypatch.setenv("CXX", str(compiler))
+    calls = []
+    for controller in ("computed_torque", "pid"):
+        loaded = load_scenario(ROOT / "scenarios" / "planar.yaml", overrides=[f"controller.type={controller}"])
+        write(Controller(control_of(loaded)), 3, tmp_path)
+        calls.append(sum(" -c " in line for line in log.read_text().splitlines()))
+    assert calls[0] > 5
+    assert calls[1] - calls[0] in (1, 2)  # its operations, and what calls them

@@ -15,8 +15,9 @@ from pathlib import Path
 
 from cdpr.base import ownership
 from cdpr.base.errors import OutputError, PluginError
+from cdpr.fmu.export.cache import fmu_cache, keep_newest
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description, terminals
-from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, fmu_cache, keep_newest, library, sources, target
+from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, library, sources, target
 from cdpr.fmu.export.variables import Model
 from cdpr.fmu.read import trust
 

@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import os
 import platform
+import re
 import shlex
 import shutil
 import subprocess
 import sys
-import tempfile
-import time
-import warnings
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from cdpr.base import ownership
-from cdpr.base.checksums import checksum
-from cdpr.base.errors import OutputError, PluginError
-from cdpr.base.temporary import TemporaryFolder, sweep
-from cdpr.base.user_folders import user_cache
+from cdpr.base.errors import PluginError
+from cdpr.fmu.export.cache import TIMEOUT, fmu_cache, kept
 from cdpr.fmu.export.description import IDENTIFIER
 from cdpr.native.entries import TABLE, headers_of, table
 
@@ -37,9 +31,10 @@ FLAGS = (
     *("-fno-rtti", "-I."),
 )
 
-COMPILING = "compiling-"  # first part of the names of folders in which compilers work
-KEPT = 20  # libraries of other states of the source, or by other compilers
-TIMEOUT = 1800.0  # s; typical are a few, with zig a minute or two at first, and ten times that on a busy machine
+KEPT = 20  # libraries of other models and states of the source, or by other compilers
+KEPT_OBJECTS = 20 * KEPT  # a library has about 13
+
+INCLUDED = re.compile(r'^ *# *include *[<"]([^>"]+)[>"]', re.MULTILINE)
 
 # Platform names of FMI 2; FMI 3 uses MACHINE-linux.
 FOLDERS = {"x86_64": "linux64", "i686": "linux32"}
@@ -52,6 +47,9 @@ CROSS_FLAGS = ("-D__USE_MINGW_ANSI_STDIO=1", "-static-libgcc", "-static-libstdc+
 
 # Linux: no dependency on the C++ library, so that the FMU does not load it.
 LINUX_FLAGS = ("-Wl,--as-needed",)
+
+# Ignored by compilers without linking; some warn.
+LINKER_FLAGS = ("-shared", "-s", *LINUX_FLAGS, "-static-libgcc", "-static-libstdc++", "-Wl,--no-insert-timestamp")
 
 MATHEMATICS = {".so": ("-lm",), ".dll": ("-lm",)}
 
@@ -172,92 +170,59 @@ def compiler() -> list[str]:
 def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS, goal: Target | None = None) -> bytes:
     """Return the shared library of the C++ files among `files`, contents by name; from the user's cache if present.
 
-    The default `goal` is this platform; the cache identifies compilers by name, flags and machine.
+    The default `goal` is this platform; the cache identifies compilers by name, flags and machine. Objects of files
+    that do not depend on the model come from the cache for other models, too.
     """
     goal = goal or Target("", ".so", tuple(compiler()), LINUX_FLAGS)
     command = [*goal.command, *flags, *goal.flags]
-    digest = hashlib.sha256(repr((command, platform.machine())).encode())
-    for name, content in files.items():
-        digest.update(name.encode() + b"\0" + content)
-    folder = fmu_cache()
-    begin = f"{IDENTIFIER}-{digest.hexdigest()[:32]}-"
-    for cached in folder.glob(f"{begin}*{goal.ending}"):
-        if (known := _cached(cached)) is not None:
-            return known
-    with TemporaryFolder(COMPILING, str(folder)) as place:
-        made = _compile(command, files, Path(place.path), goal.ending)
-        made.chmod(0o600)
-        content = made.read_bytes()
-        os.replace(made, folder / f"{begin}{checksum(content)}{goal.ending}")
-    keep_newest(folder, goal.ending, KEPT)
-    return content
+    return kept(command, files, goal.ending, KEPT, lambda place: _link(command, files, place, goal.ending))
 
 
-def _cached(path: Path) -> bytes | None:
-    """Return the content of a library with its checksum in the file name; None, with a warning, if not usable."""
-    try:
-        content = ownership.read_private(path)
-    except FileNotFoundError:  # another process has removed it
-        return None
-    except OSError as error:
-        reason = str(error)
-    else:
-        if checksum(content) == path.stem.rpartition("-")[2]:
-            return content
-        reason = f"{path} is damaged"
-    warnings.warn(f"{reason}: it is not used, and compiled again", stacklevel=2)
-    with contextlib.suppress(OSError):
-        path.unlink()
-    return None
-
-
-def fmu_cache() -> Path:
-    """Return the folder for libraries and FMUs in the user's cache, created if necessary.
-
-    Raises:
-        OutputError: if it cannot be written, or other users can write there: its files are executed.
-    """
-    root = user_cache()
-    folder = root / "fmu"
-    try:
-        ownership.make_private(folder, root)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-        found = ownership.fault(folder)
-    except OSError as error:
-        raise OutputError(
-            f"{folder}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to a folder that can"
-        ) from error
-    if found:
-        raise OutputError(f"{folder}: is not used: {found}; or set XDG_CACHE_HOME to a folder of your own")
-    sweep(str(folder), COMPILING)  # of exports that were killed
-    for path in folder.glob("*.tmp"):
-        with contextlib.suppress(OSError):
-            if time.time() - path.stat().st_mtime > TIMEOUT:
-                path.unlink()
-    return folder
-
-
-def keep_newest(folder: Path, ending: str, number: int) -> None:
-    """Remove all but the newest files with this ending."""
-    with contextlib.suppress(OSError):  # another process may do the same
-        found = sorted(folder.glob(f"*{ending}"), key=lambda path: path.stat().st_mtime, reverse=True)
-        for path in found[number:]:
-            path.unlink()
-
-
-def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path, ending: str) -> Path:
-    """Compile in `folder` under relative names, so that the bytes do not depend on the location."""
-    for name, content in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+def _link(command: Sequence[str], files: Mapping[str, bytes], folder: Path, ending: str) -> Path:
     names = [name for name in files if name.endswith(".cpp")]
-    result = f"{IDENTIFIER}{ending}"
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        objects = list(pool.map(lambda name: _object(command, name, _closure(name, files)), names))
+    for name, content in zip(names, objects, strict=True):
+        (folder / f"{name}.o").write_bytes(content)
+    made = folder / f"{IDENTIFIER}{ending}"
+    _call([*command, "-o", made.name, *(f"{name}.o" for name in names), *MATHEMATICS.get(ending, ())], made)
+    return made
+
+
+def _object(command: Sequence[str], name: str, files: Mapping[str, bytes]) -> bytes:
+    """Return the object code of a file, compiled under a relative name, so that it does not depend on the location."""
+    command = [*(word for word in command if word not in LINKER_FLAGS), "-c", name]
+
+    def make(folder: Path) -> Path:
+        for other, content in files.items():
+            path = folder / other
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        made = folder / f"{name}.o"
+        _call([*command, "-o", made.name], made)
+        return made
+
+    return kept(command, files, ".o", KEPT_OBJECTS, make)
+
+
+def _closure(name: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return a file and the ones that it includes, directly or not."""
+    found: dict[str, bytes] = {}
+    todo = [name]
+    while todo:
+        name = todo.pop()
+        if name in files and name not in found:
+            found[name] = files[name]
+            todo += INCLUDED.findall(files[name].decode())
+    return dict(sorted(found.items()))
+
+
+def _call(command: Sequence[str], made: Path) -> None:
+    """Call a compiler in the folder of the file that it writes."""
     try:
         done = subprocess.run(
-            [*command, "-o", result, *names, *MATHEMATICS.get(ending, ())],
-            cwd=folder,
+            command,
+            cwd=made.parent,
             env={**os.environ, **_zig_cache(command)},
             stdin=subprocess.DEVNULL,
             capture_output=True,
@@ -267,12 +232,11 @@ def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path, e
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise PluginError(f"the C++ compiler does not run: {error}; set CXX to another, or {REMEDY}") from error
-    if done.returncode != 0 or not (folder / result).is_file():
-        said = done.stderr.strip()[-2000:] or f"exit code {done.returncode}"
+    if done.returncode != 0 or not made.is_file():
+        output = done.stderr.strip()[-2000:] or f"exit code {done.returncode}"
         raise PluginError(
-            f"the C++ compiler '{shlex.join(command)}' fails; set CXX to another, or {REMEDY}. It says:\n{said}"
+            f"the C++ compiler '{shlex.join(command)}' fails; set CXX to another, or {REMEDY}. Its output:\n{output}"
         )
-    return folder / result
 
 
 def _zig_cache(command: Sequence[str]) -> dict[str, str]:
