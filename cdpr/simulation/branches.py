@@ -17,12 +17,12 @@ from cdpr.simulation.session import Done
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """Snapshot of a simulation, from which it can continue several times."""
+    """Snapshot of a simulation, or of a lane of a batch, from which it can continue several times."""
 
     moment: Moment
-    samples: Taken
     done: Done
-    of: object
+    samples: Taken | None = None  # of a simulation
+    of: object = None
 
     def __repr__(self) -> str:
         return f"<Snapshot at {self.moment.time:.6g} s>"
@@ -50,7 +50,7 @@ class Branches(Interventions):
                 raise PluginError(f"solver '{entry.info.name}' remembers earlier answers, but cannot take snapshots")
             moment = self._loop.snapshot()
             samples = self._recorder.snapshot(moment.count)
-            return Snapshot(moment, samples, self._attempt.session.snapshot(), self._origin)
+            return Snapshot(moment, self._attempt.session.snapshot(), samples, self._origin)
 
     def restore(self, snapshot: Snapshot, *, out: str | os.PathLike[str] | None = None) -> None:
         """Restore a snapshot of this simulation; the following samples have the same bits.
@@ -68,7 +68,7 @@ class Branches(Interventions):
             OutputError: if the folder cannot be written; the simulation is unchanged.
         """
         with self._alone("restore"):
-            if not isinstance(snapshot, Snapshot) or snapshot.of is not self._origin:
+            if not isinstance(snapshot, Snapshot) or snapshot.samples is None or snapshot.of is not self._origin:
                 raise CdprError("restore: a snapshot of this very simulation, since its last reset, is expected")
             self._ready(also_done=True)
             if self._recorder.on_disk:

@@ -126,23 +126,47 @@ def test_a_lane_keeps_its_own_values_when_a_state_is_loaded():
     assert_same(batch, 1, simulation)
 
 
-def test_options_that_changed_go_with_a_state():
+LIVE = {
+    "set": lambda simulation: simulation.set("controller.kp", 150.0),
+    "push": lambda simulation: simulation.push(force=(5.0, 0.0, 3.0)),
+    "brief push": lambda simulation: simulation.push(force=(5.0, 0.0, 3.0), duration=0.02),
+    "released push": lambda simulation: (
+        ((push := simulation.push(moment=(0.0, 0.3, 0.0))) and simulation.step(2)) or simulation.release(push)
+    ),
+    "target": lambda simulation: simulation.target(simulation.state[:3] + 0.02, duration=0.05),
+    "cut": lambda simulation: simulation.cut(2, detected_after=0.02),
+    "jam": lambda simulation: simulation.jam(3),
+    "limits": lambda simulation: simulation.limits(min=8.0),
+    "stop": lambda simulation: simulation.stop(1, stopping_time=0.03),
+}
+
+
+@pytest.mark.parametrize("name", LIVE)
+def test_live_events_go_with_a_state(name):
     simulation = alone(30)
-    simulation.set("controller.kp", 150.0)
+    LIVE[name](simulation)
     simulation.step(5)
-    scenario = {**BRIEF, "events": [{"type": "set", "key": "controller.kp", "value": 150.0, "time": 0.03}]}
-    batch = cdpr.Batch(CAROCA, 3, overrides=scenario)
-    with pytest.raises(cdpr.CdprError, match="events from outside"):
-        batch.load(0, simulation.snapshot())
-    other = cdpr.Simulation(CAROCA, overrides=scenario)
-    other.step(35)
-    batch.load(0, other.snapshot())
-    batch.step(20)
-    simulation.step(20)
-    assert_same(batch, 0, simulation)
-    batch.reset(0)
+    batch = make(vary=None, n=5)
     batch.step(10)
+    for lane in (0, 2, 3):
+        batch.load(lane, simulation.snapshot())
+    batch.load(4, batch.snapshot(3))
+    batch.step(30)
+    simulation.step(30)
+    for lane in (0, 2, 3, 4):
+        assert_same(batch, lane, simulation)
+    assert_same(batch, 1, alone(40))
+    batch.load(2, batch.snapshot(1))
+    batch.reset([0, 3])
+    batch.step(10)
+    assert_same(batch, 2, alone(50))
     assert_same(batch, 0, alone(10))
+    assert_same(batch, 3, alone(10))
+    batch.load(0, simulation.snapshot())
+    wrench = np.tile([0.0, 0.0, 26.0, 0.0, 0.0, 0.0], (5, 1))
+    batch.step(3, wrench=wrench)
+    simulation.step(3, wrench=wrench[0])
+    assert_same(batch, 0, simulation)
 
 
 def test_events_have_their_own_times():

@@ -188,8 +188,11 @@ class Batch:
                     self._cases[lane].restore(start)
                     self._show([lane])
 
-    def load(self, lane: int, snapshot: Snapshot | Moment) -> None:
+    def load(self, lane: int, snapshot: Snapshot) -> None:
         """Load a state into a lane, also one that has ended; it continues from there with its own events and values.
+
+        Live events of a simulation up to then, such as `Simulation.push`, belong to its state: they continue in the
+        lane until another state is loaded or the lane is reset.
 
         Args:
             lane: number of the lane.
@@ -201,24 +204,19 @@ class Batch:
         """
         with self._alone("load"):
             case = self._begun("load", lane)
-            if isinstance(snapshot, Snapshot) and snapshot.done[0]:
-                raise CdprError(
-                    "load: events from outside happened before this snapshot, which a lane does not know: write them "
-                    "into the scenario, as Simulation.save does"
-                )
-            moment = snapshot.moment if isinstance(snapshot, Snapshot) else snapshot
-            if not isinstance(moment, Moment):
+            if not isinstance(snapshot, Snapshot):
                 raise CdprError(f"load: expected a snapshot of a simulation or a batch, got {shown(snapshot)}")
+            moment = snapshot.moment
             case.stand()
             if not _alike(moment, case.loop.snapshot()):
                 raise CdprError("load: the snapshot is of another robot, backend, controller or solver than the lane")
             if moment.count > self._plan.steps + 1:
                 end = self._plan.steps * self.scenario.simulation.control_step
                 raise CdprError(f"load: the snapshot is of t = {moment.time:g} s, after the end of the lane, {end:g} s")
-            case.restore(moment)
+            case.restore(moment, snapshot.done[0])
             self._show([lane])
 
-    def snapshot(self, lane: int) -> Moment:
+    def snapshot(self, lane: int) -> Snapshot:
         """Return the state of a lane for `load`.
 
         Raises:
@@ -228,7 +226,7 @@ class Batch:
         with self._alone("snapshot"):
             case = self._begun("snapshot", lane)
             case.stand()
-            return case.loop.snapshot()
+            return Snapshot(case.loop.snapshot(), (case.live, None))
 
     def close(self) -> None:
         """Free the memory of the lanes; may be called again."""

@@ -20,7 +20,7 @@ from cdpr.log.finite import Finite
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import broken
+from cdpr.scenario.events import ScenarioEvent, broken, redirected
 from cdpr.simulation.attempt import STATUS
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import columns_of
@@ -132,6 +132,7 @@ class Case:
         wrench: (6,) N and N m, external wrench of that pipeline; None before the first one.
         going: True if it has begun, and has not ended early.
         error: error of cdpr that ended it.
+        live: events from outside that came with a loaded state.
         home: holder of the lane with its state; None while its state is in its own arrays.
         known: data of each block on it: its pipeline and the addresses of its arrays, None if it does not fit.
         joined: sample at which it took its lane.
@@ -157,6 +158,7 @@ class Case:
         self.going = False
         self.error: CdprError | None = None
         self.wrench: Array | None = None
+        self.live: tuple[ScenarioEvent, ...] = ()
         self.home: Home | None = None
         self.known: dict[Home, tuple[Program, NDArray[np.int64] | None]] = {}
         self.joined = self.rest = 0
@@ -309,9 +311,19 @@ class Case:
             del self.loop
         self.going = False
 
-    def restore(self, moment: Moment) -> None:
-        """Continue from a snapshot of a loop of this structure, with its own events."""
+    def restore(self, moment: Moment, live: tuple[ScenarioEvent, ...] = ()) -> None:
+        """Continue from a snapshot of a loop of this structure, with its own events and these from outside.
+
+        Raises:
+            CdprError: if an event is impossible here; nothing is changed.
+        """
         self.stand()
+        if live != self.live:
+            scenario = self._plan.changed(self._number, self._values)
+            events = (*scenario.events, *live)
+            self.loop.revise(events, redirected(scenario.planned, events, scenario.simulation.control_step))
+            self.program, self.live = self.loop.program, live
+            self.known.clear()
         self.loop.restore(moment)
         self.loop.push()
         self.figures.samples = moment.count
