@@ -309,6 +309,31 @@ def test_a_closed_batch_has_no_lanes():
             call()
 
 
+def test_a_batch_cannot_be_closed_while_a_step_runs(monkeypatch):
+    begun, going, go = threading.Event(), threading.Event(), case_module.Case.go
+
+    def wait(*given):
+        begun.set()
+        assert going.wait(10.0)
+        go(*given)
+
+    monkeypatch.setattr(case_module.Case, "go", wait)
+    batch = make(n=2)
+    thread = threading.Thread(target=batch.step, args=(5,))
+    thread.start()
+    try:
+        assert begun.wait(10.0)
+        with pytest.raises(cdpr.CdprError, match=r"close: .* in the midst of a step"):
+            batch.close()
+    finally:
+        going.set()
+        thread.join()
+    assert (batch.samples.tolist(), batch.active.tolist()) == ([5, 5], [True, True])
+    assert_same(batch, 1, alone(5, **{"controller.kp": GAINS[1]}))
+    batch.close()
+    assert not batch.active.any()
+
+
 def test_reset_of_no_lanes_resets_none():
     batch = make(n=2)
     batch.step(3)

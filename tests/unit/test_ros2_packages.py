@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import runpy
+import shutil
 import subprocess
 from xml.etree import ElementTree
 
@@ -233,6 +234,53 @@ def test_the_cpp_node_reproduces_a_log_to_the_bit(folder, tmp_path):
         ["./control"], cwd=tmp_path, env=os.environ | files | {"SHARE": "nowhere"}, capture_output=True
     )
     assert done.returncode == 2
+
+
+ROBOT = """#pragma once
+#include <stddef.h>
+enum { CDPR_CABLES = 1, CDPR_STATE = 13, CDPR_DESIRED = 19, CDPR_FILE_BYTES = 8 };
+enum { CDPR_OK, CDPR_REPLACED, CDPR_NO_ANSWER, CDPR_NOT_FINITE };
+constexpr double CDPR_CONTROL_STEP = 0.5;
+struct cdpr_robot {};
+inline int answer = CDPR_OK, steps = 0;
+inline double at = -1.0;
+inline int cdpr_begin(cdpr_robot*, const void*, size_t) { return CDPR_OK; }
+inline int cdpr_desired(cdpr_robot*, double time, double*) { at = time; return CDPR_OK; }
+inline int cdpr_step(cdpr_robot*, double, const double*, const double*, double*) { steps++; return answer; }
+"""
+CYCLE = """#include "control.hpp"
+int main(int, char** names) {
+    Control control;
+    const double pose[7] = {}, twist[6] = {};
+    double tension[CDPR_CABLES];
+    auto step = [&](double now, int next) {
+        answer = next;
+        const int status = control.step(now, 1.0, tension);
+        printf("%d %d %g\\n", status, steps, at);
+    };
+    printf("%d %d\\n", control.load("nowhere"), control.load(names[0]));
+    control.start();
+    step(0.0, CDPR_OK);
+    control.set_pose(0.0, pose);
+    control.set_twist(0.0, twist);
+    for (int next = 0; next <= CDPR_NOT_FINITE; next++) step(0.0, next);
+    step(0.0, CDPR_OK);
+    step(2.0, CDPR_OK);
+    control.load(names[0]);
+    step(0.0, CDPR_OK);
+}
+"""
+
+
+def test_a_controller_that_is_not_finite_stops_until_it_is_loaded_again(folder, tmp_path):
+    (tmp_path / "robot.h").write_text(ROBOT)
+    (tmp_path / "cycle.cpp").write_text(CYCLE)
+    shutil.copy(folder / f"{NAME}_control/src/control.hpp", tmp_path)
+    flags = ["-std=c++17", "-Wall", "-Wextra", "-Werror"]
+    subprocess.run([tool("g++"), *flags, "cycle.cpp", "-o", "cycle"], cwd=tmp_path, check=True)
+    told = subprocess.run([tmp_path / "cycle"], check=True, capture_output=True, text=True).stdout.splitlines()
+    before = ["-2 0", "-1 0 -1", "0 1 0", "1 2 0.5", "2 3 1", "3 4 1"]
+    assert told == [*before, "3 4 1", "-1 4 1", "0 5 1"]
 
 
 @pytest.mark.parametrize(
