@@ -18,6 +18,10 @@ constexpr double BARRIER_FULL_STEP = 0.25;
 // Steps that no regular problem needs: ten are typical, from the centre of the largest ball.
 constexpr int BARRIER_MOST_STEPS = 200;
 
+// Factor by which a damped step grows along a long, thin set, as long as the barrier decreases there. A power of two is
+// exact, and reaches the end of the range of doubles in 2100 steps.
+constexpr double BARRIER_GROWTH = 2.0;
+
 // Below this decrement one that is not half of the previous one is round-off: no further improvement is possible.
 constexpr double BARRIER_NOISE = 1e-3, BARRIER_SHRINKING = 0.5;
 
@@ -112,8 +116,7 @@ struct Barrier {
     inline double damped(double decrement) const {
         if (!(decrement > BARRIER_FULL_STEP)) return 1.0;
         double length = 1.0 / (1.0 + decrement);  // within the limits, and lower, by theory
-        // Along a long, thin set: double the step as long as the barrier decreases.
-        while (downhill(2.0 * length)) length *= 2.0;
+        while (downhill(BARRIER_GROWTH * length)) length *= BARRIER_GROWTH;
         return length;
     }
 
