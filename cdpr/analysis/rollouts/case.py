@@ -319,7 +319,8 @@ class Case:
         """
         self.stand()
         if live != self.live:
-            scenario = self._plan.changed(self._number, self._values)
+            assert self._scenario is not None
+            scenario = self._scenario
             events = (*scenario.events, *live)
             self.loop.revise(events, redirected(scenario.planned, events, scenario.simulation.control_step))
             self.program, self.live = self.loop.program, live
