@@ -26,19 +26,10 @@ def plain(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def sanitized(tmp_path_factory):
-    """Host and library, compiled anew: strange addresses, leaks, overflows and the like end them."""
-    return sanitize(tmp_path_factory.mktemp("sanitized"))
-
-
-@pytest.fixture(scope="module")
-def sanitized_in_a_hurry(tmp_path_factory):
-    """The same without optimization, which is most of the compiler's time."""
-    return sanitize(tmp_path_factory.mktemp("in a hurry"), "-O0")
-
-
-def sanitize(folder, *more):
+    """Host and library with sanitizers, compiled without optimization, which would take most of the compiler's time."""
+    folder = tmp_path_factory.mktemp("sanitized")
     shared = folder / "cdpr_plant.so"
-    shared.write_bytes(library(sources(), (*FLAGS, *STRICT, "-Wpedantic", *SANITIZE, *more)))
+    shared.write_bytes(library(sources(), (*FLAGS, *STRICT, "-Wpedantic", *SANITIZE, "-O0")))
     return compile_host(folder, flags=SANITIZE), shared
 
 
@@ -108,9 +99,9 @@ def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):
     ],
 )
 @pytest.mark.slow
-def test_a_damaged_configuration_is_refused(case, more, sanitized_in_a_hurry, tmp_path):
+def test_a_damaged_configuration_is_refused(case, more, sanitized, tmp_path):
     """Cut anywhere, or with numbers that lead out of the arrays: a message and no instance."""
-    host, shared = sanitized_in_a_hurry
+    host, shared = sanitized
     path = write(plant_of(scenario(case)), 3, tmp_path)
     with zipfile.ZipFile(path) as archive:
         whole = archive.read("resources/plant.cfg").decode()
