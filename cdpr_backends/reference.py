@@ -65,6 +65,7 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
             **moving,
             step=self.physics_step,
         )
+        self.arrays = (self.command, self.external, self._body, self._momentum, self.state)
 
     def renew(self, robot: Robot) -> bool:
         """Move another platform from the next reset on."""
@@ -87,8 +88,3 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
     def acts(self, n: int) -> Acts:
         """Return the integrator for n physics steps."""
         return [self._steps(n)]
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """Arrays of a snapshot."""
-        return self.command, self.external, self._body, self._momentum, self.state

@@ -57,6 +57,6 @@ class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
         return [self._advance]
 
     @property
-    def arrays(self) -> tuple[Array, ...]:
+    def arrays(self) -> tuple[Array, ...]:  # type: ignore[override]  # a property of one base, an attribute of the other
         """Arrays of a snapshot."""
         return *super().arrays, self._motion

@@ -38,6 +38,7 @@ class GuidedReference(SnapshotOfArrays, Backend):
             state=self.state,
             step=self.physics_step,
         )
+        self.arrays = (self.command, self.external, self._motion, self.state)
 
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,), which must be possible in the guide."""
@@ -53,8 +54,3 @@ class GuidedReference(SnapshotOfArrays, Backend):
     def acts(self, n: int) -> Acts:
         """Return the integrator for n physics steps."""
         return [self._steps(n)]
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """Arrays of a snapshot."""
-        return self.command, self.external, self._motion, self.state

@@ -38,6 +38,7 @@ class SphericalReference(SnapshotOfArrays, Backend):
             **moving,
             step=self.physics_step,
         )
+        self.arrays = (self.command, self.external, self._momentum, self.state)
 
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,), whose velocity must be zero."""
@@ -52,8 +53,3 @@ class SphericalReference(SnapshotOfArrays, Backend):
     def acts(self, n: int) -> Acts:
         """Return the integrator for n physics steps."""
         return [self._steps(n)]
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """Arrays of a snapshot."""
-        return self.command, self.external, self._momentum, self.state

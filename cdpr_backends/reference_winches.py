@@ -31,6 +31,7 @@ class WinchReference(SnapshotOfArrays, Backend):
         self._to_body = bind("body_state", offset=frame.offset, state=self.state, body=self._body)
         self._publish = bind("platform_state", offset=frame.offset, body=self._body, state=self.state)
         self._steps = steps_of("winch_runge_kutta", **winches.given, state=self.state, step=self.physics_step)
+        self.arrays = (self.command, self.external, self._body, self.state, *self.winches.arrays)
 
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,), which must be possible in the guide, if there is one."""
@@ -61,8 +62,3 @@ class WinchReference(SnapshotOfArrays, Backend):
     def cable_work(self) -> float:
         """Return the work of the cables on the platform [J]."""
         return float(self.winches.work[0])
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """Arrays of a snapshot."""
-        return self.command, self.external, self._body, self.state, *self.winches.arrays

@@ -58,7 +58,8 @@ class Clarabel(LibrarySolver):
         for settings in self._attempts:
             answer = clarabel.DefaultSolver(hessian, np.zeros(r), matrix, right, self._cones, settings).solve()
             if answer.status == clarabel.SolverStatus.Solved:  # "almost" solved does not count
-                return answer.x
+                x: ArrayLike = answer.x
+                return x
             if answer.status == clarabel.SolverStatus.MaxTime:
                 break
         return None

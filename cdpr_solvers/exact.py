@@ -158,7 +158,8 @@ def least_sum(W: Rows, wrench: list[int], low: Vector, high: Vector) -> Vector |
     after finitely many (proximal point algorithm; Ferris 1991). Only an optimum does not change in a step.
     """
     step = LONG_STEP * max(Fraction(1), *map(abs, low), *map(abs, high))
-    before, t = None, [Fraction(0)] * len(low)
+    before: Vector | None = None
+    t: Vector | None = [Fraction(0)] * len(low)
     while t is not None and t != before:
         before, t = t, nearest(W, wrench, low, high, [x - step for x in t])
     return t
@@ -196,20 +197,19 @@ def nearest(W: Rows, wrench: list[int], low: Vector, high: Vector, target: Vecto
             back = correction([row[p] for row in W])
             slope = 1 - back[p]
             growth = {i: -sign * side * back[i] for i, (sign, _) in held.items()}
-            step = min((held[i][1] / rate for i, rate in growth.items() if rate > 0), default=None)
-            first = min((i for i, rate in growth.items() if rate > 0 and held[i][1] / rate == step), default=None)
-            full = side * (limit - t[p]) / slope if slope else None
-            if full is None and step is None:
+            steps = [(held[i][1] / rate, i) for i, rate in growth.items() if rate > 0]
+            if slope:
+                steps.append((side * (limit - t[p]) / slope, -1))  # up to the limit; preferred to an equal step
+            if not steps:
                 return None
-            if step is None or (full is not None and full <= step):
-                step, first = full, None
+            step, first = min(steps)
             if slope:
                 for i in free:
                     t[i] += step * side * ((i == p) - back[i])
             for i, rate in growth.items():
                 held[i][1] -= step * rate
             multiplier += step
-            if first is not None:
+            if first >= 0:
                 del held[first]
                 free = sorted([*free, first])
         held[p] = [side, multiplier]

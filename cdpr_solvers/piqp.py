@@ -51,5 +51,6 @@ class Piqp(LibrarySolver):
                 setattr(solver.settings, name, value)
             solver.setup(*self._square[N.shape[1]], G=N, h_l=low, h_u=high)
             if solver.solve() == piqp.PIQP_SOLVED:
-                return solver.result.x
+                x: ArrayLike = solver.result.x
+                return x
         return None

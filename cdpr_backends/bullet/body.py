@@ -138,7 +138,7 @@ class Free(Plant):
         push, turn, step = pybullet.applyExternalForce, pybullet.applyExternalTorque, pybullet.stepSimulation
         world = pybullet.WORLD_FRAME
         base, loads = np.zeros(13), np.zeros(6)
-        into, outof = memoryview(base).cast("B"), memoryview(loads).cast("B")
+        into, outof = base.data.cast("B"), loads.data.cast("B")
         at = (0.0, 0.0, 0.0)
 
         def fetch() -> None:
@@ -190,7 +190,7 @@ class Guided(Plant):
         n = len(kinds)
         self.link = n - 1
         q, u, forces = np.zeros(n), np.zeros(n), np.zeros(n)
-        positions, rates, push = memoryview(q).cast("B"), memoryview(u).cast("B"), memoryview(forces)
+        positions, rates, push = q.data.cast("B"), u.data.cast("B"), forces.data
         put = Struct(f"{n}d").pack_into
         states, drive, step = pybullet.getJointStates, pybullet.setJointMotorControlArray, pybullet.stepSimulation
         torque = pybullet.TORQUE_CONTROL
@@ -254,7 +254,7 @@ class Ball(Plant):
         state, turn, step = pybullet.getJointStateMultiDof, pybullet.applyExternalTorque, pybullet.stepSimulation
         world = pybullet.WORLD_FRAME
         joint, moment = np.zeros(7), np.zeros(3)
-        into, outof = memoryview(joint).cast("B"), memoryview(moment).cast("B")
+        into, outof = joint.data.cast("B"), moment.data.cast("B")
 
         def fetch() -> None:
             q, w, _, _ = state(number, 0, client)

@@ -42,7 +42,7 @@ class DartBackend(RigidBodyBackend):
             self._load = bind("dart_guide_forces", rows=frame.guide.rows, body=body, applied=applied, forces=forces)
         push, step, moved, get_time = self.joints.push, world.step, self.joints.moved, world.getTime
         self._time = np.zeros(1)
-        first, time = memoryview(forces), memoryview(self._time)
+        first, time = forces.data, self._time.data
 
         def dart() -> None:
             if isnan(first[0]):

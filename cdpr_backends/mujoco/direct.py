@@ -43,7 +43,7 @@ class Direct:
         words.held = model, data, library
         # Not at exit: a thread that has not ended may still perform a step then.
         weakref.finalize(words, library.mjb_deleteBatch, batch).atexit = False
-        self._words: NDArray[np.int64] = np.frombuffer(words, dtype=np.int64)
+        self._words: NDArray[np.int64] = np.frombuffer(memoryview(words), dtype=np.int64)
         self._words[[APPLY, STEP, GET_STATE]] = [
             _address(function) for function in (library.mjb_apply, library.mj_step, library.mj_getState)
         ]
