@@ -34,7 +34,7 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Of a test marked `usual`, the cases that no pattern names are slow; where none is named (no engine), none is."""
+    """Mark the cases of a test marked `usual` slow that no pattern names, if one is named; reject slow `core` tests."""
     tests: dict[tuple[Path, str], list[pytest.Function]] = {}
     for item in items:
         if isinstance(item, pytest.Function) and item.get_closest_marker("usual"):
@@ -43,6 +43,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         rest = [case for case in cases if not named(case)]
         for case in rest if len(rest) < len(cases) else ():
             case.add_marker(pytest.mark.slow)
+    for item in items:
+        if item.get_closest_marker("core") and item.get_closest_marker("slow"):
+            raise pytest.UsageError(f"{item.nodeid} is marked core and slow; remove one of the marks")
 
 
 def named(case: pytest.Function) -> bool:

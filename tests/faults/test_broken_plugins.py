@@ -21,6 +21,8 @@ from cdpr_controllers.computed_torque import ComputedTorque
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
+pytestmark = pytest.mark.core
+
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 AT = 20  # the call in which some of them break; the first is the warm-up
 

@@ -14,6 +14,8 @@ from cdpr.mechanics.energy import energy, external_work
 from cdpr.model import rotations
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing
 
+pytestmark = pytest.mark.core
+
 FIRST_ORDER = installed("mujoco", "bullet", "dart")
 TILTED = np.array([1.0, -2.0, -9.0])
 

@@ -14,6 +14,8 @@ from cdpr.cables import Pulley
 from cdpr.model import rotations
 from cdpr_backends.reference import ReferenceBackend
 
+pytestmark = pytest.mark.core
+
 ENERGY = 1e-9  # relative drift over 10 s, measured 3e-13
 MOMENTUM = 1e-11  # relative drift over 10 s
 EXACT = 1e-9  # of an adaptive integrator of order eight at its tightest

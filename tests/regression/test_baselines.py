@@ -13,6 +13,8 @@ import pytest
 from cdpr.analysis.compare import baseline, baseline_check, baseline_file
 from cdpr.plugins.registry import registry
 
+pytestmark = pytest.mark.core
+
 FOLDER = Path(__file__).parent / "baselines"
 FILES = sorted(FOLDER.iterdir())
 NAMES = (

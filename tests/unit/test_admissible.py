@@ -13,6 +13,8 @@ import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.mechanics.properties import home_pose
 
+pytestmark = pytest.mark.core
+
 AT = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]
 
 

@@ -17,6 +17,8 @@ from cdpr.ui.cli import cli
 from cdpr.ui.cli.completion import keys, plugins
 from cdpr.ui.report.text.aligned import unit_for
 
+pytestmark = pytest.mark.core
+
 
 @pytest.mark.parametrize(
     ("words", "near"), [(["rum"], "run"), (["fmu", "expotr"], "export"), (["vaildate", "x.yaml"], "validate")]

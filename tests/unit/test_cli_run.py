@@ -30,6 +30,7 @@ def cdpr(*arguments, cwd, code=0, env=None):
     return done
 
 
+@pytest.mark.core
 def test_it_prints_a_summary_and_the_folder_last(tmp_path):
     done = cdpr("run", CAROCA, "--set", "simulation.duration=0.05", cwd=tmp_path)
     assert "infeasible steps    0 of 51" in done.stdout
@@ -41,6 +42,7 @@ def test_it_prints_a_summary_and_the_folder_last(tmp_path):
     assert told["argv"][1:3] == ["run", CAROCA]
 
 
+@pytest.mark.core
 def test_json_is_all_that_stands_on_stdout(tmp_path):
     done = cdpr_here("run", CAROCA, *SHORT, "--backend", "mujoco", "--out", "here", "--json", cwd=tmp_path)
     figures = json.loads(done.stdout)
@@ -71,6 +73,7 @@ def test_a_taken_folder_is_refused(tmp_path):
     assert (tmp_path / "mine" / "thesis.tex").read_text() == "years of work"
 
 
+@pytest.mark.core
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
     [

@@ -29,6 +29,8 @@ from cdpr.testing import check_controller
 from cdpr.ui.cli import cli
 from cdpr.ui.report.pages.run import render
 
+pytestmark = pytest.mark.core
+
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.02}
 MORE = (

@@ -14,6 +14,8 @@ from cdpr_controllers import ComputedTorqueOptions, StaticOptions
 from cdpr_controllers.computed_torque import ComputedTorque
 from cdpr_controllers.static import Static
 
+pytestmark = pytest.mark.core
+
 EXACT = 1e-10  # N, of wrenches of the order of 1e3
 
 seeds = st.integers(0, 2**32 - 1)

@@ -21,6 +21,8 @@ from cdpr.tension.present import Present
 from cdpr_controllers import CableLengthOptions
 from cdpr_controllers.cable_length import CableLength
 
+pytestmark = pytest.mark.core
+
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 STEP = 1e-3
 LOW, HIGH = 10.0, 500.0

@@ -15,6 +15,8 @@ from cdpr.tension import Status
 from cdpr_controllers import PidOptions
 from cdpr_controllers.pid import Pid
 
+pytestmark = pytest.mark.core
+
 STEP = 2e-3
 
 

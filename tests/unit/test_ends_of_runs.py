@@ -13,6 +13,8 @@ from cdpr.base.errors import ExitCode
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.tension.status import Status
 
+pytestmark = pytest.mark.core
+
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.05}
 

@@ -10,6 +10,8 @@ import pytest
 from cdpr.simulation.events import MOST, tension_events
 from cdpr.tension import Status
 
+pytestmark = pytest.mark.core
+
 STEP = 0.25
 
 

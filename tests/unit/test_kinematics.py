@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from conftest import crossed_box, make_robot, moved, random_state
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import rotations
+
+pytestmark = pytest.mark.core
 
 EXACT = 1e-13  # roundings of a few products of order one
 STEP = 1e-6  # for central differences: their error is about STEP^2, their noise 1e-16 / STEP

@@ -16,6 +16,8 @@ from log_cases import make_header, make_rows, write_log
 from cdpr.log import checksum, chunk, mcap_file, reader
 from cdpr.log.mcap_file import BLOCK
 
+pytestmark = pytest.mark.core
+
 USERS = (chunk, mcap_file, reader)
 
 

@@ -19,6 +19,8 @@ from cdpr.log.run import Header, Run
 from cdpr.ui.cli.export import command as export_command
 from cdpr.ui.cli.repair import command as repair_command
 
+pytestmark = pytest.mark.core
+
 HEADER = make_header(3)
 
 

@@ -18,6 +18,8 @@ from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
 from cdpr.model.robot import Array
 
+pytestmark = pytest.mark.core
+
 BITS = st.integers(0, 2**64 - 1)  # any number, NaN with any payload, -0.0 and denormals among them
 
 

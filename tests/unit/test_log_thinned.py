@@ -24,6 +24,8 @@ from cdpr.log.rows import LogRows
 from cdpr.log.run import Run
 from cdpr.ui.report.text.compare import lines, subject
 
+pytestmark = pytest.mark.core
+
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Run:

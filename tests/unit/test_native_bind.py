@@ -18,6 +18,8 @@ from cdpr.native import library
 from cdpr.native.bind import bind
 from cdpr.native.operations import VARIABLE, Operation, operations, targets
 
+pytestmark = pytest.mark.core
+
 FIELDS = (
     "left(n, 3), order(m), eight(m), both state(n), answer(n, m), work scratch(2*m + n + 0*k, n*n + 1), "
     "n, m, k, gain, rounds"

@@ -18,6 +18,8 @@ from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver, regi
 from cdpr.tension import Status
 from cdpr.ui.cli import cli
 
+pytestmark = pytest.mark.core
+
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.005}
 

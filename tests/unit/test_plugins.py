@@ -55,6 +55,7 @@ def info(name: str, **changes: Any) -> PluginInfo:
     return PluginInfo(**{"name": name, "factory": "json:dumps", "summary": "", **changes})
 
 
+@pytest.mark.core
 def test_our_own_plugins_come_through_the_entry_points():
     found = registry()
     assert not found.problems
@@ -63,6 +64,7 @@ def test_our_own_plugins_come_through_the_entry_points():
     assert {"qp", "pseudo_inverse"} <= set(found.names("solver"))
 
 
+@pytest.mark.core
 @pytest.mark.parametrize(
     ("plugin", "reason"),
     [
@@ -128,6 +130,7 @@ def test_third_parties_can_be_switched_off():
     assert not found.problems
 
 
+@pytest.mark.core
 def test_unknown_name_lists_the_installed_and_the_nearest():
     with pytest.raises(PluginError, match=r"did you mean 'mujoco'\? installed are .*mujoco, reference"):
         registry().get("backend", "mujuco")
@@ -145,6 +148,7 @@ def test_a_plugin_that_does_not_import_is_told_with_its_reason(name):
         found.get("solver", "qpx")
 
 
+@pytest.mark.core
 def test_missing_requirement_names_the_remedy():
     entry = Registered("backend", info("x", requires=("no_such_module",), extra="cdpr[x]"), "cdpr", "1")
     assert entry.missing == ["no_such_module"]

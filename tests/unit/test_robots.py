@@ -12,6 +12,8 @@ from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.model import rotations
 from cdpr.scenario import load_robot
 
+pytestmark = pytest.mark.core
+
 ROBOTS = sorted((ROOT / "scenarios" / "robots").glob("*.yaml"))
 NAMES = ("cogiro", "ipanema_1", "planar", "point_mass", "planar_point_mass", "carriage", "spherical")
 

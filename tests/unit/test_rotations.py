@@ -13,6 +13,8 @@ from scipy.spatial.transform import Rotation
 from cdpr.model import rotations
 from cdpr.native import rotations as compiled
 
+pytestmark = pytest.mark.core
+
 EXACT = 1e-14  # a few roundings
 
 angles = st.floats(-3.0, 3.0)

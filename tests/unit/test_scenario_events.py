@@ -9,6 +9,8 @@ from test_scenario_base import HOLD, TEXTS, line_of, load, problem, problems, wh
 import cdpr
 from cdpr.scenario.events import ScenarioEvent, first_sample
 
+pytestmark = pytest.mark.core
+
 
 def with_events(*events):
     return whole(HOLD + "events:\n" + "".join(f"- {event}\n" for event in events))

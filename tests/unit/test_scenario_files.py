@@ -13,6 +13,8 @@ from cdpr.base.errors import ScenarioError
 from cdpr.model import Robot
 from cdpr.scenario import Scenario, load_any, load_robot, load_scenario
 
+pytestmark = pytest.mark.core
+
 
 def refusal(path, load=load_scenario, **arguments) -> str:
     with pytest.raises(ScenarioError) as caught:

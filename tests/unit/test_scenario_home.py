@@ -14,6 +14,8 @@ from cdpr.model import rotations
 from cdpr.scenario import load_robot, load_scenario
 from cdpr.ui.cli.look import parse_pose
 
+pytestmark = pytest.mark.core
+
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 DATA = yaml.safe_load(CAROCA.read_text())
 TEXT = yaml.safe_dump({key: value for key, value in DATA.items() if key != "initial"})

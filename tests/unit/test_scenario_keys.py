@@ -15,6 +15,8 @@ from test_scenario_base import (
 from cdpr.base.errors import ScenarioError
 from cdpr.scenario import load_scenario
 
+pytestmark = pytest.mark.core
+
 
 @pytest.mark.parametrize(
     ("old", "new", "key", "what"),

@@ -11,6 +11,8 @@ from test_scenario_base import BASE, HEAD, PLUGINS, QUINTIC, ROBOT, TAIL, change
 from cdpr.base.errors import ScenarioError
 from cdpr.scenario import load_robot, load_scenario
 
+pytestmark = pytest.mark.core
+
 
 def value(scenario, path):
     for part in path.split("."):

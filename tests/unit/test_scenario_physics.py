@@ -13,6 +13,8 @@ from cdpr.model import rotations
 from cdpr.scenario import load_robot
 from cdpr.scenario.robot_schema import TRIANGLE_TOLERANCE
 
+pytestmark = pytest.mark.core
+
 INERTIA = "inertia: [6.5, 20.0, 22.5, 0.1, 0.2, 0.3]"
 STEPS = "duration: 4.0, control_step: 0.001, physics_step: 5e-4"
 

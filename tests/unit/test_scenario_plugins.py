@@ -22,6 +22,8 @@ from cdpr.scenario.choices import DEFAULT_TYPE, typed
 from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.schema import Simulation
 
+pytestmark = pytest.mark.core
+
 
 def test_options_are_instances_of_the_plugins_models():
     scenario = load()

@@ -43,6 +43,7 @@ def test_rows_are_those_of_simulate(controller):
     assert sim.run() is run
 
 
+@pytest.mark.core
 @pytest.mark.parametrize("backend", ENGINES)
 def test_a_branch_continues_to_the_bit(backend):
     installed(backend)
@@ -98,6 +99,7 @@ def test_a_jam_is_told_with_the_tension_of_its_own_branch():
     assert told == cdpr.simulate(CAROCA, overrides=BUSY).events
 
 
+@pytest.mark.core
 def test_a_wrench_and_tensions_from_outside():
     with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
         sim.step(10, wrench=[10.0, 0, 700, 0, 0, 0])
@@ -133,6 +135,7 @@ def test_a_broken_cable_stays_broken_whoever_decides():
     assert (tension[10:, 0] == 0.0).all()
 
 
+@pytest.mark.core
 def test_observers_see_each_sample():
     seen = []
     with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
@@ -151,6 +154,7 @@ def test_an_observer_that_raises_ends_the_run():
     assert len(stop.value.run.rows) == 11
 
 
+@pytest.mark.core
 def test_an_early_end_is_raised_with_all_samples(tmp_path):
     overrides = {**SHORT, "solver.infeasible": "stop"}
     with cdpr.Simulation(CAROCA, overrides=overrides, out=tmp_path / "run") as sim:
@@ -166,6 +170,7 @@ def test_an_early_end_is_raised_with_all_samples(tmp_path):
     assert len(stop.value.run.rows) == 11
 
 
+@pytest.mark.core
 def test_a_log_is_that_of_simulate(tmp_path):
     cdpr.simulate(CAROCA, overrides=BUSY, out=tmp_path / "whole")
     with cdpr.Simulation(CAROCA, overrides=BUSY, out=tmp_path / "steps") as sim:
@@ -175,6 +180,7 @@ def test_a_log_is_that_of_simulate(tmp_path):
     assert whole == steps
 
 
+@pytest.mark.core
 def test_reset_begins_anew():
     with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
         sim.step(30, wrench=[0.0, 0, 900, 0, 0, 0])

@@ -13,6 +13,8 @@ import cdpr
 from cdpr.tension import Status
 from cdpr_solvers.closed_form import ClosedForm
 
+pytestmark = pytest.mark.core
+
 seeds = st.integers(0, 2**32 - 1)
 
 

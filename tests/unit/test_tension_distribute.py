@@ -22,6 +22,8 @@ from cdpr.tension import Status
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
+pytestmark = pytest.mark.core
+
 GRAVITY = np.array([0.0, 0.0, -9.81])
 AT = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]
 

@@ -18,6 +18,8 @@ from cdpr.base.errors import PluginError
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 
+pytestmark = pytest.mark.core
+
 LIMIT = 500.0  # N, of these problems
 GAP = 1e-9  # relative: HiGHS's own tolerance is 1e-7, its vertices are exact to round-off
 STATIONARY = 1e-7  # of the barrier's gradient against that of its largest term

@@ -16,6 +16,8 @@ from cdpr_solvers.options import QpOptions
 from cdpr_solvers.pseudo_inverse import PseudoInverse
 from cdpr_solvers.qp import MinimumNorm
 
+pytestmark = pytest.mark.core
+
 RESIDUAL = 1e-12  # relative to the largest tension or wrench: what is left of 1e-16 after a few hundred operations
 OPTIMALITY = 1e-9  # of the largest tension
 CERTAIN = 1e-7  # margins (of t_max) below which a linear program with its own tolerances is no oracle

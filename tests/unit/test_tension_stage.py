@@ -18,6 +18,8 @@ from cdpr.tension.stage import Asked, TensionStage
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
+pytestmark = pytest.mark.core
+
 LOW, HIGH = 10.0, 500.0
 
 

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from cdpr.model import rotations
 from cdpr.trajectory import Knot, hold, through
 
+pytestmark = pytest.mark.core
+
 BOUNDARY = 1e-9  # quintic coefficients of order 100, a solve for the attitude
 STEP = 1e-5
 DIFFERENCE = 1e-5  # third derivatives of order 1e3 times STEP^2, noise 1e-16 / STEP^2 for angular acceleration

@@ -13,6 +13,8 @@ from cdpr.base.errors import PluginError, ScenarioError
 from cdpr.log.export import column_names
 from cdpr.plugins.registry import registry
 
+pytestmark = pytest.mark.core
+
 WINCHES = ROOT / "scenarios" / "robots" / "caroca_winches.yaml"
 SHORT = {"simulation.duration": 0.3}
 BALANCED = 1e-3  # of the energy turned over in 0.3 s; an engine of first order at 1 ms
