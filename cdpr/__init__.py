@@ -1,14 +1,15 @@
 """Simulation and analysis of cable-driven parallel robots.
 
-    import cdpr
-
-    run = cdpr.simulate("scenarios/caroca.yaml", overrides={"simulation.duration": 2.0})
-    run.time, run.position, run.tension      # arrays, shapes as documented in cdpr.Run
-    run.plot()
-    robot = cdpr.load_robot("scenarios/robots/caroca.yaml")
-    cdpr.distribute(robot, [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]).tension
-
 All names are imported when first used, so that `import cdpr` is fast.
+
+Example:
+    >>> import cdpr
+    >>> run = cdpr.simulate("caroca", overrides={"simulation.duration": 0.1})
+    >>> run.time.shape, run.position.shape, run.tension.shape
+    ((101,), (101, 3), (101, 8))
+    >>> robot = cdpr.load_robot("caroca")
+    >>> cdpr.distribute(robot, robot.home).status
+    <Status.OK: 0>
 """
 
 from __future__ import annotations

@@ -1,4 +1,11 @@
-"""Analyses of robots, solvers and runs. They compute; `cdpr.ui` draws."""
+"""Analyses of robots, solvers and runs. They compute; `cdpr.ui` draws.
+
+Example:
+    >>> import cdpr
+    >>> robot = cdpr.load_robot("caroca")
+    >>> cdpr.analysis.distribution.distribute(robot, robot.home).status
+    <Status.OK: 0>
+"""
 
 from __future__ import annotations
 

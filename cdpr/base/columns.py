@@ -59,6 +59,12 @@ class Column:
 
     Raises:
         ValueError, TypeError: if an attribute is invalid.
+
+    Example:
+        >>> from cdpr.plugins import CABLES, Column
+        >>> column = Column("temperature", CABLES, "K", "Temperature of each winch")
+        >>> column.shape, column.sentence
+        ('(K, m)', 'Temperature of each winch, (K, m), K.')
     """
 
     name: str

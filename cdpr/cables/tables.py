@@ -35,7 +35,8 @@ def line_table(robot: Robot) -> Array:
             the kind of the exit and its numbers.
 
     Example:
-        >>> line_table(robot).shape
+        >>> import cdpr
+        >>> line_table(cdpr.load_robot("caroca")).shape
         (8, 6)
     """
     return line_rows(robot.anchors, [cable.exit for cable in robot.cables])
@@ -71,7 +72,8 @@ def chain_table(robot: Robot) -> Array:
         CdprError: if a cable lacks a number that its model requires.
 
     Example:
-        >>> chain_table(robot).shape
+        >>> import cdpr
+        >>> chain_table(cdpr.load_robot("caroca_winches")).shape
         (8, 19)
     """
     lowest = 0.0 if robot.unilateral else -math.inf
@@ -99,7 +101,11 @@ def exits(lines: Array, tips: ArrayLike, velocities: ArrayLike | None = None) ->
         ValueError: if the shapes do not match.
 
     Example:
-        >>> points, _, wrapped_length = exits(line_table(robot), tips)
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca")
+        >>> points, velocities, wrapped_length = exits(line_table(robot), robot.anchors[:, 3:])
+        >>> bool((points == robot.anchors[:, :3]).all()), wrapped_length.shape
+        (True, (8,))
     """
     tip = real(tips, "tips")
     velocity = np.zeros(tip.shape) if velocities is None else real(velocities, "velocities")
@@ -146,7 +152,12 @@ def chain_tensions(
         ValueError: if the shapes do not match.
 
     Example:
-        >>> tension, mass = chain_tensions(chain_table(robot), command, length, rate, np.zeros(8), unwound, speed)
+        >>> import cdpr
+        >>> import numpy as np
+        >>> table, one = chain_table(cdpr.load_robot("caroca_winches")), np.ones(8)
+        >>> tension, mass = chain_tensions(table, 50.0 * one, 3.0 * one, 0.0 * one, 0.0 * one, 2.99 * one, 0.0 * one)
+        >>> tension.shape, mass.shape
+        ((8,), (8,))
     """
     arrays = reals(
         chains=chains,
@@ -178,7 +189,12 @@ def chain_slopes(chains: Array, command: ArrayLike, tension: ArrayLike, speed: A
         ValueError: if the shapes do not match.
 
     Example:
-        >>> unwinding, acceleration = chain_slopes(chain_table(robot), command, tension, speed)
+        >>> import cdpr
+        >>> import numpy as np
+        >>> table, one = chain_table(cdpr.load_robot("caroca_winches")), np.ones(8)
+        >>> unwinding, acceleration = chain_slopes(table, 50.0 * one, 50.0 * one, 0.0 * one)
+        >>> unwinding.shape, acceleration.shape
+        ((8,), (8,))
     """
     arrays = reals(chains=chains, command=command, tension=tension, speed=speed)
     unwinding, acceleration = np.empty(arrays["command"].shape), np.empty(arrays["command"].shape)
@@ -202,7 +218,12 @@ def chain_start(chains: Array, command: ArrayLike, length: ArrayLike, rate: Arra
         ValueError: if the shapes do not match.
 
     Example:
-        >>> unwound, speed = chain_start(chain_table(robot), command, length, rate)
+        >>> import cdpr
+        >>> import numpy as np
+        >>> table, one = chain_table(cdpr.load_robot("caroca_winches")), np.ones(8)
+        >>> unwound, speed = chain_start(table, 50.0 * one, 3.0 * one, 0.0 * one)
+        >>> unwound.shape, speed.shape
+        ((8,), (8,))
     """
     arrays = reals(chains=chains, command=command, length=length, rate=rate)
     unwound, speed = np.empty(arrays["command"].shape), np.empty(arrays["command"].shape)

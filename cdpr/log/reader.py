@@ -43,8 +43,23 @@ def load_run(path: str | Path) -> Run:
     Status, events and timings come from `run.json`. Without it, a complete log counts as finished and any other as
     running. A truncated or damaged log gives the rows before the damage, with a warning.
 
+    Args:
+        path: folder of a run, or its log file.
+
+    Returns:
+        The run; rows of long runs stay on disk until they are read.
+
     Raises:
         LogError: if there is no log, it is not from cdpr, or nothing can be read.
+
+    Example:
+        >>> import tempfile
+        >>> import cdpr
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = cdpr.simulate("caroca", overrides={"simulation.duration": 0.1}, out=f"{folder}/run")
+        ...     run = cdpr.load_run(f"{folder}/run")
+        ...     print(run)
+        <Run of caroca on reference: 101 samples, finished>
     """
     log, folder = locate(path)
     found = scan(log, verify=False)

@@ -196,6 +196,14 @@ class Run(Frozen):
     limit violation of a length, speed or commanded tension); "touched" (likewise, too small a clearance);
     "interrupted"; "failed"; "running" (killed while it ran). Logs of earlier versions have "infeasible" instead of
     "unanswered" and "beyond_limits".
+
+    Example:
+        >>> import cdpr
+        >>> run = cdpr.simulate("caroca", overrides={"simulation.duration": 0.1})
+        >>> run.position.shape, run["residual"].shape
+        ((101, 3), (101,))
+        >>> run.summary()["status"]
+        'finished'
     """
 
     header: Header

@@ -1,4 +1,11 @@
-"""Geometry, statics and dynamics of robots. See `cdpr.model` for the conventions."""
+"""Geometry, statics and dynamics of robots. See `cdpr.model` for the conventions.
+
+Example:
+    >>> import cdpr
+    >>> robot = cdpr.load_robot("caroca")
+    >>> cdpr.mechanics.kinematics.lengths(robot, [*robot.home, *[0.0] * 6]).shape
+    (8,)
+"""
 
 from __future__ import annotations
 

@@ -94,7 +94,10 @@ def body_state(offset: ArrayLike, state: ArrayLike) -> Array:
         ValueError: if the shapes do not match.
 
     Example:
-        >>> body = body_state(BodyFrame(robot).offset, state)
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca")
+        >>> body_state(BodyFrame(robot).offset, [*robot.home, *[0.0] * 6]).shape
+        (13,)
     """
     body = np.empty(13)
     bind("body_state", **reals(offset=offset, state=state), body=body)()
@@ -115,7 +118,11 @@ def platform_state(offset: ArrayLike, body: ArrayLike) -> Array:
         ValueError: if the shapes do not match.
 
     Example:
-        >>> state = platform_state(BodyFrame(robot).offset, body)
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca")
+        >>> state, offset = np.array([*robot.home, *[0.0] * 6]), BodyFrame(robot).offset
+        >>> bool(np.allclose(platform_state(offset, body_state(offset, state)), state))
+        True
     """
     state = np.empty(13)
     bind("platform_state", **reals(offset=offset, body=body), state=state)()
@@ -141,7 +148,12 @@ def wrench_on_body(
         ValueError: if the shapes do not match.
 
     Example:
-        >>> wrench = wrench_on_body(frame.line_table, frame.offset, tension, np.zeros(6), body)
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca")
+        >>> frame = BodyFrame(robot)
+        >>> body = body_state(frame.offset, [*robot.home, *[0.0] * 6])
+        >>> wrench_on_body(frame.line_table, frame.offset, robot.tension_min, np.zeros(6), body).shape
+        (6,)
     """
     applied = np.empty(6)
     arrays = reals(lines=line_table, offset=offset, tension=tension, external=external, body=body)

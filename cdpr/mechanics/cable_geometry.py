@@ -31,7 +31,12 @@ def cable_geometry(lines: Array, state: ArrayLike) -> tuple[Array, Array, Array]
         ValueError: if the shapes do not match.
 
     Example:
-        >>> matrix, length, rate = cable_geometry(line_table(robot), state)
+        >>> import cdpr
+        >>> from cdpr.cables.tables import line_table
+        >>> robot = cdpr.load_robot("caroca")
+        >>> matrix, length, rate = cable_geometry(line_table(robot), [*robot.home, *[0.0] * 6])
+        >>> matrix.shape, length.shape, rate.shape
+        ((6, 8), (8,), (8,))
     """
     m = _count(lines)
     shapes = {"matrix": (6, *m), "length": m, "rate": m}
@@ -53,7 +58,11 @@ def wrench_matrix_rate(lines: Array, state: ArrayLike) -> Array:
         ValueError: if the shapes do not match.
 
     Example:
-        >>> rate = wrench_matrix_rate(line_table(robot), state)
+        >>> import cdpr
+        >>> from cdpr.cables.tables import line_table
+        >>> robot = cdpr.load_robot("caroca")
+        >>> bool((wrench_matrix_rate(line_table(robot), [*robot.home, *[0.0] * 6]) == 0.0).all())
+        True
     """
     _, (rate,) = compute("matrix_rate", {"lines": lines, "state": state}, {"rate": (6, *_count(lines))})
     return rate
@@ -74,7 +83,11 @@ def cable_wrench(lines: Array, pose: ArrayLike, tension: ArrayLike) -> Array:
         ValueError: if the shapes do not match.
 
     Example:
-        >>> wrench = cable_wrench(line_table(robot), state[:7], tension)
+        >>> import cdpr
+        >>> from cdpr.cables.tables import line_table
+        >>> robot = cdpr.load_robot("caroca")
+        >>> cable_wrench(line_table(robot), robot.home, robot.tension_min).shape
+        (6,)
     """
     given = {"lines": lines, "pose": pose, "tension": tension}
     _, (wrench,) = compute("cable_wrench", given, {"wrench": (6,)})

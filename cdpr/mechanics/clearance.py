@@ -89,7 +89,11 @@ class Clearance:
             CdprError: if the poses have another shape or are not finite.
 
         Example:
-            >>> gaps, which = clearance(robot).at(robot.home[None])
+            >>> import cdpr
+            >>> robot = cdpr.load_robot("caroca")
+            >>> gaps, which = clearance(robot, diameter=0.01).at(robot.home[None])
+            >>> gaps.shape, which.shape
+            ((1,), (1,))
         """
         given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
         least, which = np.empty(len(given)), np.empty(len(given), dtype=np.int64)

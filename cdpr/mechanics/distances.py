@@ -48,6 +48,8 @@ def solid_distances(solid: ArrayLike, segments: ArrayLike) -> Array:
         ValueError: if the shapes do not match.
 
     Example:
+        >>> from cdpr.mechanics.solids import row
+        >>> from cdpr.model import Sphere
         >>> solid_distances(row(Sphere(0.5)), [[2, 0, -1, 2, 0, 1]])
         array([1.5])
     """

@@ -24,7 +24,11 @@ def energy(inertial: ArrayLike, gravity: ArrayLike, state: ArrayLike) -> tuple[f
         ValueError: if the shapes do not match.
 
     Example:
-        >>> kinetic, potential = energy(robot.inertial, [0.0, 0.0, -9.81], state)
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca")
+        >>> kinetic, potential = energy(robot.inertial, [0.0, 0.0, -9.81], [*robot.home, *[0.0] * 6])
+        >>> kinetic, potential > 0.0
+        (0.0, True)
     """
     _, (found,) = compute("energy", {"inertial": inertial, "gravity": gravity, "state": state}, {"energies": (2,)})
     return float(found[0]), float(found[1])
@@ -51,7 +55,10 @@ def external_work(wrench: ArrayLike, period: float, turn: ArrayLike, before: Arr
         ValueError: if the shapes do not match.
 
     Example:
-        >>> work = external_work([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 0.001, [0.0, 0.0, 0.0], before, after)
+        >>> before = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        >>> after = [0.0, 0.0, 0.5, *before[3:]]
+        >>> external_work([0.0, 0.0, 2.0, 0.0, 0.0, 0.0], 0.001, [0.0, 0.0, 0.0], before, after)
+        1.0
     """
     given = {"wrench": wrench, "turn": turn, "before": before, "after": after}
     _, (work,) = compute("external_work", given, {"work": (1,)}, period=period)

@@ -18,6 +18,11 @@ Conventions, valid everywhere:
   R = Rz Ry Rx.
 - Where forces and moments must be compared, moments are divided by the robot's characteristic length, the root mean
   square of `|B_i|`.
+
+Example:
+    >>> import cdpr
+    >>> cdpr.model.rotations.from_rpy(0.0, 0.0, 0.0)
+    array([1., 0., 0., 0.])
 """
 
 from __future__ import annotations

@@ -134,7 +134,14 @@ class Platform(Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Robot(Frozen):
-    """Cable-driven parallel robot: a platform, m cables and n degrees of freedom."""
+    """Cable-driven parallel robot: a platform, m cables and n degrees of freedom.
+
+    Example:
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca")
+        >>> robot.m, robot.n, robot.anchors.shape
+        (8, 6, (8, 6))
+    """
 
     name: str
     platform: Platform

@@ -13,11 +13,17 @@ from pathlib import Path
 def get_include() -> str:
     """Return the folder of the C++ headers, for `#include <cdpr/geometry.hpp>` or `<cdpr_solvers/closed_form.hpp>`.
 
+    Returns:
+        The absolute path of the folder.
+
     Raises:
         ImportError: if cdpr is not installed, so that its kernel library is not built.
 
     Example:
-        >>> subprocess.run(["g++", "-std=c++17", "-I", cdpr.get_include(), "mine.cpp"])
+        >>> from pathlib import Path
+        >>> import cdpr
+        >>> (Path(cdpr.get_include()) / "cdpr" / "geometry.hpp").is_file()
+        True
     """
     if find_spec("cdpr.native.library") is None:
         raise ImportError("The kernel library is not built; install cdpr, in a checkout by 'pip install --editable .'.")

@@ -43,10 +43,9 @@ class Foreign:
         arrays: arrays among the arguments.
 
     Example:
-        A numba function takes arrays only. The type of its first argument is that of an array of pointers:
-
-        >>> signature = int32(CPointer(CPointer(float64)), float64)
-        >>> @numba.cfunc(signature)
+        >>> import ctypes
+        >>> import numpy as np
+        >>> @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.POINTER(ctypes.c_double)), ctypes.c_double)
         ... def halve(place, time):
         ...     place[1][0] = 0.5 * place[0][0]
         ...     return 0

@@ -14,7 +14,9 @@ class Own(NamedTuple):
         arguments: struct and function in it, as arguments of `entry<...>` of `cdpr/entry.hpp`: "Mine, mine".
 
     Example:
-        >>> Own(Path(__file__).with_name("mine.hpp"), "Mine, mine")
+        >>> from pathlib import Path
+        >>> Own(Path("mine.hpp"), "Mine, mine").arguments
+        'Mine, mine'
     """
 
     header: Path

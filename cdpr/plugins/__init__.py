@@ -1,15 +1,15 @@
 """API for plugin authors: the hook marker, PluginInfo, and the interfaces of backends, controllers and solvers.
 
 A plugin package declares an entry point in the group `cdpr` that names a light module. That module implements one or
-more of the hooks `cdpr_backends`, `cdpr_controllers`, `cdpr_solvers`, each returning `PluginInfo` rows:
-
-    from cdpr.plugins import PluginInfo, hookimpl
-
-    @hookimpl
-    def cdpr_solvers():
-        return [PluginInfo(name="mine", factory="my_package.solver:Mine", summary="one line")]
+more of the hooks `cdpr_backends`, `cdpr_controllers`, `cdpr_solvers`, each returning `PluginInfo` rows.
 
 The factory is imported only when the plugin is used.
+
+Example:
+    >>> from cdpr.plugins import PluginInfo, hookimpl
+    >>> @hookimpl
+    ... def cdpr_solvers():
+    ...     return [PluginInfo(name="mine", factory="my_package.solver:Mine", summary="one line")]
 """
 
 from __future__ import annotations

@@ -26,6 +26,17 @@ class Backend(ABC):
         external: (6,), additional wrench on the platform at its origin, world axes: force, N, then moment, N m.
         state: (13,), state of the platform in the layout of `cdpr.model`; current after `reset` and after `step`.
         highest: (m,), largest magnitude of each tension since `reset`, N; with ideal cables the command itself.
+
+    Example:
+        >>> import cdpr
+        >>> class Still(cdpr.plugins.Backend):
+        ...     def reset(self, state):
+        ...         self.state[:] = state
+        ...     def step(self, n):
+        ...         pass
+        >>> run = cdpr.simulate("caroca", backend=Still, overrides={"simulation.duration": 0.1})
+        >>> bool((run.position == run.position[0]).all())
+        True
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:

@@ -37,6 +37,16 @@ class Controller(ABC):
     solver. If the output depends on its options, the controller has an attribute `output`.
 
     `gravity` is (3,), m/s^2, world; `control_step` is the time between two calls, s.
+
+    Example:
+        >>> import cdpr
+        >>> class Weight(cdpr.plugins.Controller):
+        ...     def control(self, time, state, desired, out):
+        ...         out[:] = 0.0
+        ...         out[:3] = -self.robot.platform.mass * self.gravity
+        >>> run = cdpr.simulate("caroca", controller=Weight, overrides={"simulation.duration": 0.1})
+        >>> run.wrench[0].round(1)
+        array([  -0. ,   -0. , 1471.5,    0. ,    0. ,    0. ])
     """
 
     output: Output | None = None

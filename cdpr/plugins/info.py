@@ -28,6 +28,13 @@ class FileName(str):
 
     Attributes:
         path: the file.
+
+    Example:
+        >>> from cdpr.plugins import FileName, PluginOptions
+        >>> class Options(PluginOptions):
+        ...     file: FileName
+        >>> Options.model_validate({"file": "gains.csv"}, context={"folder": "/data"}).file.path.as_posix()
+        '/data/gains.csv'
     """
 
     path: Path
@@ -45,7 +52,15 @@ class FileName(str):
 
 
 class PluginOptions(BaseModel):
-    """Base class of a plugin's options in a scenario: frozen, no unknown key, no NaN."""
+    """Base class of a plugin's options in a scenario: frozen, no unknown key, no NaN.
+
+    Example:
+        >>> from cdpr.plugins import PluginOptions
+        >>> class Options(PluginOptions):
+        ...     kp: float = 100.0
+        >>> Options(kp=50.0).kp
+        50.0
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 
@@ -71,6 +86,12 @@ class PluginInfo:
         aliases: other established names, each with its source; valid in scenarios if no plugin has that name.
         columns: additional quantities of a run; the plugin receives their arrays through its method `log`.
         changeable: options that may change between two steps; the plugin receives them through its method `change`.
+
+    Example:
+        >>> from cdpr.plugins import PluginInfo
+        >>> info = PluginInfo(name="mine", factory="my_package.solver:Mine", summary="least norm")
+        >>> info.name, info.interface
+        ('mine', 1)
     """
 
     name: str
@@ -113,7 +134,16 @@ class PluginInfo:
 
 
 class Hooks:
-    """Hooks of cdpr."""
+    """Hooks of cdpr.
+
+    Example:
+        >>> from cdpr.plugins import PluginInfo, hookimpl
+        >>> @hookimpl
+        ... def cdpr_solvers():
+        ...     return [PluginInfo(name="mine", factory="my_package.solver:Mine", summary="least norm")]
+        >>> [info.name for info in cdpr_solvers()]
+        ['mine']
+    """
 
     @hookspec
     def cdpr_backends(self) -> list[PluginInfo]:

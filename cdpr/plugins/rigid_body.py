@@ -39,6 +39,22 @@ class RigidBodyBackend(Backend):
         winches: winches that convert commands into tensions; None if cables are ideal.
         applied: (6,), wrench for the next step in addition to gravity: force, moment about the body frame's origin,
             world axes. The operation `guide_forces` writes those along slides and hinge.
+
+    Example:
+        >>> import cdpr
+        >>> class PointMass(cdpr.plugins.RigidBodyBackend):
+        ...     def build(self):
+        ...         pass
+        ...     def write(self):
+        ...         pass
+        ...     def read(self):
+        ...         pass
+        ...     def advance(self):
+        ...         self.body[7:10] += self.physics_step * (self.applied[:3] / self.frame.mass + self.gravity)
+        ...         self.body[:3] += self.physics_step * self.body[7:10]
+        >>> run = cdpr.simulate("caroca", backend=PointMass, overrides={"simulation.duration": 0.1})
+        >>> run.status
+        'finished'
     """
 
     smallest: ClassVar[float] = 0.0  # smallest supported mass, kg, and principal moment, kg m^2

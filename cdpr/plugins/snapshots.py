@@ -22,7 +22,22 @@ def put_back(saved: Saved, arrays: Sequence[NDArray[Any]]) -> None:
 
 
 class SnapshotOfArrays:
-    """Mixin for plugins whose state is in their `arrays`; () without state."""
+    """Mixin for plugins whose state is in their `arrays`; () without state.
+
+    Example:
+        >>> import numpy as np
+        >>> from cdpr.plugins import SnapshotOfArrays
+        >>> class Integral(SnapshotOfArrays):
+        ...     def __init__(self):
+        ...         self.total = np.zeros(3)
+        ...         self.arrays = (self.total,)
+        >>> part = Integral()
+        >>> saved = part.snapshot()
+        >>> part.total += 1.0
+        >>> part.restore(saved)
+        >>> part.total
+        array([0., 0., 0.])
+    """
 
     arrays: tuple[NDArray[Any], ...]
 

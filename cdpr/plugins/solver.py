@@ -33,6 +33,18 @@ class TensionSolver(ABC):
 
     A solver has no fallback of its own: the tension stage decides how to handle infeasible wrenches, and it checks
     every answer. A cable with t_min = t_max is locked at that tension; at 0 it is cut.
+
+    Example:
+        >>> import numpy as np
+        >>> import cdpr
+        >>> class LeastNorm(cdpr.plugins.TensionSolver):
+        ...     def solve(self, W, wrench, t_min, t_max, tension):
+        ...         tension[:] = np.linalg.pinv(W) @ wrench
+        ...         inside = ((t_min <= tension) & (tension <= t_max)).all()
+        ...         return cdpr.tension.Status.OK if inside else cdpr.tension.Status.NOT_FOUND
+        >>> robot = cdpr.load_robot("caroca")
+        >>> cdpr.distribute(robot, robot.home, solver=LeastNorm(robot, None)).status
+        <Status.OK: 0>
     """
 
     source: Own | None = None  # source of its compiled operation, if it is not in the kernel library
@@ -117,6 +129,15 @@ class CompiledSolver(TensionSolver):
         work: shapes of the work arrays of your function.
         follows: True if an answer depends on the tensions of the previous step. Otherwise rollouts solve eight problems
             at once by the operation NAME_lanes, if the library has one.
+
+    Example:
+        >>> import cdpr
+        >>> class MidRange(cdpr.plugins.CompiledSolver):
+        ...     def __init__(self, robot, options):
+        ...         super().__init__(robot, options, "closed_form", follows=False)
+        >>> robot = cdpr.load_robot("caroca")
+        >>> cdpr.distribute(robot, robot.home, solver=MidRange(robot, None)).status
+        <Status.OK: 0>
     """
 
     def __init__(

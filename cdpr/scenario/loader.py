@@ -50,9 +50,18 @@ def load_scenario(
         plugins: available plugins; the installed ones by default.
         before: scenario of the same file and plugins; sections that are equal are not validated again.
 
+    Returns:
+        The validated scenario.
+
     Raises:
         ScenarioError: with all problems.
         PluginError: if all problems are missing plugins.
+
+    Example:
+        >>> import cdpr
+        >>> scenario = cdpr.load_scenario("caroca", overrides={"simulation.duration": 2.0})
+        >>> scenario.simulation.duration
+        2.0
     """
     problems = Problems()
     document = open_document(file_name(path), "scenario", problems, text=text)
@@ -62,7 +71,27 @@ def load_scenario(
 
 
 def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrides: Overrides = ()) -> Robot:
-    """Load and validate a robot file; arguments and errors are those of `load_scenario`."""
+    """Load and validate a robot file.
+
+    Args:
+        path: robot file, or name of an example.
+        text: YAML that is read instead of the file.
+        overrides: changes by dotted key, as for `load_scenario`, without the leading `robot.`.
+
+    Returns:
+        The validated robot, with frozen arrays (SI units, frames of `cdpr.model`).
+
+    Raises:
+        ScenarioError: with all problems.
+
+    Example:
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca", overrides={"platform.mass": 120.0})
+        >>> robot
+        <Robot caroca: 8 cables, 3R3T, platform of 120 kg>
+        >>> robot.tension_max.shape
+        (8,)
+    """
     problems = Problems()
     return _robot(open_document(file_name(path), "robot", problems, text=text), overrides, problems)
 

@@ -47,6 +47,15 @@ class Scenario:
         believed: nominal robot of controller and solver; None if it equals the robot.
         unused: dotted keys that are given but not used by a run.
         notes: remarks on the options of replaced controllers or solvers, a sentence each.
+
+    Example:
+        >>> import cdpr
+        >>> scenario = cdpr.load_scenario("caroca")
+        >>> scenario.robot
+        <Robot caroca: 8 cables, 3R3T, platform of 150 kg>
+        >>> faster = scenario.with_changes({"simulation.duration": 1.0})
+        >>> faster.simulation.duration
+        1.0
     """
 
     sections: ScenarioSection

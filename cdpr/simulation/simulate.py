@@ -38,6 +38,9 @@ def simulate(
         progress: callback with the number of complete samples and their total, called at least every half second or
             step; it may raise Interrupted to end the run.
 
+    Returns:
+        The run, with all samples.
+
     Raises:
         ScenarioError: if the scenario is wrong.
         PluginError: if a plugin is missing or broken.
@@ -47,6 +50,12 @@ def simulate(
             (by `progress`) Interrupted.
 
     The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to the end.
+
+    Example:
+        >>> import cdpr
+        >>> run = cdpr.simulate("caroca", overrides={"simulation.duration": 0.1})
+        >>> run.status, run.time.shape, run.position.shape, run.tension.shape
+        ('finished', (101,), (101, 3), (101, 8))
     """
     made = attempt(scenario, backend, solver, controller, overrides, out)
     error: BaseException | None = None

@@ -50,6 +50,16 @@ class Simulation(Branches):
     cables and takes the plant to the next sample. A `with` statement closes the simulation at its end. Errors that end
     it early (Infeasible, Diverged, ...) have all samples in their attribute `run`, as those of `simulate`. The
     constructor raises the same errors as `simulate`.
+
+    Example:
+        >>> import cdpr
+        >>> with cdpr.Simulation("caroca") as simulation:
+        ...     simulation.step(100)
+        ...     before = simulation.snapshot()
+        ...     simulation.step(50, wrench=[0.0, 0.0, 1500.0, 0.0, 0.0, 0.0])
+        ...     simulation.restore(before)
+        ...     print(simulation.time, simulation.state.shape)
+        0.1 (13,)
     """
 
     def __init__(

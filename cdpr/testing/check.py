@@ -33,6 +33,11 @@ class CheckResult:
 
     `outcome` is "passed", "failed", "n/a" (not applicable) or "expected" (failed as declared). `detail` describes the
     findings; `seconds` is the wall time.
+
+    Example:
+        >>> from cdpr.testing import CheckResult
+        >>> CheckResult("repeats", "same input, same output", "passed", "", 0.01).outcome
+        'passed'
     """
 
     id: str

@@ -66,6 +66,20 @@ def check_backend(
         columns: declared columns; by default the attribute `columns` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
+
+    Returns:
+        The result of each check, in the order of the checks.
+
+    Example:
+        >>> import cdpr
+        >>> from cdpr.testing import check_backend
+        >>> class Still(cdpr.plugins.Backend):
+        ...     def reset(self, state):
+        ...         self.state[:] = state
+        ...     def step(self, n):
+        ...         pass
+        >>> [result.outcome for result in check_backend(Still, only=["gravity_pulls"])]
+        ['failed']
     """
     return _run(BACKEND, lambda: BackendSubject(factory, properties, options, columns), expected_failures, only)
 
@@ -94,6 +108,16 @@ def check_solver(
         changeable: changeable options; by default the attribute `changeable` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
+
+    Returns:
+        The result of each check, in the order of the checks.
+
+    Example:
+        >>> from cdpr.testing import check_solver
+        >>> from cdpr_solvers.closed_form import ClosedForm
+        >>> results = check_solver(ClosedForm, properties={"exact": True}, only=["answers_balance"])
+        >>> [(result.id, result.outcome) for result in results]
+        [('answers_balance', 'passed')]
     """
     return _run(
         SOLVER, lambda: SolverSubject(factory, properties, options, columns, changeable), expected_failures, only
@@ -121,6 +145,19 @@ def check_controller(
         changeable: changeable options; by default the attribute `changeable` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
+
+    Returns:
+        The result of each check, in the order of the checks.
+
+    Example:
+        >>> import cdpr
+        >>> from cdpr.testing import check_controller
+        >>> class Weight(cdpr.plugins.Controller):
+        ...     def control(self, time, state, desired, out):
+        ...         out[:] = 0.0
+        ...         out[:3] = -self.robot.platform.mass * self.gravity
+        >>> [result.outcome for result in check_controller(Weight, only=["output_is_complete"])]
+        ['passed']
     """
     return _run(
         CONTROLLER,
@@ -157,27 +194,97 @@ class Case(Generic[S]):
 def backend_checks(
     name: str, *, options: Any = None, expected_failures: Mapping[str, str] = NOTHING
 ) -> list[Case[Any]]:
-    """Return the checks of an installed backend, for pytest's `parametrize(..., ids=str)`."""
+    """Return the checks of an installed backend, for pytest's `parametrize(..., ids=str)`.
+
+    Args:
+        name: name of the installed backend.
+        options: instance of its options model; the defaults if None.
+        expected_failures: reason by id of each check that is known to fail.
+
+    Returns:
+        The checks; `str(check)` is the id, and a call raises if the backend fails.
+
+    Raises:
+        PluginError: if the backend is unknown, cannot be loaded, or requires options.
+
+    Example:
+        >>> from cdpr.testing import backend_checks
+        >>> checks = backend_checks("reference")
+        >>> checks[0]()
+        >>> str(checks[0])
+        'arrays_are_kept'
+    """
     return _cases("backend", name, options, expected_failures)
 
 
 def solver_checks(name: str, *, options: Any = None, expected_failures: Mapping[str, str] = NOTHING) -> list[Case[Any]]:
-    """Return the checks of an installed solver, for pytest's `parametrize(..., ids=str)`."""
+    """Return the checks of an installed solver, for pytest's `parametrize(..., ids=str)`.
+
+    Args:
+        name: name of the installed solver.
+        options: instance of its options model; the defaults if None.
+        expected_failures: reason by id of each check that is known to fail.
+
+    Returns:
+        The checks; `str(check)` is the id, and a call raises if the solver fails.
+
+    Raises:
+        PluginError: if the solver is unknown, cannot be loaded, or requires options.
+
+    Example:
+        >>> from cdpr.testing import solver_checks
+        >>> checks = solver_checks("qp")
+        >>> checks[0]()
+        >>> str(checks[0])
+        'inputs_stay_unchanged'
+    """
     return _cases("solver", name, options, expected_failures)
 
 
 def controller_checks(
     name: str, *, options: Any = None, expected_failures: Mapping[str, str] = NOTHING
 ) -> list[Case[Any]]:
-    """Return the checks of an installed controller, for pytest's `parametrize(..., ids=str)`."""
+    """Return the checks of an installed controller, for pytest's `parametrize(..., ids=str)`.
+
+    Args:
+        name: name of the installed controller.
+        options: instance of its options model; the defaults if None.
+        expected_failures: reason by id of each check that is known to fail.
+
+    Returns:
+        The checks; `str(check)` is the id, and a call raises if the controller fails.
+
+    Raises:
+        PluginError: if the controller is unknown, cannot be loaded, or requires options.
+
+    Example:
+        >>> from cdpr.testing import controller_checks
+        >>> checks = controller_checks("static")
+        >>> checks[0]()
+        >>> str(checks[0])
+        'output_is_complete'
+    """
     return _cases("controller", name, options, expected_failures)
 
 
 def check_plugin(role: Role, name: str) -> list[CheckResult]:
     """Check an installed plugin with its declared properties and default options.
 
+    Args:
+        role: "backend", "controller" or "solver".
+        name: name of the installed plugin.
+
+    Returns:
+        The result of each check, in the order of the checks.
+
     Raises:
         PluginError: if it is unknown or cannot be loaded.
+
+    Example:
+        >>> from cdpr.testing import check_plugin
+        >>> results = check_plugin("controller", "static")
+        >>> {result.outcome for result in results} <= {"passed", "n/a"}
+        True
     """
     return [case.carry_out() for case in _cases(role, name, None, NOTHING)]
 

@@ -3,6 +3,12 @@
 `through` and `interpolate` return smooth curves through knots; `arch` and `circle` are standard paths. `stop_to_stop`
 and `follow` (for lines and arcs) respect limits of velocity, acceleration and jerk. `redirected` changes a motion's
 target, and `of_tool` moves a tool of the platform. All use one table of segments and one kernel.
+
+Example:
+    >>> import cdpr
+    >>> still = cdpr.trajectory.hold([0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0])
+    >>> type(still).__name__
+    'Trajectory'
 """
 
 from typing import TYPE_CHECKING

@@ -1,10 +1,5 @@
 """Benchmark of the installed tension solvers on random problems of several robots: coverage, accuracy, jumps, time.
 
-    from cdpr.analysis import bench
-    from cdpr.scenario import load_robot
-
-    figures = bench.run([load_robot("robot.yaml")], solvers=["qp"], poses=500, seed=1)
-
 `cdpr.analysis.bench.measures` defines the figures and `cdpr.analysis.bench.problems` the problems. Feasibility and
 optimality are decided independently of the solvers under test, in `cdpr.analysis.bench.oracle`. All figures but the
 timings are reproducible.

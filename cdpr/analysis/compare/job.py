@@ -73,9 +73,19 @@ def compare_scenario(
         progress: called with the number of finished runs and the total.
         say: called with each note and warning of the scenario.
 
+    Returns:
+        The results of all engines, and the verdict in `figures["agrees"]`: True, False, or None if nothing was
+        judged.
+
     Raises:
         ScenarioError, PluginError, OutputError: as `cdpr.simulate` does.
         CdprError: if only one engine is left.
+
+    Example:
+        >>> import cdpr
+        >>> comparison = cdpr.compare_scenario("planar", changes=["simulation.duration=0.02"], backends=["mujoco"])
+        >>> comparison
+        <Comparison of planar: the engines agree>
     """
     scenario = load_scenario(path, overrides=list(changes))
     for note in (*scenario.notes, *judged(scenario.warnings, strict=strict)):

@@ -41,9 +41,18 @@ def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None)
         path: the study file.
         evaluations: number of evaluations instead of the file's.
 
+    Returns:
+        The validated design.
+
     Raises:
         ScenarioError: with all errors of the file.
         CdprError: if `evaluations` is out of range.
+
+    Example:
+        >>> import cdpr
+        >>> design = cdpr.load_design("design_box", evaluations=20)
+        >>> design
+        <Design design_box: 8 variables, 1 goals>
     """
     if evaluations is not None and not 1 <= evaluations <= MAX_EVALUATIONS:
         raise CdprError(f"evaluations: a whole number from 1 to {MAX_EVALUATIONS} is expected, got {evaluations!r}")

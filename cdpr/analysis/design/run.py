@@ -49,10 +49,22 @@ def run_design(
         resume: replay the evaluations in `out` and continue; the result equals that of an uninterrupted design.
         progress: called with the number of evaluated candidates and their total.
 
+    Returns:
+        All candidates in their order, and the best of them; its files are in `out`.
+
     Raises:
         OutputError: if `out` has other content or cannot be written.
         PluginError: if a package is missing.
         CdprError: if the unchanged robot cannot be evaluated.
+
+    Example:
+        >>> import tempfile
+        >>> import cdpr
+        >>> design = cdpr.load_design("design_box", evaluations=2)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     found = cdpr.run_design(design, f"{folder}/out")
+        ...     print(found)
+        <Designed design_box: 2 candidates, 1 feasible>
     """
     if jobs < 1:
         raise CdprError(f"jobs: a whole number from 1 on is expected, got {jobs!r}")

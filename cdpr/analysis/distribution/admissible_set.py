@@ -81,9 +81,19 @@ def admissible(
             balances `gravity` at rest.
         gravity: (3,), m/s^2, world.
 
+    Returns:
+        The set of tensions with its corners, ranges, margin and sensitivity; see `Admissible`.
+
     Raises:
         CdprError: if an argument has the wrong type or shape or is not finite, the quaternion does not have length 1,
             or a cable has zero length at this pose.
+
+    Example:
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca")
+        >>> found = cdpr.admissible(robot, robot.home)
+        >>> found.feasible, found.redundancy, found.range.shape
+        (True, 2, (8, 2))
     """
     check_robot(robot)
     at = checked(pose, (7,), "pose", finite=True).copy()

@@ -94,10 +94,23 @@ def distribute(
         jobs: threads for a compiled solver, at least 1, by default one per core; the result is the same. Others use
             one.
 
+    Returns:
+        Tensions, statuses and figures of each row; see `Distribution`.
+
     Raises:
         CdprError: if an argument has the wrong type, shapes do not match, a quaternion does not have length 1, or a
             lower limit is negative, though the robot's cables can only pull.
         PluginError: if the solver is unknown, not installed, rejects its options or the robot, or raises.
+
+    Example:
+        >>> import cdpr
+        >>> robot = cdpr.load_robot("caroca")
+        >>> one = cdpr.distribute(robot, robot.home)
+        >>> one.status, one.tension.shape
+        (<Status.OK: 0>, (8,))
+        >>> many = cdpr.distribute(robot, robot.home, [[0.0, 0.0, force, 0.0, 0.0, 0.0] for force in (1500.0, 1e6)])
+        >>> many.feasible
+        array([ True, False])
     """
     check_robot(robot)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):

@@ -58,9 +58,10 @@ class Batch:
         PluginError: if a plugin is missing or broken.
 
     Example:
-        >>> batch = cdpr.Batch("scenarios/caroca.yaml", 16, vary={"controller.kp": {"uniform": [80.0, 200.0]}})
+        >>> import cdpr
+        >>> batch = cdpr.Batch("caroca", 16, vary={"controller.kp": {"uniform": [80.0, 200.0]}})
         >>> batch.step(100)
-        >>> batch.column("position").shape, batch.time[0], batch.active.all()
+        >>> batch.column("position").shape, float(batch.time[0]), bool(batch.active.all())
         ((3, 16), 0.1, True)
         >>> batch.reset(3)
         >>> batch.step(5, mask=batch.time < 0.05)

@@ -93,12 +93,22 @@ def rollout(
     A case that ends early (diverged, infeasible, ...) is a result. A case with values that the scenario rejects has the
     status "failed", with its message; if that is the first case, its error is raised.
 
+    Returns:
+        Arrays of all cases, (cases, samples, ...), with the status and the message of each case; see `Rollouts`.
+
     Raises:
         ScenarioError: if the scenario is wrong.
         CdprError: if an argument is wrong.
         PluginError: if a plugin is missing or broken.
         OutputError: if `out` contains something else or cannot be written. After a KeyboardInterrupt, `out` contains
             the ended cases.
+
+    Example:
+        >>> import cdpr
+        >>> gains = {"controller.kp": [80.0, 120.0, 160.0]}
+        >>> cases = cdpr.rollout("caroca", 3, vary=gains, overrides={"simulation.duration": 0.1}, every=50)
+        >>> cases.position.shape
+        (3, 3, 3)
     """
     n = check_count(n)
     values = values_of(vary, n, seed, overrides or {})

@@ -115,9 +115,18 @@ def load_study(
         ended: cases with a result, by id: their check and the versions that computed them. If both are unchanged, a
             case is not checked again.
 
+    Returns:
+        The study with all its cases.
+
     Raises:
         ScenarioError: with all errors of the file and the cases.
         PluginError: if the only errors are missing plugins.
+
+    Example:
+        >>> import cdpr
+        >>> study = cdpr.load_study("gains", overrides={"simulation.duration": 0.1})
+        >>> study
+        <Study gains: 108 cases>
     """
     problems = Problems()
     document = open_document(file_name(path), "study", problems)

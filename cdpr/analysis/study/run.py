@@ -83,8 +83,23 @@ def run_study(
         progress: called with the number of ended cases, their total, and their number by status.
         say: called with messages for the user.
 
+    Returns:
+        The rows of all cases; the tables are in `out`.
+
     Raises:
         OutputError: if `out` holds another study or cannot be written.
+
+    Example:
+        >>> import pathlib
+        >>> import tempfile
+        >>> import cdpr
+        >>> text = "{scenario: planar, axes: [{key: controller.kp, values: [50, 100]}]}"
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = pathlib.Path(folder, "study.yaml").write_text(text)
+        ...     study = cdpr.load_study(f"{folder}/study.yaml", overrides={"simulation.duration": 0.02})
+        ...     results = cdpr.run_study(study, f"{folder}/out")
+        ...     print(results)
+        <Results of study: 2 finished>
     """
     out = folder_name(out)
     folder = StudyFolder(out, study)

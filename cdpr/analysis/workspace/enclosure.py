@@ -72,7 +72,7 @@ def inverse_distance(vector: ArrayLike, half: ArrayLike, error: ArrayLike) -> Ar
         ValueError: if the shapes do not match.
 
     Example:
-        >>> inverse_distance([[2.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], [0.0])[0, 0]
+        >>> float(inverse_distance([[2.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], [0.0])[0, 0])
         0.5
     """
     given = reals(vector=vector, half=half, error=error)

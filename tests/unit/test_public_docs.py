@@ -1,0 +1,54 @@
+"""Docstrings of public names: an example that runs, and all arguments."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+from importlib import import_module
+
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr import plugins, testing
+from cdpr.plugins.info import Hooks
+
+PUBLIC = {
+    f"{room.__name__}.{name}": getattr(room, name)
+    for room in (cdpr, plugins, testing)
+    for name in room.__all__
+    if inspect.ismodule(found := getattr(room, name)) or inspect.isroutine(found) or inspect.isclass(found)
+}
+PUBLIC["cdpr"], PUBLIC["cdpr.plugins.info.Hooks"] = cdpr, Hooks
+# A plugin's own hook marker and constants: documented where they are used.
+FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+# These start processes or run a whole conformance kit.
+SLOW = {"cdpr.analysis.compare.job", "cdpr.analysis.study.run", "cdpr.testing.kit"}
+
+MODULES = sorted(
+    ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    for package in ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
+    for file in (ROOT / package).rglob("*.py")
+    if ">>> " in file.read_text()
+)
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_every_public_name_has_an_example(name):
+    assert ">>> " in (PUBLIC[name].__doc__ or ""), f"{name}: add an Example to its docstring"
+
+
+@pytest.mark.parametrize("name", [name for name, found in PUBLIC.items() if inspect.isfunction(found)])
+def test_every_argument_and_result_is_documented(name):
+    function = PUBLIC[name]
+    doc, signature = inspect.getdoc(function), inspect.signature(function)
+    assert [each for each in signature.parameters if f"    {each}: " not in doc] == []
+    assert "Returns:" in doc or signature.return_annotation == "None"
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in MODULES])
+def test_examples_give_what_they_show(name):
+    """As `pytest --doctest-modules` does."""
+    done = doctest.testmod(import_module(name), optionflags=FLAGS, report=False)
+    assert done.attempted
+    assert done.failed == 0
