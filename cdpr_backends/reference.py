@@ -69,11 +69,13 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
 
     def renew(self, robot: Robot) -> bool:
         """Move another platform from the next reset on."""
-        self.robot, frame = robot, BodyFrame(robot)
-        self._inertial[:] = frame.mass, *frame.moments
-        for name in ("line_table", "offset", "moments"):
-            getattr(self.frame, name)[:] = getattr(frame, name)
-        self.frame.mass = frame.mass
+        before, self.robot = self.robot, robot
+        self.frame.mass = self._inertial[0] = robot.platform.mass
+        if robot.inertial[1:].tobytes() != before.inertial[1:].tobytes():
+            frame = BodyFrame(robot)
+            self._inertial[1:] = frame.moments
+            for name in ("line_table", "offset", "moments"):
+                getattr(self.frame, name)[:] = getattr(frame, name)
         return True
 
     def reset(self, state: Array) -> None:

@@ -268,7 +268,9 @@ class RobotSection(Section):
         If `like` is given, only the platform is computed, and the rest is taken from it.
         """
         if like is not None:
-            return dataclasses.replace(like, platform=self._platform(folder))
+            robot = dataclasses.replace(like, platform=self._platform(folder))
+            robot.__dict__["anchors"] = like.anchors  # as `cached_property` stores it
+            return robot
         base = self.frame or FrameSection()
         anchors = base.placed([cable.frame for cable in self.cables])
         return Robot(

@@ -166,7 +166,7 @@ class Loop:
 
     def follow(self, motion: Trajectory) -> bool:
         """Follow another motion from the next sample on; return False if its sampler needs Python."""
-        self.parts, self.sample = replace(self.parts, trajectory=motion), motion.sampler(self.desired)
+        self.sample = motion.sampler(self.desired)
         before, self.advancing[-1] = self.advancing[-1], Act("trajectory", self.sample, timed=True)
         return all(program.swap(before, self.advancing[-1]) for program in self._programs())
 

@@ -24,13 +24,14 @@ def renew(loop: Loop, before: Scenario, now: Scenario) -> bool:
     Raises:
         CdprError: if a plugin rejects its options.
     """
-    settings = loop.parts.settings
+    parts, settings = loop.parts, loop.parts.settings
     if settings is None or loop.memory is None or not _alike(before, now):
         return False
     if now.robot is not before.robot and not _renew_platform(loop, now):
         return False
     settings.renew(now.options().values)
-    return now.desired is loop.parts.trajectory or loop.follow(now.desired)
+    loop.parts = replace(parts, robot=now.robot, controlled=now.controlled, trajectory=now.desired)
+    return now.desired is parts.trajectory or loop.follow(now.desired)
 
 
 def _alike(before: Scenario, now: Scenario) -> bool:
@@ -67,5 +68,4 @@ def _renew_platform(loop: Loop, now: Scenario) -> bool:
         if not plugin.renew(robot):
             return False
     loop.present.renew(robot)
-    loop.parts = replace(parts, robot=robot, controlled=now.controlled)
     return True
