@@ -23,6 +23,7 @@ from cdpr.log.run import Run
 from cdpr.scene import colours
 from cdpr.ui.report.figures.canvas import inline_svg
 from cdpr.ui.report.marks import paired
+from cdpr.ui.report.pages import run as run_page
 from cdpr.ui.report.pages.page import style
 from cdpr.ui.report.pages.run import drawings, player_data, render, write_report
 from cdpr.ui.report.pages.still import still
@@ -391,3 +392,10 @@ def test_figures_have_their_colours_on_either_ground():
 def test_no_colour_for_light_ground_has_two_for_dark():
     pairs = [value for value in vars(colours).values() if isinstance(value, colours.Pair)]
     assert all(colours.DARK[pair.light] == pair.dark for pair in [*pairs, *colours.CABLES, *colours.AXES])
+
+
+def test_a_section_is_one_entry_of_a_table(monkeypatch):
+    monkeypatch.setitem(run_page.SECTIONS, "Weather", lambda run: f"<p>{run.status} in the rain</p>")
+    page = Page(render(make_run()))
+    assert "#weather" in page.links
+    assert "finished in the rain" in page.words

@@ -27,6 +27,13 @@ from cdpr.ui.report.text.sentence import sentence
 
 SPACE = "Robot"  # name of the 3D figure
 
+# Sections below the figures, in order: name, and function that returns the content as HTML.
+SECTIONS: dict[str, Callable[[Run], str]] = {
+    "Events": tables.events,
+    "Cables": tables.cables,
+    "Scenario": tables.scenario,
+}
+
 
 class Drawing(NamedTuple):
     """Figure of the report."""
@@ -67,11 +74,7 @@ def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({
         chosen = drawings(run) if len(run.rows) else []
         data = player_data(run, chosen) if len(run.rows) else None
         figures = {drawing.name: _figure(run, drawing, data) for drawing in chosen}
-        parts = {
-            "Events": section("events", tables.events(run)),
-            "Cables": section("cables", tables.cables(run)),
-            "Scenario": section("scenario", tables.scenario(run)),
-        }
+        parts = {name: section(name.lower(), content(run)) for name, content in SECTIONS.items()}
         top = (
             f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run, least, touch)}\n</section>\n'
             f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'

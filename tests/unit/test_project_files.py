@@ -1,0 +1,23 @@
+"""Files for forges and tools: what they call is there, with no more rights than they need."""
+
+from __future__ import annotations
+
+import os
+
+import yaml
+from conftest import ROOT
+
+
+def test_hooks_call_tools_of_the_environment():
+    repos = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    assert {repo["repo"] for repo in repos} == {"local"}
+    entries = [hook["entry"].split()[0] for repo in repos for hook in repo["hooks"]]
+    assert set(entries) == {f".venv/bin/{tool}" for tool in ("ruff", "mypy", "lint-imports")}
+
+
+def test_the_workflow_runs_ci_and_may_only_read():
+    workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text())
+    assert workflow["permissions"] == {"contents": "read"}
+    steps = workflow["jobs"]["run"]["steps"]
+    assert [step["run"] for step in steps if "run" in step] == [".ci/run"]
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)
