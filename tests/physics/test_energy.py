@@ -120,9 +120,15 @@ def test_the_reference_balances_to_round_off():
     assert np.abs(run.energy_residual).max() < 1e-9 * turned_over
 
 
+# Deviation of the measured order of the energy balance. Terms of higher order take 0.18 of it from 8 ms to 4 ms (7.0e-9 J
+# to 4.9e-10 J). Round-off, up to 1.5e-11 J on some processors and with some versions of numpy, takes at most 0.05; at 2 ms
+# it would be a third of the residual.
+BALANCE_ORDER = 0.3
+
+
 def test_the_reference_balances_to_fourth_order():
-    """From 8 ms to 4: at 2 ms the round-off of some processors, 1.5e-11 J, is a third of what is left."""
-    assert np.log2(residual("reference", 0.008) / residual("reference", 0.004)) == pytest.approx(4.0, abs=0.3)
+    order = np.log2(residual("reference", 0.008) / residual("reference", 0.004))
+    assert order == pytest.approx(4.0, abs=BALANCE_ORDER)
 
 
 @pytest.mark.parametrize("backend", FIRST_ORDER)
