@@ -120,9 +120,9 @@ def test_the_reference_balances_to_round_off():
     assert np.abs(run.energy_residual).max() < 1e-9 * turned_over
 
 
-# Deviation of the measured order of the energy balance. Terms of higher order take 0.18 of it from 8 ms to 4 ms (7.0e-9 J
-# to 4.9e-10 J). Round-off, up to 1.5e-11 J on some processors and with some versions of numpy, takes at most 0.05; at 2 ms
-# it would be a third of the residual.
+# Deviation of the measured order of the energy balance. Terms of higher order take 0.18 of it from 8 ms to 4 ms, where
+# residuals are 7.0e-9 J and 4.9e-10 J. Round-off, up to 1.5e-11 J on some processors and with some versions of numpy,
+# takes at most 0.05. At 2 ms it would be a third of the residual.
 BALANCE_ORDER = 0.3
 
 
