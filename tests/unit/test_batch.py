@@ -256,6 +256,15 @@ WRONG = {
     "negative lane": (lambda batch: batch.load(-1, None), "expected the number of a lane, 0 to 1, got -1"),
     "snapshot": (lambda batch: batch.load(0, "start"), "load: expected a snapshot"),
     "another robot": (lambda batch: batch.load(0, alone(0, WINCH).snapshot()), "load: the snapshot is of another"),
+    "another step": (
+        lambda batch: batch.load(0, alone(3, **{"simulation.control_step": 0.002}).snapshot()),
+        "load: the snapshot is of another control step than that of the lane, 0.001 s",
+    ),
+    "ragged mask": (lambda batch: batch.step(mask=[[True], [True, False]]), "step: mask: .*inhomogeneous"),
+    "masked mask": (lambda batch: batch.step(mask=np.ma.masked_equal([True, False], True)), "step: mask: .*masked"),
+    "masked lanes": (lambda batch: batch.reset(np.ma.masked_equal([0, 1], 1)), "reset: .*masked"),
+    "ragged lanes": (lambda batch: batch.reset([[0], [1, 1]]), "reset: .*inhomogeneous"),
+    "array as column": (lambda batch: batch.column(np.zeros(2)), "no column is named"),
     "column": (lambda batch: batch.column("positon"), "no column is named 'positon'.*position"),
 }
 

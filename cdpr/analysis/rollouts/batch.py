@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -15,11 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from cdpr.analysis.rollouts.case import BLOCK, Case, Plan
 from cdpr.analysis.rollouts.group import Group
 from cdpr.analysis.rollouts.vary import check_count, values_of
+from cdpr.base import tolerances
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
+from cdpr.native.masks import MASKED, masked
 from cdpr.native.operations import LANES
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
@@ -133,7 +136,7 @@ class Batch:
             CdprError: No column has that name.
         """
         known = self._plan.layout.columns
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             hint = did_you_mean(name, list(known)) if isinstance(name, str) else ""
             raise CdprError(f"column: no column is named {shown(name)}: {hint}there are {', '.join(known)}")
         at = known[name]
@@ -178,7 +181,9 @@ class Batch:
         """
         with self._alone("reset"):
             self._open("reset")
-            chosen: Sequence[Any] = range(len(self)) if lanes is None else np.atleast_1d(np.asarray(lanes)).tolist()
+            chosen: Sequence[Any] = (
+                range(len(self)) if lanes is None else np.atleast_1d(_plain("reset", lanes)).tolist()
+            )
             for lane in [self._lane("reset", lane) for lane in chosen]:
                 start = self._starts[lane]
                 if start is None:
@@ -211,8 +216,11 @@ class Batch:
             case.stand()
             if not _alike(moment, case.loop.snapshot()):
                 raise CdprError("load: the snapshot is of another robot, backend, controller or solver than the lane")
+            step = self.scenario.simulation.control_step
+            if not math.isclose(moment.time, moment.count * step, rel_tol=tolerances.TIME):
+                raise CdprError(f"load: the snapshot is of another control step than that of the lane, {step:g} s")
             if moment.count > self._plan.steps + 1:
-                end = self._plan.steps * self.scenario.simulation.control_step
+                end = self._plan.steps * step
                 raise CdprError(f"load: the snapshot is of t = {moment.time:g} s, after the end of the lane, {end:g} s")
             case.restore(moment, snapshot.done[0])
             self._show([lane])
@@ -302,10 +310,19 @@ class Batch:
         return case
 
     def _mask(self, mask: ArrayLike) -> NDArray[np.bool_]:
-        found = np.asarray(mask)
+        found = _plain("step: mask", mask)
         if found.dtype != bool or found.shape != (len(self),):
             raise CdprError(f"step: mask: expected ({len(self)},) of bool, got {found.shape} of {found.dtype}")
         return found
+
+
+def _plain(what: str, values: Any) -> NDArray[Any]:
+    if masked(values):
+        raise CdprError(f"{what}: {MASKED}")
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise CdprError(f"{what}: {error}") from error
 
 
 def _alike(one: object, other: object) -> bool:
