@@ -42,7 +42,10 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
             [(key, value, Mark("overrides"), plain_value) for key, value in overrides.items()],
             problems,
         )
-    given = [overrides] if isinstance(overrides, str) else list(overrides) if isinstance(overrides, Iterable) else None
+    try:
+        given = [overrides] if isinstance(overrides, str) else list(overrides)
+    except TypeError:
+        given = None
     wrong = [overrides] if given is None else [item for item in given if not isinstance(item, (str, Change))]
     if given is None or wrong:
         raise CdprError(f"overrides: {{key: value}} or texts KEY=VALUE are expected, got {wrong[0]!r}")

@@ -212,6 +212,8 @@ WRONG = {
     "seconds": ({"every": 0.00015}, "every: "),
     "column": ({"columns": ["postion"]}, "no column is named 'postion': did you mean"),
     "threads": ({"threads": 0}, "threads: a whole number from 1 on"),
+    "progress": ({"progress": None}, "progress: a function is expected, got null"),
+    "array of overrides": ({"overrides": np.array(3)}, "overrides: .* are expected, got array"),
     "both": ({"threads": 1, "scheduler": "tcp://127.0.0.1:1"}, "threads does not go with scheduler"),
     "backend": ({"backend": "none_such"}, "none_such"),
 }
@@ -223,6 +225,10 @@ def test_one_error_says_what_is_wrong(name):
     with pytest.raises(CdprError, match=text) as told:
         rollout(**given)
     assert len(str(told.value).splitlines()) == 1
+
+
+def test_more_threads_than_a_system_has_are_as_many_as_cases():
+    assert len(rollout(threads=10**30).rows) == 3
 
 
 def test_all_that_is_wrong_with_values_is_told_at_once():

@@ -177,6 +177,8 @@ def test_a_solver_of_another_robot_is_told(robot):
     other = cdpr.load_robot(ROOT / "scenarios" / "robots" / "planar.yaml")
     with pytest.raises(CdprError, match="solver: was made for a robot with 4 cables and 3 degrees of freedom"):
         distribute(robot, AT, solver=made("qp", other))
+    with pytest.raises(CdprError, match="options"):
+        distribute(robot, AT, options=np.ones(3))
     with pytest.raises(CdprError, match="options: are for a solver given by name"):
         distribute(robot, AT, solver=made("qp", robot), options={})
 

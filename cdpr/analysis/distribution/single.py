@@ -147,8 +147,8 @@ def _plain(values: ArrayLike, size: int) -> Array | None:
 
 def _text(options: Mapping[str, Any] | None) -> str | None:
     """Return a unique text of the options; None if they are not simple."""
-    if not options:
-        return "" if options is None or isinstance(options, Mapping) else None
+    if options is None:
+        return ""
     if not isinstance(options, Mapping):
         return None
     values = [each for value in options.values() for each in (value if type(value) in (list, tuple) else [value])]

@@ -111,7 +111,7 @@ def rollout(
         (3, 3, 3)
     """
     n = check_count(n)
-    values = values_of(vary, n, seed, overrides or {})
+    values = values_of(vary, n, seed, {} if overrides is None else overrides)
     if scheduler is not None and not all(
         each is None or isinstance(each, str) for each in (backend, solver, controller)
     ):
@@ -122,6 +122,8 @@ def rollout(
     compiled = _compiled(plan, [given[0] for given in values.values()])
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise CdprError(f"rollout: threads: a whole number from 1 on is expected, got {shown(threads)}")
+    if not callable(progress):
+        raise CdprError(f"rollout: progress: a function is expected, got {shown(progress)}")
     if threads is not None and threads > 1 and not compiled:
         raise CdprError(
             f"rollout: threads: {threads} are of no use: backend, controller or solver of this scenario needs Python "
@@ -145,7 +147,7 @@ def rollout(
                 kept.keep(outcome, row)
             progress(len(ended), n)
 
-        several = threads or (len(os.sched_getaffinity(0)) if compiled else 1)
+        several = min(threads or (len(os.sched_getaffinity(0)) if compiled else 1), n)
         chunks = _chunks(plan, values, [i for i in range(n) if str(i) not in ended], several)
         if scheduler is None:
             beside(chunks, run_chunk, several, lambda found: done(*found), KIND)
