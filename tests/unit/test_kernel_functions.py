@@ -47,8 +47,10 @@ def functions():
             if not KERNELS.search(text) or place.parts[-1] in ("bind.py", "compute.py"):  # take any operation
                 continue
             for each in ast.parse(text).body:
-                public = isinstance(each, ast.FunctionDef) and not each.name.startswith("_")
-                if public and ">>> " in (ast.get_docstring(each) or ""):
+                if not isinstance(each, ast.FunctionDef) or each.name.startswith("_"):
+                    continue
+                called = rf"^\s*>>> .*(?<![\w.]){each.name}\("  # by its own name, not as one of `cdpr`
+                if re.search(called, ast.get_docstring(each) or "", re.MULTILINE):
                     yield ".".join((*place.with_suffix("").parts, each.name))
 
 
