@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 
 import yaml
 from conftest import ROOT
+
+from cdpr import __version__
 
 
 def test_hooks_call_tools_of_the_environment():
@@ -21,3 +24,14 @@ def test_the_workflow_runs_ci_and_may_only_read():
     steps = workflow["jobs"]["run"]["steps"]
     assert [step["run"] for step in steps if "run" in step] == [".ci/run"]
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
+
+
+def test_the_changelog_is_by_version_and_kind():
+    text = (ROOT / "CHANGELOG.md").read_text()
+    versions = re.findall(r"^## \[(.+?)\] - (?:Unreleased|\d{4}-\d\d-\d\d)$", text, re.MULTILINE)
+    assert versions[0] == __version__
+    kinds = re.findall(r"^### (.+)$", text, re.MULTILINE)
+    assert set(kinds) <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
+    assert len(kinds) <= 6 * len(versions)
+    lines = [line for line in text.splitlines() if line.startswith("- ")]
+    assert len(set(lines)) == len(lines)
