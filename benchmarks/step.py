@@ -30,9 +30,9 @@ from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build
 from cdpr.simulation.header import make_header
 from cdpr.simulation.loop import Loop
-from cdpr.simulation.program import Program
+from cdpr.simulation.pipeline import Program
 from cdpr.simulation.simulation import Simulation
-from cdpr.tension.acts import Act
+from cdpr.tension.operations import Act
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 SECONDS = 5.0

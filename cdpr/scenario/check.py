@@ -12,7 +12,7 @@ from cdpr.config.document import Document, same
 from cdpr.config.problems import Problems
 from cdpr.config.validation import report_nulls, validate
 from cdpr.plugins.registry import Registered, Registry, Role
-from cdpr.scenario import belief
+from cdpr.scenario import nominal
 from cdpr.scenario.changes import Options
 from cdpr.scenario.choices import CORE_KEYS
 from cdpr.scenario.event_checks import EventChecks
@@ -74,8 +74,8 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
     data, options = _split(document.data)
     old, _ = _split(before.document.data) if before else ({}, {})
     for each in (data, old):
-        if each.get(belief.KEY) is not None:
-            del each[belief.KEY]
+        if each.get(nominal.KEY) is not None:
+            del each[nominal.KEY]
     sections = validate(ScenarioSection, data, document, problems, (before.sections, old) if before else None)
     report_nulls(data, (), document, problems, old)
     if "robot" not in unchanged:
@@ -122,7 +122,7 @@ def _unchanged(document: Document, before: Document) -> frozenset[str]:
 def _believed(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:
     """Return the nominal robot and its scenario, validated as both; None if there is none."""
     found = Problems(unreadable=set(problems.unreadable))
-    twin = None if ("robot",) in found.unreadable else belief.believed_document(document, found)
+    twin = None if ("robot",) in found.unreadable else nominal.believed_document(document, found)
     sections = None
     if twin is not None:
         data, _ = _split(twin.data)
@@ -131,7 +131,7 @@ def _believed(document: Document, problems: Problems) -> tuple[RobotSection | No
         RobotChecks(twin, found).run(("robot",))
         RunChecks(twin, found).start()
         EventChecks(twin, found).run()
-    belief.tell(found, problems)
+    nominal.tell(found, problems)
     return sections.robot if sections else None, twin
 
 

@@ -11,8 +11,8 @@ import copy
 from typing import Any
 
 from cdpr.plugins.registry import Registry, Role, registry
-from cdpr.scenario.belief import WHOLE
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
+from cdpr.scenario.nominal import WHOLE
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import ScenarioSection
 

@@ -14,8 +14,8 @@ from cdpr.base.problems import Path, shown
 from cdpr.cables import MODELS
 from cdpr.config.problems import exact
 from cdpr.model.rotations import held_upright, multiply
+from cdpr.scenario.appearance import FrameSection, ShapeSection
 from cdpr.scenario.checks import Checks
-from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.mesh import box_around
 from cdpr.scenario.robot_schema import (
     CableSection,

@@ -13,7 +13,7 @@ from cdpr.base.fields import ZERO, Colour, Name, NonNegative, Number, Position, 
 from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
-from cdpr.scenario.looks import FrameSection, ShapeSection
+from cdpr.scenario.appearance import FrameSection, ShapeSection
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256

@@ -13,9 +13,9 @@ from cdpr.base.files import UnreadableError
 from cdpr.base.problems import Path, shown
 from cdpr.config.problems import exact
 from cdpr.model import rotations
+from cdpr.scenario.appearance import FrameSection, ObstacleSection
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
-from cdpr.scenario.looks import FrameSection, ObstacleSection
 from cdpr.scenario.mesh import hull_of
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion

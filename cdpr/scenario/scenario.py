@@ -22,7 +22,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array, ideal
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins.registry import Registry
-from cdpr.scenario import belief, plausible
+from cdpr.scenario import nominal, plausible
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.changes import Options
 from cdpr.scenario.check import Checked, check
@@ -156,26 +156,26 @@ class Scenario:
     def belief(self) -> str:
         """Differences of the nominal robot in one line; "" if there are none."""
         robot, believed = self.sections.robot, self.sections.believed
-        return "" if believed is None else belief.in_a_line(belief.differences(robot, believed))
+        return "" if believed is None else nominal.in_a_line(nominal.differences(robot, believed))
 
     @cached_property
     def warnings(self) -> tuple[Problem, ...]:
         """Values that are allowed but probably not intended, such as sizes in mm: see `cdpr.scenario.plausible`."""
         sections, document, twin = self.sections, self._document, self._checked.twin
         shortened = not document.mark(("simulation", "duration")).line
-        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._checked.motion, self.obstacles
+        about = sections.robot, self.robot, nominal.ROBOT, document.data, sections, self._checked.motion, self.obstacles
         setup = plausible.Setup(*about, lambda: self.desired, shortened)
         found = plausible.warnings(setup, document)
         if sections.believed is None or self.believed is None or twin is None:
             return found
         thought = replace(setup, section=sections.believed, robot=self.believed, data=twin.data)
-        return (*found, *belief.alone(plausible.warnings(thought, twin), found))
+        return (*found, *nominal.alone(plausible.warnings(thought, twin), found))
 
     def doubts(self, events: Sequence[ScenarioEvent]) -> list[str]:
         """Return the warnings on the target of the last of these events, which replace the scenario's events."""
         looked = [*(event for event in events[:-1] if event.goal() is None), *events[-1:]]
         run = self.sections.model_copy(update={"events": looked})
-        about = self.sections.robot, self.robot, belief.ROBOT, self._document.data, run
+        about = self.sections.robot, self.robot, nominal.ROBOT, self._document.data, run
         path = "events", len(looked) - 1
         return [text for where, text in plausible.of_places(plausible.Setup(*about)) if where[:2] == path]
 
@@ -340,7 +340,7 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
         believed=believed.to_robot(document.folder) if believed else None,
         unused=(
             *unused,
-            *(belief.unused(robot, believed) if believed else ()),
+            *(nominal.unused(robot, believed) if believed else ()),
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),
         ),

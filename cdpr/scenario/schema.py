@@ -9,9 +9,9 @@ from pydantic import AfterValidator, Field
 from cdpr.base.defaults import BACKEND, CONTROLLER, SOLVER
 from cdpr.base.fields import Name, Positive, Section, Vector3, unit
 from cdpr.scenario.actuator_schema import Actuators
+from cdpr.scenario.appearance import ObstacleSection
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
 from cdpr.scenario.initial import Initial
-from cdpr.scenario.looks import ObstacleSection
 from cdpr.scenario.motions import AnyMotion, Hold
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
 

@@ -14,9 +14,9 @@ from cdpr.config.overrides import Change, Overrides, apply, read_overrides
 from cdpr.config.problems import Problems
 from cdpr.config.yaml_nodes import parse
 from cdpr.plugins.registry import Registry
-from cdpr.scenario import belief, examples
-from cdpr.scenario.beginning import INITIAL, begin_at_home, forget
-from cdpr.scenario.replaced import Replacement
+from cdpr.scenario import examples, nominal
+from cdpr.scenario.initial_from_home import INITIAL, begin_at_home, forget
+from cdpr.scenario.option_migration import Replacement
 from cdpr.scenario.robot_schema import RobotSection
 
 Kind = Literal["robot", "scenario", "study", "design"]
@@ -85,8 +85,8 @@ def change(
     document.data.setdefault("name", stem(document.source))
     replacement = Replacement(document, plugins)
     for each in [*chosen, *read_overrides(overrides, problems)]:
-        if each.path[0] == belief.KEY:
-            belief.change_belief(document, each, problems)
+        if each.path[0] == nominal.KEY:
+            nominal.change_belief(document, each, problems)
             continue
         if each.path[0] == "robot" and len(each.path) > 1:
             _include_robot(document, problems)

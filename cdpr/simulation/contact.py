@@ -13,12 +13,14 @@ from cdpr.mechanics.contacts import passing
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, broken
-from cdpr.scenario.events.event import Guard
+from cdpr.scenario.events.event import ClearanceMonitor
 from cdpr.simulation.parts import Parts
-from cdpr.tension.acts import Act
+from cdpr.tension.operations import Act
 
 
-def keeping_distance(parts: Parts, events: Sequence[ScenarioEvent], guards: Sequence[Guard], state: Array) -> list[Act]:
+def keeping_distance(
+    parts: Parts, events: Sequence[ScenarioEvent], guards: Sequence[ClearanceMonitor], state: Array
+) -> list[Act]:
     """Return an observer of each sample, which raises CollisionDetected.
 
     Args:
@@ -34,7 +36,7 @@ def keeping_distance(parts: Parts, events: Sequence[ScenarioEvent], guards: Sequ
     return [_keeping(among, guard, gone, state[:7]) for guard in guards]
 
 
-def _keeping(among: Clearance, guard: Guard, gone: Array, pose: Array) -> Act:
+def _keeping(among: Clearance, guard: ClearanceMonitor, gone: Array, pose: Array) -> Act:
     present = among.bodies.radius.copy()
     too_near = bind(
         "too_near",

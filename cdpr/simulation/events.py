@@ -14,7 +14,7 @@ from cdpr.mechanics.contacts import passing
 from cdpr.mechanics.reach import Exceeded
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
-from cdpr.scenario.events.event import Guard
+from cdpr.scenario.events.event import ClearanceMonitor
 from cdpr.simulation.parts import Parts
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
@@ -66,7 +66,7 @@ def limit_events(exceeded: Sequence[Exceeded], header: Header) -> list[Event]:
     return [Event(one.first * header.control_step, "limit", one.text(header.cables)) for one in exceeded]
 
 
-def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, Guard]]) -> list[Event]:
+def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, ClearanceMonitor]]) -> list[Event]:
     """Return one event for each uninterrupted span of samples with too small clearance, by guard and level."""
     told = []
     for i, (event, guard) in enumerate(guarding):

@@ -19,8 +19,8 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.columns import chosen_plugins
-from cdpr.tension.acts import Act
 from cdpr.tension.command import CommandStage
+from cdpr.tension.operations import Act
 from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 

@@ -22,15 +22,15 @@ from cdpr.scenario.events.loads import Wrench
 from cdpr.scenario.events.options import SetOption
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.events.target import Target
-from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.runner import Attempt
 
 E = TypeVar("E", bound=ScenarioEvent)
 
 Cable = str | int
 
 
-class Alone:
+class ExclusiveAccess:
     """Context manager that holds `lock`; it raises CdprError, naming the request `what`, if the lock is taken."""
 
     __slots__ = ("_lock", "_what")

@@ -17,20 +17,20 @@ from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent
+from cdpr.simulation.external_command import ExternalCommands
 from cdpr.simulation.faults import told
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.moment import Memory, Moment
-from cdpr.simulation.outside import Outside
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.pipeline import Program
 from cdpr.simulation.plant import clock_acts, moving
 from cdpr.simulation.playback import Playback
-from cdpr.simulation.program import Program
 from cdpr.simulation.record import Record
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
-from cdpr.tension.acts import Act, perform
 from cdpr.tension.command import CommandStage
+from cdpr.tension.operations import Act, perform
 from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
@@ -339,7 +339,7 @@ class Loop:
         checking = Act("controller", bind("not_finite", values=self.out), self._refuse_output)
         acts = [deciding, checking, *self.through(self.stage)]
         self.program = Program(acts, self.advancing, self.row, parts.control_step, before)
-        self.outside = Outside(self, self._record)
+        self.outside = ExternalCommands(self, self._record)
         playback = Playback(parts.events, parts.control_step, self.outside.command)
         self._playback = playback if playback else None
 

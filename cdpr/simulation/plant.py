@@ -10,7 +10,7 @@ from cdpr.base.errors import Diverged
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
 from cdpr.plugins.compiled import speaks_for
-from cdpr.tension.acts import Act
+from cdpr.tension.operations import Act
 
 MOST_SUBSTEPS = 100  # each with its own operations
 

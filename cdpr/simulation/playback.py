@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import Kind, overlay
-from cdpr.simulation.outside import Command
-from cdpr.simulation.program import Program
+from cdpr.simulation.external_command import Command
+from cdpr.simulation.pipeline import Program
 
 Chosen = Callable[[Kind], Command]
 

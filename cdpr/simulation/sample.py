@@ -21,7 +21,7 @@ from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
-from cdpr.tension.acts import Act
+from cdpr.tension.operations import Act
 from cdpr.tension.present import Cables, Present
 
 Do = Callable[[], object]

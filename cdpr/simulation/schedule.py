@@ -14,8 +14,8 @@ from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.settings import Settings
-from cdpr.tension.acts import Act, perform
 from cdpr.tension.command import CommandStage
+from cdpr.tension.operations import Act, perform
 from cdpr.tension.stage import TensionStage
 
 NEVER = -1  # no sample has this number

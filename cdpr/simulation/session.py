@@ -21,7 +21,7 @@ from cdpr.log.files import replace
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import Span, overlay, written
-from cdpr.scenario.events.outside import Outside
+from cdpr.scenario.events.external_command import ExternalCommand
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.simulation.record import Block, Record
 
@@ -138,7 +138,7 @@ class Session:
                 rows.append((span.kind, first, stop))
         for kind, first, stop in rows:
             text = f"the {kind} was given from outside ({stop - first} samples)"
-            yield Event(first * step, Outside.kind(), text, until=stop * step)
+            yield Event(first * step, ExternalCommand.kind(), text, until=stop * step)
 
     def save(self, path: Path, samples: int) -> None:
         """Write a scenario that repeats these samples, and a table of the commands beside it.
@@ -159,7 +159,7 @@ class Session:
         if spans:
             table = table_beside(path)
             _put(table, written(spans, [cable.name for cable in self.scenario.robot.cables]), path)
-            events.append(Outside.model_validate({"type": Outside.kind(), "file": table.name}))
+            events.append(ExternalCommand.model_validate({"type": ExternalCommand.kind(), "file": table.name}))
         duration = _tidy(max(samples - 1, 1) * step)
         text = self.scenario.session_yaml(os.path.abspath(path.parent), events, duration)
         load_scenario(path, text=text, plugins=self.scenario.plugins)

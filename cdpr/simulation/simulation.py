@@ -23,12 +23,12 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
-from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.branches import Branches
 from cdpr.simulation.header import make_header
-from cdpr.simulation.live import Alone
+from cdpr.simulation.live import ExclusiveAccess
 from cdpr.simulation.pace import Pace
-from cdpr.simulation.program import Program
+from cdpr.simulation.pipeline import Program
+from cdpr.simulation.runner import Attempt
 from cdpr.simulation.start import attempt
 
 Observer = Callable[[Array], None]
@@ -299,9 +299,9 @@ class Simulation(Branches):
         if self.done and not also_done:
             raise CdprError(f"the simulation is done: the scenario ends at {self.time:g} s; run() returns the run")
 
-    def _alone(self, what: str) -> Alone:
+    def _alone(self, what: str) -> ExclusiveAccess:
         """Reject a call during another one."""
-        return Alone(self._at_work, what)
+        return ExclusiveAccess(self._at_work, what)
 
     def _go(self, k: int, given: Program | None) -> None:
         """Continue to sample k; complete it if it is the last. End the run with any error."""

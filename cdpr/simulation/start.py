@@ -10,9 +10,9 @@ from cdpr.log.run_folder import RunFolder, folder_name
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Role, registry
 from cdpr.scenario import Scenario, load_scenario
-from cdpr.simulation.attempt import Attempt
+from cdpr.simulation.disk_space import check_room
 from cdpr.simulation.header import make_header
-from cdpr.simulation.room import check_room
+from cdpr.simulation.runner import Attempt
 
 
 def chosen_scenario(

@@ -7,7 +7,7 @@ import numpy as np
 from cdpr.base.errors import Diverged, LimitViolation
 from cdpr.model import Robot
 from cdpr.native.bind import bind
-from cdpr.tension.acts import Act, perform
+from cdpr.tension.operations import Act, perform
 from cdpr.tension.policy import Policy
 from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import BAD_INPUT

@@ -13,9 +13,9 @@ from cdpr.base.errors import Diverged, Infeasible, PluginError, SolverFailed
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
-from cdpr.tension.acts import Act, perform
 from cdpr.tension.checks import LIMIT_TOLERANCE, allowed_residual, newton
 from cdpr.tension.compiled import accept_tension
+from cdpr.tension.operations import Act, perform
 from cdpr.tension.policy import TOLD, WRITTEN, Policy, action
 from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import Status

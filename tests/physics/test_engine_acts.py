@@ -19,7 +19,7 @@ from spread import spread
 from cdpr.base.errors import Diverged, PluginError
 from cdpr.plugins import Backend
 from cdpr.scenario import load_scenario
-from cdpr.simulation import program
+from cdpr.simulation import pipeline
 from cdpr.simulation.build import build
 from cdpr.simulation.loop import Loop
 
@@ -63,7 +63,7 @@ class Running:
 def interpreted(monkeypatch, *args, **overrides):
     """The rows where Python calls everything."""
     with monkeypatch.context() as patch:
-        patch.setattr(program, "bound", lambda *given: None)
+        patch.setattr(pipeline, "bound", lambda *given: None)
         return Running(*args, **overrides).run()
 
 
@@ -212,9 +212,9 @@ def test_whoever_holds_its_acts_holds_the_world(offset_robot):
 def test_what_is_not_finite_ends_it_in_the_same_sample_and_quietly(monkeypatch, capfd, tmp_path, backend):
     monkeypatch.chdir(tmp_path)
     said = []
-    for bound in (program.bound, lambda *given: None):
+    for bound in (pipeline.bound, lambda *given: None):
         with monkeypatch.context() as patch:
-            patch.setattr(program, "bound", bound)
+            patch.setattr(pipeline, "bound", bound)
             running = Running(backend)
             running.loop.begin(running.rows, STEPS)
             running.loop.program.look(40)

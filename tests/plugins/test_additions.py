@@ -35,7 +35,7 @@ from typing import Literal
 from pydantic import Field
 
 from cdpr.log.event import Event
-from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
+from cdpr.scenario.events.event import ScenarioEvent, WrenchProfile, first_sample
 from cdpr.base.fields import Positive, unit
 
 
@@ -49,9 +49,10 @@ class Gust(ScenarioEvent):
         if self.speed > 60.0:
             yield "speed", f"must be at most 60 (m/s), got {self.speed:g}"
 
-    def swing(self, step: float) -> Swing:
+    def swing(self, step: float) -> WrenchProfile:
         force = 0.5 * 1.2 * self.speed**2
-        return Swing(first_sample(self.time, step), math.inf, 0.0, 0.5 * math.pi, (force, 0.0, 0.0, 0.0, 0.0, 0.0))
+        amplitude = (force, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return WrenchProfile(first_sample(self.time, step), math.inf, 0.0, 0.5 * math.pi, amplitude)
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         yield Event(first_sample(self.time, step) * step, self.type, f"wind of {self.speed:g} m/s")

@@ -29,16 +29,16 @@ USE = """
 import sys
 import numpy as np
 import cdpr
-from cdpr.simulation import program
+from cdpr.simulation import pipeline
 
 role, name, scenario = sys.argv[1:]
 short = {"simulation.duration": 0.1, role + ".type": name}
 run = cdpr.simulate(scenario, overrides=short)
 assert run.status == "finished" and np.abs(run.position_error).max() < 0.01
 assert (run.solver_status == 0).mean() > 0.9
-bound, program.bound = program.bound, lambda call: None
+bound, pipeline.bound = pipeline.bound, lambda call: None
 python = cdpr.simulate(scenario, overrides=short)
-program.bound = bound
+pipeline.bound = bound
 assert len(python.interpreted) > 5
 np.testing.assert_array_equal(run.rows, python.rows)
 gains = np.linspace(10.0, 14.0, 9)

@@ -18,7 +18,7 @@ from cdpr.log import recorder as recorder_module
 from cdpr.log.run import CLEARANCE
 from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.closest import Closest, Level
-from cdpr.simulation import program
+from cdpr.simulation import pipeline
 from cdpr.ui.cli import run as run_command
 from cdpr.ui.report.pages.run import render
 from cdpr.ui.report.text.reservations import reservations
@@ -105,7 +105,7 @@ def test_it_may_stop_the_run(run, monkeypatch, way):
     values, names = looked_at(run)
     first = int(np.argmax(values <= LEVEL))
     if way == "python":
-        monkeypatch.setattr(program, "bound", lambda *given: None)
+        monkeypatch.setattr(pipeline, "bound", lambda *given: None)
     with pytest.raises(cdpr.CollisionDetected, match=f"of {names[first]}; the scenario says to stop at 0.05 m") as stop:
         (step_by_step if way == "steps" else cdpr.simulate)(CAROCA, overrides=PASSING | contact(then="stop"))
     ended = stop.value.run

@@ -18,9 +18,9 @@ import cdpr
 from cdpr.base.errors import CdprError, Infeasible
 from cdpr.native.foreign import OPERATION, Foreign
 from cdpr.plugins import CompiledSolver, Controller
-from cdpr.simulation import program
-from cdpr.simulation.program import Program
-from cdpr.tension.acts import Act
+from cdpr.simulation import pipeline
+from cdpr.simulation.pipeline import Program
+from cdpr.tension.operations import Act
 from cdpr.tension.status import OK, Status
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
@@ -43,7 +43,7 @@ def by_python(monkeypatch):
     """Let Python do all acts."""
 
     def switch():
-        monkeypatch.setattr(program, "bound", lambda *given: None)
+        monkeypatch.setattr(pipeline, "bound", lambda *given: None)
 
     return switch
 
@@ -313,8 +313,8 @@ def test_a_strangers_solver_joins():
 
 def test_a_table_narrower_than_a_row_is_refused():
     """Compiled code would write beyond it."""
-    program = Program([], [], np.zeros(5), 1.0)
-    program.rows = np.zeros((256, 5))
+    pipeline = Program([], [], np.zeros(5), 1.0)
+    pipeline.rows = np.zeros((256, 5))
     for rows in (np.zeros((256, 4)), np.zeros(256), np.zeros((256, 5), dtype=np.float32)):
         with pytest.raises(CdprError, match="a float64 table of at least 5 columns is expected"):
-            program.rows = rows
+            pipeline.rows = rows

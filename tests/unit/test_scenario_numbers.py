@@ -40,7 +40,7 @@ def test_a_position_that_no_robot_reaches_is_refused(key):
 
 
 def test_a_run_that_can_never_fit_is_refused_at_its_line_before_its_folder_is_made(tmp_path, monkeypatch):
-    monkeypatch.setattr("cdpr.simulation.room.FLOAT", 1e9)
+    monkeypatch.setattr("cdpr.simulation.disk_space.FLOAT", 1e9)
     with pytest.raises(
         ScenarioError, match=r"caroca.yaml:\d+:\d+: simulation.duration: \d+ samples need .* GB, the mem"
     ):

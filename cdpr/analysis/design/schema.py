@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from cdpr.base.fields import NonNegative, Number, Position, Positive, Section, Vector3, unit
-from cdpr.scenario.looks import ObstacleSection
+from cdpr.scenario.appearance import ObstacleSection
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.schema import MAX_SEED
 

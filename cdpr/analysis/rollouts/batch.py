@@ -28,7 +28,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.branches import Snapshot
-from cdpr.simulation.live import Alone
+from cdpr.simulation.live import ExclusiveAccess
 from cdpr.simulation.moment import Moment
 from cdpr.simulation.start import chosen_scenario
 
@@ -253,8 +253,8 @@ class Batch:
     ) -> None:
         self.close()
 
-    def _alone(self, what: str) -> Alone:
-        return Alone(self._at_work, what)
+    def _alone(self, what: str) -> ExclusiveAccess:
+        return ExclusiveAccess(self._at_work, what)
 
     def _open(self, what: str) -> None:
         """Raise CdprError if the batch is closed."""

@@ -5,7 +5,7 @@
 // arrays, up to the operation before which it rejoins the others.
 #pragma once
 
-#include <cdpr/simulation/proceed.hpp>
+#include <cdpr/simulation/step_kernel.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -20,9 +20,9 @@ from cdpr.model.robot import Array
 from cdpr.native.bind import Compiled, bind
 from cdpr.native.library import Bound, address
 from cdpr.native.operations import LANES, operations
-from cdpr.simulation.proceed import NEVER
-from cdpr.simulation.program import COMPLETE, NEXT
-from cdpr.tension.acts import Act
+from cdpr.simulation.pipeline import COMPLETE, NEXT
+from cdpr.simulation.step_kernel import NEVER
+from cdpr.tension.operations import Act
 
 SPAN = 16384  # samples of one call: an interrupt waits for some hundredths of a second
 WORTHWHILE = 3  # cases: fewer are as fast alone

@@ -21,16 +21,16 @@ from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, broken, redirected
-from cdpr.simulation.attempt import STATUS
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import columns_of
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.moment import Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.proceed import SAMPLE
-from cdpr.simulation.program import Program
+from cdpr.simulation.pipeline import Program
 from cdpr.simulation.renewal import renew
+from cdpr.simulation.runner import STATUS
+from cdpr.simulation.step_kernel import SAMPLE
 
 BLOCK = 1024  # samples that are processed together: few turns to Python, and they stay in the cache
 

@@ -2,7 +2,7 @@
 #include <cdpr/analysis/rollouts/block.hpp>
 #include <cdpr/analysis/rollouts/figures.hpp>
 #include <cdpr/group.hpp>
-#include <cdpr/simulation/proceed.hpp>
+#include <cdpr/simulation/step_kernel.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -9,12 +9,12 @@ from pydantic import Field
 
 from cdpr.scenario.events.contact import Contact
 from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, guarding, redirected
+from cdpr.scenario.events.external_command import ExternalCommand
 from cdpr.scenario.events.faults import CableBreak, CableJam
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Sine, Wrench
 from cdpr.scenario.events.options import SetOption
-from cdpr.scenario.events.outside import Outside
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.events.target import Target
 
@@ -34,7 +34,16 @@ __all__ = [
 MAX_EVENTS = 1000
 
 AnyEvent = Annotated[
-    Wrench | Sine | CableBreak | CableJam | TensionLimits | EmergencyStop | Target | SetOption | Outside | Contact,
+    Wrench
+    | Sine
+    | CableBreak
+    | CableJam
+    | TensionLimits
+    | EmergencyStop
+    | Target
+    | SetOption
+    | ExternalCommand
+    | Contact,
     Field(discriminator="type"),
 ]
 

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from cdpr.base.fields import NonNegative, unit
 from cdpr.log.event import Event
-from cdpr.scenario.events.event import Guard, History, ScenarioEvent, first_sample
+from cdpr.scenario.events.event import ClearanceMonitor, History, ScenarioEvent, first_sample
 
 
 class Contact(ScenarioEvent):
@@ -34,9 +34,9 @@ class Contact(ScenarioEvent):
             whose = f"'{history.thin[0]}'" + (f" and {len(history.thin) - 1} more" if history.thin[1:] else "")
             yield f"needs the diameters of all cables, and has none of {whose}: give the robot cable.diameter (m)"
 
-    def guard(self, step: float) -> Guard:
+    def guard(self, step: float) -> ClearanceMonitor:
         """Return the condition of the event."""
-        return Guard(self.clearance, first_sample(self.time, step) * step, self.then == "stop")
+        return ClearanceMonitor(self.clearance, first_sample(self.time, step) * step, self.then == "stop")
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield nothing: occurrences are found in the samples."""

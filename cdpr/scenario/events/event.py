@@ -33,7 +33,7 @@ def first_sample(time: float, step: float) -> int:
     return math.ceil(time / step - tolerances.TIME * max(1.0, time / step))
 
 
-class Drives(Protocol):
+class EventActions(Protocol):
     """Receiver of event actions on cables, by name (None for all), and on options. Tensions in N."""
 
     def hold(self, cable: str, tension: float | None) -> None:
@@ -52,11 +52,11 @@ class Drives(Protocol):
         """Change an option, named as in `controller.kp`, if its plugin supports it."""
 
 
-Action = Callable[[Drives], None]
+Action = Callable[[EventActions], None]
 
 
 @dataclass(frozen=True)
-class Swing:
+class WrenchProfile:
     """External wrench: amplitude times sin(angle * (k - first) + phase) at the samples `first` <= k < `end`."""
 
     first: int
@@ -67,7 +67,7 @@ class Swing:
 
 
 @dataclass(frozen=True)
-class Guard:
+class ClearanceMonitor:
     """Condition on the cables' clearance, m, from a time on, s."""
 
     clearance: float
@@ -160,11 +160,11 @@ class ScenarioEvent(Kind):
         """Return the target pose, if any; unchanged parts are None."""
         return None
 
-    def swing(self, step: float) -> Swing | None:
+    def swing(self, step: float) -> WrenchProfile | None:
         """Return the external wrench, if any."""
         return None
 
-    def guard(self, step: float) -> Guard | None:
+    def guard(self, step: float) -> ClearanceMonitor | None:
         """Return the clearance condition, if any."""
         return None
 
@@ -221,7 +221,7 @@ class CableEvent(ScenarioEvent):
         return False
 
 
-def guarding(events: Sequence[ScenarioEvent], step: float) -> list[tuple[ScenarioEvent, Guard]]:
+def guarding(events: Sequence[ScenarioEvent], step: float) -> list[tuple[ScenarioEvent, ClearanceMonitor]]:
     """Return the events with clearance conditions, each with its condition; `step` is the control period, s."""
     pairs = [(event, event.guard(step)) for event in events]
     return [(event, guard) for event, guard in pairs if guard is not None]

@@ -11,7 +11,7 @@ from pydantic import Field
 from cdpr.base.fields import NonNegative, Positive, unit
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
-from cdpr.scenario.events.event import Action, CableEvent, Drives, History, first_sample
+from cdpr.scenario.events.event import Action, CableEvent, EventActions, History, first_sample
 
 
 class CableFault(CableEvent):
@@ -47,10 +47,10 @@ class CableFault(CableEvent):
         """Yield the fault of the plant at its time, and its detection by the distribution later."""
         cable = str(self.cable)
 
-        def happen(drives: Drives) -> None:
+        def happen(drives: EventActions) -> None:
             drives.hold(cable, self.left)
 
-        def detect(drives: Drives) -> None:
+        def detect(drives: EventActions) -> None:
             drives.lock(cable)
 
         yield self.time, happen

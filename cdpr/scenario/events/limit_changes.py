@@ -12,7 +12,7 @@ from cdpr.scenario.events.event import Action, ScenarioEvent, first_sample
 
 
 class Limits:
-    """Receiver of event actions (a `Drives`) that tracks only the tension limits (N)."""
+    """Receiver of event actions (a `EventActions`) that tracks only the tension limits (N)."""
 
     def __init__(self, robot: Robot) -> None:
         self._at = {cable.name: i for i, cable in enumerate(robot.cables)}

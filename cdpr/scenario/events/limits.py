@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from cdpr.base.fields import Number, unit
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
-from cdpr.scenario.events.event import Action, CableEvent, Drives, History, first_sample
+from cdpr.scenario.events.event import Action, CableEvent, EventActions, History, first_sample
 
 
 class TensionLimits(CableEvent):
@@ -57,7 +57,7 @@ class TensionLimits(CableEvent):
         """Yield the change of limits at its time."""
         cable = None if self.cable is None else str(self.cable)
 
-        def change(drives: Drives) -> None:
+        def change(drives: EventActions) -> None:
             drives.limit(cable, self.min, self.max)
 
         yield self.time, change

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from cdpr.base.fields import ZERO, NonNegative, Number, Positive, Vector3, unit
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
-from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
+from cdpr.scenario.events.event import ScenarioEvent, WrenchProfile, first_sample
 
 QUARTER = 0.5 * math.pi  # phase of a constant load
 
@@ -51,10 +51,10 @@ class Load(ScenarioEvent):
             text = f"must be at least control_step, {exact(step)} (s), for it is held so long, got {held}"
             yield "duration", text
 
-    def swing(self, step: float) -> Swing:
+    def swing(self, step: float) -> WrenchProfile:
         """Return the wrench."""
         end = math.inf if self.duration is None else float(first_sample(self.time + self.duration, step))
-        return Swing(first_sample(self.time, step), end, *self._oscillation(step), (*self.force, *self.moment))
+        return WrenchProfile(first_sample(self.time, step), end, *self._oscillation(step), (*self.force, *self.moment))
 
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield the wrench and its end."""

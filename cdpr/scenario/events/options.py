@@ -12,7 +12,7 @@ from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
 from cdpr.log.event import Event
 from cdpr.scenario.changes import Options, RefusedError
-from cdpr.scenario.events.event import Action, Drives, ScenarioEvent, first_sample
+from cdpr.scenario.events.event import Action, EventActions, ScenarioEvent, first_sample
 
 
 class SetOption(ScenarioEvent):
@@ -34,7 +34,7 @@ class SetOption(ScenarioEvent):
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
         """Yield the change at its time."""
 
-        def change(drives: Drives) -> None:
+        def change(drives: EventActions) -> None:
             drives.set(self.key, self.value)
 
         yield self.time, change

@@ -10,7 +10,7 @@ from pydantic import Field
 from cdpr.base.fields import Positive, unit
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
-from cdpr.scenario.events.event import Action, Drives, History, ScenarioEvent, first_sample
+from cdpr.scenario.events.event import Action, EventActions, History, ScenarioEvent, first_sample
 from cdpr.trajectory import Stopping, Trajectory
 
 
@@ -50,7 +50,7 @@ class EmergencyStop(ScenarioEvent):
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
         """Yield the power cut (categories 0 and 1)."""
 
-        def cut(drives: Drives) -> None:
+        def cut(drives: EventActions) -> None:
             drives.cut_power()
 
         if self.category != 2:

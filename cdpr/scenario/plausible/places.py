@@ -11,8 +11,8 @@ from cdpr.base import tolerances
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.scenario.events import first_sample
-from cdpr.scenario.hold import unheld
 from cdpr.scenario.plausible.setup import Finding, Setup
+from cdpr.scenario.static_feasibility import unheld
 
 # If the anchors' heights differ by less than this fraction of their extent, the platform is suspended and may be
 # lowered by any distance; otherwise nothing holds it down below the lowest anchor.

@@ -9,7 +9,7 @@ import numpy as np
 from cdpr.mechanics.touching import diameters, with_diameters
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.scenario.hold import held
+from cdpr.scenario.static_feasibility import held
 
 CELLS = 8  # along each side of the grid
 

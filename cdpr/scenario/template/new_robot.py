@@ -12,9 +12,9 @@ import numpy as np
 from cdpr.base.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.rotations import from_rpy
-from cdpr.scenario.hold import holds, pulls_against_itself
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import World
+from cdpr.scenario.static_feasibility import holds, pulls_against_itself
 from cdpr.scenario.template import layouts
 from cdpr.scenario.template.free_share import FreeShare, free_share
 

@@ -11,9 +11,9 @@ from cdpr.base import defaults
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import Registry
-from cdpr.scenario.hold import holds
 from cdpr.scenario.motions import Quintic
 from cdpr.scenario.schema import World
+from cdpr.scenario.static_feasibility import holds
 
 SHARE = 0.1  # relative to the frame's extent along each axis; half of it upwards
 TURN = 10.0  # degrees, for a robot that only rotates

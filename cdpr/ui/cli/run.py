@@ -196,8 +196,8 @@ def _simulate(
     from cdpr.log.run import Run
     from cdpr.log.run_folder import RUNS, RunFolder
     from cdpr.simulation import simulate
+    from cdpr.simulation.disk_space import check_room
     from cdpr.simulation.header import make_header
-    from cdpr.simulation.room import check_room
     from cdpr.ui.cli.progress import Progress
 
     def look(done: int, total: int) -> None:

@@ -26,8 +26,8 @@ from cdpr.scenario.events.faults import CableFault
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation import Simulation
-from cdpr.simulation.attempt import SESSION_NAME
 from cdpr.simulation.events import MOST
+from cdpr.simulation.runner import SESSION_NAME
 from cdpr.simulation.session import table_beside
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status

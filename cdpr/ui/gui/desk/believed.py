@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from cdpr.base.problems import Path
-from cdpr.scenario.belief import cable_names
+from cdpr.scenario.nominal import cable_names
 
 
 def entries(said: Any, cables: list[Any]) -> dict[int, int]:

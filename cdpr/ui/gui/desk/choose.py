@@ -11,8 +11,8 @@ from cdpr.base.nearest import did_you_mean
 from cdpr.model import rotations
 from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
+from cdpr.scenario.option_migration import replacement_note
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.replaced import replacement_note
 from cdpr.ui.gui.desk.fields import ONE_OF, Schema, branches
 from cdpr.ui.gui.desk.starts import Starts
 

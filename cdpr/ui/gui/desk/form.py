@@ -9,8 +9,8 @@ from typing import Any
 from cdpr.base.problems import Path, Problem, dotted
 from cdpr.config.describe import json_schema
 from cdpr.plugins.registry import Registry, Role
-from cdpr.scenario.belief import cable_names
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
+from cdpr.scenario.nominal import cable_names
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.ui.gui.desk.believed import cables_in_place
 from cdpr.ui.gui.desk.fields import MISSING, Field, Maker, Schema, at, choice, entry, every, resolve

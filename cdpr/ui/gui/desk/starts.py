@@ -9,8 +9,8 @@ import numpy as np
 from cdpr.base.errors import PluginError
 from cdpr.config.document import copied
 from cdpr.plugins.registry import Registry, Role
-from cdpr.scenario.belief import cable_names
 from cdpr.scenario.choices import DEFAULT_TYPE
+from cdpr.scenario.nominal import cable_names
 from cdpr.ui.gui.desk.fields import ONE_OF, Schema, at, branches, kind_of, resolve
 
 # By key, in its own unit; other numbers start at 1.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cdpr.base.problems import Path, dotted
-from cdpr.scenario.belief import cable_names
+from cdpr.scenario.nominal import cable_names
 from cdpr.ui.gui.desk.fields import (
     MISSING,
     Field,

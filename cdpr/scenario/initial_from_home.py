@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from cdpr.base.problems import Mark, Path
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
-from cdpr.scenario.looks import FrameSection
+from cdpr.scenario.appearance import FrameSection
 from cdpr.scenario.robot_schema import Home
 
 INITIAL: Path = ("initial",)

@@ -14,10 +14,10 @@ from cdpr.native.bind import bind
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events.commands import Kind
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.program import Program
+from cdpr.simulation.pipeline import Program
 from cdpr.simulation.record import Record
-from cdpr.tension.acts import Act
 from cdpr.tension.command import CommandStage
+from cdpr.tension.operations import Act
 from cdpr.tension.stage import TensionStage
 
 Stage = TensionStage | CommandStage
@@ -82,7 +82,7 @@ class Command:
             self.take(GIVEN, found)
 
 
-class Outside:
+class ExternalCommands:
     """Pipelines of a loop for external commands; each is made at its first use."""
 
     def __init__(self, loop: ClosedLoop, record: Record) -> None:

@@ -16,7 +16,7 @@ from cdpr.scenario.events.event import History, ScenarioEvent
 from cdpr.scenario.motions.motion import Report
 
 
-class Outside(ScenarioEvent):
+class ExternalCommand(ScenarioEvent):
     """Wrenches or tensions from a file that replace the output of controller or solver."""
 
     files: ClassVar[tuple[str, ...]] = ("file",)

@@ -1,4 +1,4 @@
-"""Constants shared with `proceed.hpp`."""
+"""Constants shared with `step_kernel.hpp`."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from cdpr.config.document import Document
 from cdpr.config.overrides import Change, apply
 from cdpr.config.problems import Problems, exact
 from cdpr.model import DOF_NAMES
-from cdpr.scenario.looks import FrameSection
+from cdpr.scenario.appearance import FrameSection
 from cdpr.scenario.robot_schema import RobotSection
 
 KEY = "believed"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cdpr.base.errors import CdprError, Infeasible
 from cdpr.model.robot import Array
 from cdpr.native.bind import Compiled, bind
-from cdpr.simulation.proceed import (
+from cdpr.simulation.step_kernel import (
     ACT,
     ALWAYS,
     CALLED,
@@ -35,7 +35,7 @@ from cdpr.simulation.proceed import (
     TICK,
     WHEN,
 )
-from cdpr.tension.acts import Act, tell
+from cdpr.tension.operations import Act, tell
 
 # Markers in the list: the sample is complete; the time of the next one begins.
 COMPLETE, NEXT = Act("", lambda: None), Act("", lambda: None)
