@@ -95,7 +95,7 @@ inline int library_problem(LibraryProblem& p) {
     for (int64_t i = 0; i < p.m; i++)
         if (!finite(p.tension_min[i]) || !finite(p.tension_max[i])) return BAD_INPUT;
     const TensionProblem<double> problem = p.problem();
-    const int64_t r = reduce(problem);
+    const int64_t r = reduce_once(problem);
     if (r < 0) return int(-r);
     ActiveSet set = active_set(p.search, p.m, r);
     const int64_t steps = nearest(polytope_of(problem, r, p.vectors, p.vectors + p.m), set);

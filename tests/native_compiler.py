@@ -29,6 +29,7 @@ def flags():
 def compile_object(source, target, out, *more):
     """Compile a file of C++ for an instruction set; return what the compiler did."""
     given = [f"-DCDPR_TARGET={target}", f'-DCDPR_TARGET_NAME="{TARGETS[target]}"', f"-march={TARGETS[target]}"]
+    given += ["-DCDPR_ALONE"] if target == "x86_64" else []
     words = [
         tool("g++"),
         "-std=c++17",

@@ -12,7 +12,6 @@ extern const cdpr_group mechanics;
 extern const cdpr_group cables;
 extern const cdpr_group tension;
 extern const cdpr_group solvers;
-extern const cdpr_group distribution;
 extern const cdpr_group controllers;
 extern const cdpr_group backends;
 extern const cdpr_group winches;
@@ -29,7 +28,6 @@ static const cdpr_group* const groups[] = {
     &cables,
     &tension,
     &solvers,
-    &distribution,
     &controllers,
     &backends,
     &winches,

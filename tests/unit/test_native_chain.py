@@ -1,4 +1,4 @@
-"""Winches, exits and spans of the kernel library: against their equations, and the bits of one lane in eight."""
+"""Winches and spans of the kernel library against their equations."""
 
 from __future__ import annotations
 
@@ -6,21 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kernel_cases import assert_same_bits, numbers, run, run_lanes
+from kernel_cases import numbers, run
 
-from cdpr.cables import EXITS, MODELS, Pulley
+from cdpr.cables import MODELS
 from cdpr.cables.tables import SPANS, WINCHES, chain_slopes, chain_start, chain_table, chain_tensions
 from cdpr.model import Winch
 
 EACH = 960
-GROUP = 8  # cables of one kind: a lane each, in one group
 COLUMNS = ("command", "length", "rate", "length_acceleration", "unwound", "speed", "tension")
 
 
 def chains(rng):
-    """Rows of every pair of a winch and a span, in groups of eight, and what the operations take of them."""
+    """Rows of every pair of a winch and a span, and what the operations take of them."""
     pairs = [(winch, span) for winch in range(len(WINCHES)) for span in range(len(SPANS))]
-    kinds = np.repeat(np.resize(np.array(pairs, dtype=float), (EACH // GROUP, 2)), GROUP, axis=0)
+    kinds = np.resize(np.array(pairs, dtype=float), (EACH, 2))
     legs = np.where(rng.random(EACH) < 0.3, -np.inf, 0.0)
     table = np.column_stack([kinds, legs, numbers(rng, EACH, 16)])
     table[::3, 3:] = np.abs(table[::3, 3:])  # usual ones
@@ -72,39 +71,15 @@ OPERATIONS = {
 
 
 @pytest.mark.parametrize("name", OPERATIONS)
-def test_chains_keep_their_equations_and_have_the_bits_of_each_lane(name):
+def test_chains_keep_their_equations(name):
     table, given = chains(np.random.default_rng(1))
     takes, expect = OPERATIONS[name]
     with np.errstate(all="ignore"):
         wanted = expect(table, given)
     one = {"chains": table[None], **{key: given[key][None] for key in takes}}
     found = run(name, one, dict.fromkeys(wanted, (EACH,)))[0]
-    eights = {key: value[0].reshape(EACH // GROUP, GROUP, -1).swapaxes(0, 1) for key, value in one.items()}
-    eights |= {key: eights[key][..., 0] for key in takes}
-    lanes = run_lanes(name, eights, dict.fromkeys(wanted, (EACH // GROUP,)))[0]
     for key, answer in wanted.items():
         np.testing.assert_allclose(found[key][0][::3], answer[::3], rtol=1e-9, atol=1e-9)  # usual numbers
-        assert_same_bits(lanes[key].T.reshape(-1), found[key][0])
-
-
-@pytest.mark.parametrize("kind", range(len(EXITS)))
-def test_exits_have_the_bits_of_each_lane(kind):
-    """Their geometry: `test_exits` and `test_pulley`."""
-    rng = np.random.default_rng(2)
-    table, tip, velocity = numbers(rng, EACH, 14), numbers(rng, EACH, 3), numbers(rng, EACH, 3)
-    table[:, 6] = kind
-    table[::3, 7:] = Pulley(type="pulley", radius=0.1, axis=(0.3, -0.2, 0.9)).numbers()
-    table[::4, 7] = 0.0  # no radius: a point
-    tip[::5] = table[::5, :3]  # a tip at the anchor
-    with np.errstate(all="ignore"):
-        tip[1::5] = table[1::5, :3] + table[1::5, 8:11]  # and on the axis, where no plane is determined
-    one = {"lines": table[None], "tip": tip[None], "velocity": velocity[None]}
-    shapes = {"point": (EACH, 3), "moving": (EACH, 3), "wrapped_length": (EACH,)}
-    found = run("exits", one, shapes)[0]
-    eights = {key: value[0].reshape(8, EACH // 8, -1) for key, value in one.items()}
-    lanes = run_lanes("exits", eights, {key: (EACH // 8, *shape[1:]) for key, shape in shapes.items()})[0]
-    for key, answer in found.items():
-        assert_same_bits(lanes[key].reshape(answer[0].shape), answer[0])
 
 
 def test_an_unknown_kind_answers_nan():

@@ -13,6 +13,7 @@ from cdpr.tension.status import Status
 
 GRAVITY = np.array([0.1, 0.0, -9.81])
 STEP = 0.01
+BEGINNINGS = ("reference_begin", "spherical_begin", "body_state")  # before the first step: never in lanes
 
 
 def states(rng, *shape):
@@ -60,8 +61,10 @@ def test_each_lane_has_the_bits_of_a_double(m):
     for name, inputs, before, written, values in cases(np.random.default_rng(m), 48, m):
         outputs = shapes(before, written)
         one, codes = run(name, inputs, outputs, before, **values)
-        eight, groups = run_lanes(name, inputs, outputs, before, **values)
         assert not codes.any()
+        if name in BEGINNINGS:
+            continue
+        eight, groups = run_lanes(name, inputs, outputs, before, **values)
         assert not groups.any()
         for key in outputs:
             assert_same_bits(eight[key], one[key])

@@ -47,6 +47,8 @@ class Block:
 
     def __init__(self, plan: Plan, case: Case) -> None:
         self._acts, self._bound = _acts(case), _bounds(case)
+        if "count_sample_lanes" not in operations():
+            raise UnfitError  # the library for plain x86-64 has no operations in lanes
         memory = _memory(case)
         self._recipe = recipe = Recipe(memory)
         self._sizes = [array.size for array in memory]

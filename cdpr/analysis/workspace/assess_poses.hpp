@@ -112,11 +112,13 @@ inline void Assess::assess_together(int64_t first, const PoseQuestion<Lanes>& qu
 inline int assess(Assess& poses) {
     if (!sound(poses.asked)) return BAD_INPUT;
     int64_t next = 0;
+#ifndef CDPR_ALONE
     if (poses.count >= WIDTH && poses.serves_lanes()) {
         const PoseQuestion<Lanes> question = poses.question_in_lanes();
         const PoseSpace<Lanes> found = pose_space(poses.eight, poses.asked.n, poses.asked.m, poses.asked.k);
         for (; next + WIDTH <= poses.count; next += WIDTH) poses.assess_together(next, question, found);
     }
+#endif
     for (; next < poses.count; next++) poses.assess_alone(next);
     return OK;
 }

@@ -11,29 +11,28 @@ namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<BodyState<double>, body_state<double>>("body_state"),
-    entry<BodyState<Lanes>, body_state<Lanes>>("body_state_lanes"),
     entry<PlatformState<double>, platform_state<double>>("platform_state"),
-    entry<PlatformState<Lanes>, platform_state<Lanes>>("platform_state_lanes"),
     entry<AppliedWrench<double>, applied_wrench<double>>("applied_wrench"),
-    entry<AppliedWrench<Lanes>, applied_wrench<Lanes>>("applied_wrench_lanes"),
     entry<GuideState<double>, guide_state<double>>("guide_state"),
     entry<GuideForces<double>, guide_forces<double>>("guide_forces"),
     entry<ReferenceBegin<double>, reference_begin<double>>("reference_begin"),
-    entry<ReferenceBegin<Lanes>, reference_begin<Lanes>>("reference_begin_lanes"),
     entry<ReferenceStep<double>, reference_step<double>>("reference_step"),
-    entry<ReferenceStep<Lanes>, reference_step<Lanes>>("reference_step_lanes"),
     entry<GuidedStep<double>, guided_step<double>>("guided_step"),
-    entry<GuidedStep<Lanes>, guided_step<Lanes>>("guided_step_lanes"),
     entry<SphericalBegin<double>, spherical_begin<double>>("spherical_begin"),
-    entry<SphericalBegin<Lanes>, spherical_begin<Lanes>>("spherical_begin_lanes"),
     entry<SphericalStep<double>, spherical_step<double>>("spherical_step"),
-    entry<SphericalStep<Lanes>, spherical_step<Lanes>>("spherical_step_lanes"),
     entry<EulerFreeStep<double>, euler_free_step<double>>("euler_free_step"),
-    entry<EulerFreeStep<Lanes>, euler_free_step<Lanes>>("euler_free_step_lanes"),
     entry<EulerGuidedStep<double>, euler_guided_step<double>>("euler_guided_step"),
-    entry<EulerGuidedStep<Lanes>, euler_guided_step<Lanes>>("euler_guided_step_lanes"),
     entry<EulerSphericalStep<double>, euler_spherical_step<double>>("euler_spherical_step"),
+#ifndef CDPR_ALONE
+    entry<PlatformState<Lanes>, platform_state<Lanes>>("platform_state_lanes"),
+    entry<AppliedWrench<Lanes>, applied_wrench<Lanes>>("applied_wrench_lanes"),
+    entry<ReferenceStep<Lanes>, reference_step<Lanes>>("reference_step_lanes"),
+    entry<GuidedStep<Lanes>, guided_step<Lanes>>("guided_step_lanes"),
+    entry<SphericalStep<Lanes>, spherical_step<Lanes>>("spherical_step_lanes"),
+    entry<EulerFreeStep<Lanes>, euler_free_step<Lanes>>("euler_free_step_lanes"),
+    entry<EulerGuidedStep<Lanes>, euler_guided_step<Lanes>>("euler_guided_step_lanes"),
     entry<EulerSphericalStep<Lanes>, euler_spherical_step<Lanes>>("euler_spherical_step_lanes"),
+#endif
 };
 
 extern const cdpr_group backends = group(entries);

@@ -7,17 +7,15 @@ namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Exits<double>, exits<double>>("exits"),
-    entry<Exits<Lanes>, exits<Lanes>>("exits_lanes"),
     entry<ChainTensions<double>, chain_tensions<double>>("chain_tensions"),
-    entry<ChainTensions<Lanes>, chain_tensions<Lanes>>("chain_tensions_lanes"),
     entry<ChainSlopes<double>, chain_slopes<double>>("chain_slopes"),
-    entry<ChainSlopes<Lanes>, chain_slopes<Lanes>>("chain_slopes_lanes"),
     entry<ChainStart<double>, chain_start<double>>("chain_start"),
-    entry<ChainStart<Lanes>, chain_start<Lanes>>("chain_start_lanes"),
     entry<Geometry<double>, geometry<double>>("geometry"),
-    entry<Geometry<Lanes>, geometry<Lanes>>("geometry_lanes"),
     entry<MatrixRate<double>, matrix_rate<double>>("matrix_rate"),
     entry<CableWrench<double>, cable_wrench<double>>("cable_wrench"),
+#ifndef CDPR_ALONE
+    entry<Geometry<Lanes>, geometry<Lanes>>("geometry_lanes"),
+#endif
 };
 
 extern const cdpr_group cables = group(entries);

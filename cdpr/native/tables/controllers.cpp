@@ -9,12 +9,14 @@ namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<TaskSpaceControl<double>, computed_torque<double>>("computed_torque"),
-    entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
     entry<TaskSpaceControl<double>, static_control<double>>("static"),
-    entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),
     entry<PidControl<double>, pid<double>>("pid"),
-    entry<PidControl<Lanes>, pid<Lanes>>("pid_lanes"),
     entry<CableLengthControl, cable_length>("cable_length"),
+#ifndef CDPR_ALONE
+    entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
+    entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),
+    entry<PidControl<Lanes>, pid<Lanes>>("pid_lanes"),
+#endif
 };
 
 extern const cdpr_group controllers = group(entries);

@@ -11,8 +11,10 @@ static constexpr cdpr_entry entries[] = {
     entry<Lane, move_lane>("move_lane"),
     entry<Advance, advance>("advance"),
     entry<CountSample<double>, count_sample<double>>("count_sample"),
-    entry<CountSample<Lanes>, count_sample<Lanes>>("count_sample_lanes"),
     entry<CountSamples, count_samples>("count_samples"),
+#ifndef CDPR_ALONE
+    entry<CountSample<Lanes>, count_sample<Lanes>>("count_sample_lanes"),
+#endif
 };
 
 extern const cdpr_group loop = group(entries);

@@ -8,22 +8,24 @@ namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Observation<double>, observe<double>>("observe"),
-    entry<Observation<Lanes>, observe<Lanes>>("observe_lanes"),
     entry<Geometry<double>, observe_nominal<double>>("observe_nominal"),
-    entry<Geometry<Lanes>, observe_nominal<Lanes>>("observe_nominal_lanes"),
     entry<Exertion<double>, exert<double>>("exert"),
-    entry<Exertion<Lanes>, exert<Lanes>>("exert_lanes"),
     entry<ExternalLoads, external_loads>("external_loads"),
     entry<Copy<double>, copy<double>>("copy"),
-    entry<Copy<Lanes>, copy<Lanes>>("copy_lanes"),
     entry<Stamp<double>, stamp<double>>("stamp"),
-    entry<Stamp<Lanes>, stamp<Lanes>>("stamp_lanes"),
     entry<Values<double>, not_finite<double>>("not_finite"),
-    entry<Values<Lanes>, not_finite<Lanes>>("not_finite_lanes"),
     entry<GivenCommand, record_command>("record_command"),
     entry<Clock, clock_differs>("clock_differs"),
     entry<PowerOff<double>, power_off<double>>("power_off"),
+#ifndef CDPR_ALONE
+    entry<Observation<Lanes>, observe<Lanes>>("observe_lanes"),
+    entry<Geometry<Lanes>, observe_nominal<Lanes>>("observe_nominal_lanes"),
+    entry<Exertion<Lanes>, exert<Lanes>>("exert_lanes"),
+    entry<Copy<Lanes>, copy<Lanes>>("copy_lanes"),
+    entry<Stamp<Lanes>, stamp<Lanes>>("stamp_lanes"),
+    entry<Values<Lanes>, not_finite<Lanes>>("not_finite_lanes"),
     entry<PowerOff<Lanes>, power_off<Lanes>>("power_off_lanes"),
+#endif
 };
 
 extern const cdpr_group simulation = group(entries);

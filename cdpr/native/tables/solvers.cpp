@@ -22,9 +22,7 @@ namespace cdpr::CDPR_TARGET {
 static constexpr cdpr_entry entries[] = {
     entry<BoxLeastSquares, best_effort>("best_effort"),
     entry<TensionProblem<double>, closed_form<double>>("closed_form"),
-    entry<TensionProblem<Lanes>, closed_form<Lanes>>("closed_form_lanes"),
     entry<TensionProblem<double>, pseudo_inverse<double>>("pseudo_inverse"),
-    entry<TensionProblem<Lanes>, pseudo_inverse<Lanes>>("pseudo_inverse_lanes"),
     entry<Dykstra, dykstra>("dykstra"),
     entry<ImprovedClosedForm, improved_closed_form>("improved_closed_form"),
     entry<TensionProblem<double>, puncture>("puncture"),
@@ -37,9 +35,13 @@ static constexpr cdpr_entry entries[] = {
     entry<MinimumLargest, minimum_largest>("minimum_largest"),
     entry<AnalyticCentre, analytic_centre>("analytic_centre"),
     entry<MinimumNorm<double>, static_cast<int (*)(MinimumNorm<double>&)>(minimum_norm)>("minimum_norm"),
-    entry<MinimumNorm<Lanes>, static_cast<int (*)(MinimumNorm<Lanes>&)>(minimum_norm)>("minimum_norm_lanes"),
     entry<LibraryProblem, library_problem>("library_problem"),
     entry<LibraryAnswer, library_answer>("library_answer"),
+#ifndef CDPR_ALONE
+    entry<TensionProblem<Lanes>, closed_form<Lanes>>("closed_form_lanes"),
+    entry<TensionProblem<Lanes>, pseudo_inverse<Lanes>>("pseudo_inverse_lanes"),
+    entry<MinimumNorm<Lanes>, static_cast<int (*)(MinimumNorm<Lanes>&)>(minimum_norm)>("minimum_norm_lanes"),
+#endif
 };
 
 extern const cdpr_group solvers = group(entries);

@@ -7,11 +7,13 @@ namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Plant<double>, settle_winches<double>>("settle_winches"),
-    entry<Plant<Lanes>, settle_winches<Lanes>>("settle_winches_lanes"),
     entry<WinchStep<double>, step_winches<double>>("step_winches"),
-    entry<WinchStep<Lanes>, step_winches<Lanes>>("step_winches_lanes"),
     entry<WinchRungeKutta<double>, winch_runge_kutta<double>>("winch_runge_kutta"),
+#ifndef CDPR_ALONE
+    entry<Plant<Lanes>, settle_winches<Lanes>>("settle_winches_lanes"),
+    entry<WinchStep<Lanes>, step_winches<Lanes>>("step_winches_lanes"),
     entry<WinchRungeKutta<Lanes>, winch_runge_kutta<Lanes>>("winch_runge_kutta_lanes"),
+#endif
 };
 
 extern const cdpr_group winches = group(entries);

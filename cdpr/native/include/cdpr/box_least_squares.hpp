@@ -241,7 +241,7 @@ inline int64_t lessen(const BoxLeastSquares& p) {
         found = nearest_by_rows(problem) == OK;
     }
     if (!found) {
-        const int64_t r = reduce(problem);
+        const int64_t r = reduce_once(problem);
         if (r < 0) return 0;
         ActiveSet set = active_set(p.search, p.m, r);
         steps = nearest(polytope_of(problem, r, p.x(), p.active()), set);

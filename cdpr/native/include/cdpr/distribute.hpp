@@ -8,7 +8,7 @@
 
 namespace cdpr::CDPR_TARGET {
 
-template <class Rule> CDPR_INLINE int distribute(TensionProblem<double>& problem) {
+template <class Rule> inline int distribute(TensionProblem<double>& problem) {
     const int64_t r = reduce(problem);
     const double status = r < 0 ? double(-r) : Rule::choose(problem, r);
     *problem.status = status;
@@ -18,7 +18,7 @@ template <class Rule> CDPR_INLINE int distribute(TensionProblem<double>& problem
 // The same for a solver with its own numbers or work space: its first member is the `problem`, and its member function
 // `choose(r)` is the rule.
 template <class Solver> inline int distribute(Solver& solver) {
-    const int64_t r = reduce(solver.problem);
+    const int64_t r = reduce_once(solver.problem);
     const double status = r < 0 ? double(-r) : solver.choose(r);
     *solver.problem.status = status;
     return int(status);

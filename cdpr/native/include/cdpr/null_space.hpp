@@ -226,6 +226,9 @@ template <class T> CDPR_INLINE int64_t reduce(const TensionProblem<T>& problem) 
     return r;
 }
 
+// The same, compiled once instead of in each solver, which takes long: the call costs some hundredths of a solution.
+inline int64_t reduce_once(const TensionProblem<double>& problem) { return reduce(problem); }
+
 // Write W t = wrench as B^T t = B^T c, the orthonormal columns of B (m, k), in place of N; return k, the rank. B spans
 // the rows of W, as N their null space; the rest is as in `reduce`.
 template <class T> CDPR_INLINE int64_t reduce_to_rows(const TensionProblem<T>& problem) {

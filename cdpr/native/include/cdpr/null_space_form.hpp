@@ -28,7 +28,7 @@ inline int null_space_form(NullSpaceForm& p) {
     double status = OK;
     const TensionProblem<double> problem = {p.matrix, p.wrench, p.tension_min, p.tension_max, p.center, &status,
                                             p.basis,  p.box,    p.factors,     p.n,           p.m};
-    const int64_t r = reduce(problem);
+    const int64_t r = reduce_once(problem);
     *p.redundancy = r < 0 ? 0.0 : double(r);
     if (r < 0) return int(-r);
     for (int64_t i = 0; i < p.m; i++) p.center[i] = problem.center()[i];
