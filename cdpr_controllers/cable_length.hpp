@@ -29,7 +29,7 @@ struct CableLengthControl {
     int64_t senses;         // 1: `sensed` contains the measurements; 0: they are computed from the state
     int64_t estimates;      // 1: estimate the pose from the lengths; 0: compute the feed-forward at the desired pose
     static constexpr auto fields = extended(
-        Holding::fields,
+        Holding::fields.text,
         "state(13), desired(19), sensed(2, m), gains(4, m), limits(2, m), scale(n), both pose(7), both tracking(1), "
         "both integral(m), command(m), work measured(2, m), work wanted(2, m), work inverse(n, n), work residual(1), "
         "work trial(13), work normal_matrix(n, n), work gradient(n), work step(n), senses, estimates");

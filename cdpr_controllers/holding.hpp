@@ -29,28 +29,20 @@ struct Holding {
     double* wrench;          // (n), work space
     double* change;          // (m), work space
     double* results;         // (2), work space: status and steps
-    double* basis;           // (m, m), work space; this and the following: box_least_squares.hpp
-    double* box;             // (4, m)
-    double* factors;         // (n + 5, n + m)
-    double* search;          // (2 m + 8, m)
-    double* vectors;         // (3, m)
-    double* reached;         // (n)
-    double* table;           // (3 n + 8, n + m)
-    double pretension;       // N
+    BoxSpace space;
+    double pretension;  // N
     int64_t n;
     int64_t m;
     int64_t w;
-    static constexpr char fields[] =
+    static constexpr auto fields = join(
         "lines(m, w >= 6), rows(n), weights(n), low(m), high(m), inertial(13), gravity(3), both feed(m), "
         "work still(13), work whole_matrix(6, m), work lengths(2, m), work matrix(n, m), work whole_wrench(6), "
-        "work wrench(n), work change(m), work results(2), work basis(m, m), work box(4, m), "
-        "work factors(n + 5, n + m), work search(2*m + 8, m), work vectors(3, m), work reached(n), "
-        "work table(3*n + 8, n + m), pretension, n, m, w";
+        "work wrench(n), work change(m), work results(2), ",
+        BoxSpace::fields, ", pretension, n, m, w");
 
     CDPR_INLINE Geometry<double> cables() const { return {lines, still, whole_matrix, lengths, lengths + m, m, w}; }
     CDPR_INLINE BoxLeastSquares nearest() const {
-        return {matrix,  wrench, low,     high,    weights, change, results, results + 1, basis, box,
-                factors, search, vectors, reached, table,   n,      m};
+        return {matrix, wrench, low, high, weights, change, results, results + 1, space, n, m};
     }
 };
 

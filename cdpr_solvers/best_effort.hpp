@@ -11,7 +11,7 @@ CDPR_INLINE int balance(const BoxLeastSquares& p) {
     const TensionProblem<double> problem = p.problem(p.wrench, p.tension);
     const int64_t r = reduce(problem);
     if (r < 0) return int(-r);
-    ActiveSet set = active_set(p.search, p.m, r);
+    ActiveSet set = active_set(p.space.search, p.m, r);
     const int64_t steps = nearest(polytope_of(problem, r, p.x(), p.active()), set);
     return steps < 0 ? int(-steps) : int(verdict(problem, r, p.x()));
 }

@@ -1,4 +1,4 @@
-"""Tables of a robot's cables for the kernel library, and compiled functions of the chain winch -> exit -> span.
+"""Tables of a robot's cables for the kernel library, and the compiled geometry of exits.
 
 Layouts: `include/cdpr/geometry.hpp` (lines) and `include/cdpr/chain.hpp` (chains). The kind of a part is its index in
 the tables below, which `include/cdpr/parts.hpp` repeats.
@@ -17,7 +17,7 @@ from cdpr.cables import EXITS, MODELS, chain_of
 from cdpr.cables.chain import MOST, Part, Span, Winch
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import Array, CableExit, frozen_array
-from cdpr.native.arrays import real, reals
+from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 
 WINCHES: tuple[Winch, ...] = tuple(dict.fromkeys(chain.winch for chain in MODELS.values()))
@@ -120,115 +120,6 @@ def exits(lines: Array, tips: ArrayLike, velocities: ArrayLike | None = None) ->
         wrapped_length=wrapped_length,
     )()
     return point, moving, wrapped_length
-
-
-def chain_tensions(
-    chains: Array,
-    command: ArrayLike,
-    length: ArrayLike,
-    rate: ArrayLike,
-    length_acceleration: ArrayLike,
-    unwound: ArrayLike,
-    speed: ArrayLike,
-) -> tuple[Array, Array]:
-    """Return the tensions of all cables from the commands and states of their winches.
-
-    Equations: `cdpr.cables.drum` (thesis 2.20 to 2.24) and `cdpr.cables.elastic`.
-
-    Args:
-        chains: (m, 19), as in `chain_table`.
-        command: (m,) N, tension that the winch would hold at rest.
-        length: (m,) m, of the cable from its winch's end of the exit to the platform.
-        rate: (m,) m/s, rate of the length.
-        length_acceleration: (m,) m/s^2, derivative of the rate if the platform did not accelerate.
-        unwound: (m,) m, unstretched length; only used for cables that stretch.
-        speed: (m,) rad/s, of the winches, positive when winding in; only used for cables that stretch.
-
-    Returns:
-        Tensions (m,) N, without the effect of the winches' inertia when the platform accelerates, and that inertia as
-            masses along the cables (m,) kg.
-
-    Raises:
-        ValueError: if the shapes do not match.
-
-    Example:
-        >>> import cdpr
-        >>> import numpy as np
-        >>> table, one = chain_table(cdpr.load_robot("caroca_winches")), np.ones(8)
-        >>> tension, mass = chain_tensions(table, 50.0 * one, 3.0 * one, 0.0 * one, 0.0 * one, 2.99 * one, 0.0 * one)
-        >>> tension.shape, mass.shape
-        ((8,), (8,))
-    """
-    arrays = reals(
-        chains=chains,
-        command=command,
-        length=length,
-        rate=rate,
-        length_acceleration=length_acceleration,
-        unwound=unwound,
-        speed=speed,
-    )
-    tension, mass = np.empty(arrays["command"].shape), np.empty(arrays["command"].shape)
-    bind("chain_tensions", **arrays, tension=tension, mass=mass)()
-    return tension, mass
-
-
-def chain_slopes(chains: Array, command: ArrayLike, tension: ArrayLike, speed: ArrayLike) -> tuple[Array, Array]:
-    """Return the derivatives of the winches' states; 0 for cables that do not stretch.
-
-    Args:
-        chains: (m, 19), as in `chain_table`.
-        command: (m,) N.
-        tension: (m,) N.
-        speed: (m,) rad/s, of the winches.
-
-    Returns:
-        Derivatives of the unwound lengths (m,) m/s and of the speeds (m,) rad/s^2.
-
-    Raises:
-        ValueError: if the shapes do not match.
-
-    Example:
-        >>> import cdpr
-        >>> import numpy as np
-        >>> table, one = chain_table(cdpr.load_robot("caroca_winches")), np.ones(8)
-        >>> unwinding, acceleration = chain_slopes(table, 50.0 * one, 50.0 * one, 0.0 * one)
-        >>> unwinding.shape, acceleration.shape
-        ((8,), (8,))
-    """
-    arrays = reals(chains=chains, command=command, tension=tension, speed=speed)
-    unwinding, acceleration = np.empty(arrays["command"].shape), np.empty(arrays["command"].shape)
-    bind("chain_slopes", **arrays, unwinding=unwinding, acceleration=acceleration)()
-    return unwinding, acceleration
-
-
-def chain_start(chains: Array, command: ArrayLike, length: ArrayLike, rate: ArrayLike) -> tuple[Array, Array]:
-    """Return the states of the winches at which each tension equals its command and no cable stretches further.
-
-    Args:
-        chains: (m, 19), as in `chain_table`.
-        command: (m,) N.
-        length: (m,) m.
-        rate: (m,) m/s.
-
-    Returns:
-        Unwound lengths (m,) m and speeds (m,) rad/s; 0 for cables that do not stretch.
-
-    Raises:
-        ValueError: if the shapes do not match.
-
-    Example:
-        >>> import cdpr
-        >>> import numpy as np
-        >>> table, one = chain_table(cdpr.load_robot("caroca_winches")), np.ones(8)
-        >>> unwound, speed = chain_start(table, 50.0 * one, 3.0 * one, 0.0 * one)
-        >>> unwound.shape, speed.shape
-        ((8,), (8,))
-    """
-    arrays = reals(chains=chains, command=command, length=length, rate=rate)
-    unwound, speed = np.empty(arrays["command"].shape), np.empty(arrays["command"].shape)
-    bind("chain_start", **arrays, unwound=unwound, speed=speed)()
-    return unwound, speed
 
 
 def _kind(table: tuple[object, ...], part: object) -> int:

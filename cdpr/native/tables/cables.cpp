@@ -1,5 +1,4 @@
-// Cables: chain of winch, exit and span, and geometry. SPDX-License-Identifier: Apache-2.0
-#include <cdpr/chain.hpp>
+// Cables: exits and geometry. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/geometry.hpp>
 #include <cdpr/group.hpp>
 
@@ -7,9 +6,6 @@ namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
     entry<Exits<double>, exits<double>>("exits"),
-    entry<ChainTensions<double>, chain_tensions<double>>("chain_tensions"),
-    entry<ChainSlopes<double>, chain_slopes<double>>("chain_slopes"),
-    entry<ChainStart<double>, chain_start<double>>("chain_start"),
     entry<Geometry<double>, geometry<double>>("geometry"),
     entry<MatrixRate<double>, matrix_rate<double>>("matrix_rate"),
     entry<CableWrench<double>, cable_wrench<double>>("cable_wrench"),

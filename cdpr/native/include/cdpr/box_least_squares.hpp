@@ -13,6 +13,20 @@
 
 namespace cdpr::CDPR_TARGET {
 
+// Work space of the search.
+struct BoxSpace {
+    double* basis;    // (m, m): N
+    double* box;      // (4, m): a solution, the limits, a target
+    double* factors;  // (n + 5, n + m)
+    double* search;   // (2 m + 8, m): active set
+    double* vectors;  // (3, m): x, which limits are active, the least tensions
+    double* reached;  // (n): the nearest wrench
+    double* table;    // (3 n + 8, n + m): factors of the free cables
+    static constexpr char fields[] =
+        "work basis(m, m), work box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), work vectors(3, m), "
+        "work reached(n), work table(3*n + 8, n + m)";
+};
+
 struct BoxLeastSquares {
     const double* matrix;       // (n, m), W, moments in N m per N
     const double* wrench;       // (n), N and N m
@@ -22,27 +36,20 @@ struct BoxLeastSquares {
     double* tension;            // (m), N; unchanged if a lower limit is infinite
     double* status;             // (1), a Status
     double* steps;              // (1), number of steps
-    double* basis;              // (m, m), work space: N
-    double* box;                // (4, m), work space: a solution, the limits, a target
-    double* factors;            // (n + 5, n + m), work space
-    double* search;             // (2 m + 8, m), work space: active set
-    double* vectors;            // (3, m), work space: x, which limits are active, the least tensions
-    double* reached;            // (n), work space: the nearest wrench
-    double* table;              // (3 n + 8, n + m), work space: factors of the free cables
+    BoxSpace space;
     int64_t n;
     int64_t m;
-    static constexpr char fields[] =
-        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), weights(n), both tension(m), status(1), steps(1), "
-        "work basis(m, m), work box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), work vectors(3, m), "
-        "work reached(n), work table(3*n + 8, n + m), n, m";
+    static constexpr auto fields = join(
+        "matrix(n, m), wrench(n), tension_min(m), tension_max(m), weights(n), both tension(m), status(1), steps(1), ",
+        BoxSpace::fields, ", n, m");
 
-    CDPR_INLINE double* x() const { return vectors; }
-    CDPR_INLINE double* active() const { return vectors + m; }
-    CDPR_INLINE double* least() const { return vectors + 2 * m; }
+    CDPR_INLINE double* x() const { return space.vectors; }
+    CDPR_INLINE double* active() const { return space.vectors + m; }
+    CDPR_INLINE double* least() const { return space.vectors + 2 * m; }
 
     // Problem of least norm for a wrench.
     CDPR_INLINE TensionProblem<double> problem(const double* wanted, double* answer) const {
-        return {matrix, wanted, tension_min, tension_max, answer, status, basis, box, factors, n, m};
+        return {matrix, wanted, tension_min, tension_max, answer, status, space.basis, space.box, space.factors, n, m};
     }
 };
 
@@ -77,7 +84,7 @@ struct FreeCables {
 
 CDPR_INLINE FreeCables free_cables(const BoxLeastSquares& p) {
     const int64_t n = p.n;
-    const Matrix<double> table = {p.table, n + p.m}, rest = table.from(3 * n);
+    const Matrix<double> table = {p.space.table, n + p.m}, rest = table.from(3 * n);
     return {table,   table.from(n), table.from(2 * n), rest[0], rest[1], rest[2], rest[3],
             rest[4], rest[5],       rest[6],           rest[7], n,       p.m,     0};
 }
@@ -232,8 +239,8 @@ inline int64_t nearest_wrench(const BoxLeastSquares& p, bool& unique) {
 // Replace the tensions by the least ones with the same wrench; return the number of steps.
 inline int64_t lessen(const BoxLeastSquares& p) {
     for (int64_t j = 0; j < p.n; j++)
-        p.reached[j] = sum(0.0, 0, p.m, [&](int64_t i) { return p.matrix[j * p.m + i] * p.tension[i]; });
-    const TensionProblem<double> problem = p.problem(p.reached, p.least());
+        p.space.reached[j] = sum(0.0, 0, p.m, [&](int64_t i) { return p.matrix[j * p.m + i] * p.tension[i]; });
+    const TensionProblem<double> problem = p.problem(p.space.reached, p.least());
     int64_t steps = 0;
     bool found = false;
     if (many_cables(p.n, p.m)) {
@@ -243,7 +250,7 @@ inline int64_t lessen(const BoxLeastSquares& p) {
     if (!found) {
         const int64_t r = reduce_once(problem);
         if (r < 0) return 0;
-        ActiveSet set = active_set(p.search, p.m, r);
+        ActiveSet set = active_set(p.space.search, p.m, r);
         steps = nearest(polytope_of(problem, r, p.x(), p.active()), set);
         if (steps < 0) return 0;
     }

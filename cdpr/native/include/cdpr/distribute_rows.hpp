@@ -92,19 +92,10 @@ template <class T> inline Truth<T> pose_problem(const Rows<T>& p) {
 
 struct DistributedRows {
     Rows<double> all;
-    double* steps;  // (1), work space, like the following: box_least_squares.hpp
-    double* basis;
-    double* box;
-    double* factors;
-    double* search;
-    double* vectors;
-    double* reached;
-    double* table;
+    double* steps;  // (1), work space
+    BoxSpace space;
     int64_t action;  // an Action: for an answer that fails the checks
-    static constexpr auto fields = extended(
-        Rows<double>::fields,
-        "work steps(1), work basis(m, m), work box(4, m), work factors(n + 5, n + m), work search(2*m + 8, m), "
-        "work vectors(3, m), work reached(n), work table(3*n + 8, n + m), action");
+    static constexpr auto fields = extended(Rows<double>::fields, "work steps(1), ", BoxSpace::fields, ", action");
 
     CDPR_INLINE Fallback fallback(int64_t* known, double* tension, double* report, bool answered) const {
         return {all.matrix,
@@ -116,13 +107,7 @@ struct DistributedRows {
                 tension,
                 report,
                 steps,
-                basis,
-                box,
-                factors,
-                search,
-                vectors,
-                reached,
-                table,
+                space,
                 answered ? action : int64_t(NEAREST),
                 answered,
                 all.n,

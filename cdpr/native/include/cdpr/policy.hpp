@@ -20,27 +20,19 @@ struct Fallback {
     double* answer;   // (m), N, of the solver, NaN if it wrote none; replaced
     double* tension;  // (m), N, of the previous step; replaced
     double* report;   // (4): status; residual, N; margin, N; number of cables at a limit
-    double* steps;    // (1), work space, like the following: box_least_squares.hpp
-    double* basis;
-    double* box;
-    double* factors;
-    double* search;
-    double* vectors;
-    double* reached;
-    double* table;
+    double* steps;    // (1), work space
+    BoxSpace space;
     int64_t action;    // an Action
     int64_t answered;  // whether the solver gave an answer, which failed the checks
     int64_t n;
     int64_t m;
-    static constexpr char fields[] =
+    static constexpr auto fields = join(
         "matrix(n, m), wrench(n), weights(n), limits(2, m), both known(2), both answer(m), both tension(m), "
-        "both report(4), work steps(1), work basis(m, m), work box(4, m), work factors(n + 5, n + m), "
-        "work search(2*m + 8, m), work vectors(3, m), work reached(n), work table(3*n + 8, n + m), action, answered, "
-        "n, m";
+        "both report(4), work steps(1), ",
+        BoxSpace::fields, ", action, answered, n, m");
 
     CDPR_INLINE BoxLeastSquares nearest() const {
-        return {matrix, wrench,  limits, limits + m, weights, tension, report, steps, basis,
-                box,    factors, search, vectors,    reached, table,   n,      m};
+        return {matrix, wrench, limits, limits + m, weights, tension, report, steps, space, n, m};
     }
 };
 
