@@ -13,9 +13,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
-from cdpr.plugins.backend import Acts
-from cdpr.plugins.snapshots import SnapshotOfArrays
-from cdpr_backends.scheme import steps_of
+from cdpr_backends.scheme import Integrator
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
@@ -39,7 +37,7 @@ def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Bac
     return GuidedReference(robot, gravity, physics_step, options)
 
 
-class ReferenceBackend(SnapshotOfArrays, Backend):
+class ReferenceBackend(Integrator):
     """Integrator of position, attitude, momentum and angular momentum by the classical scheme of fourth order.
 
     The variables are those of the centre of mass. The angular momentum is in world axes, where it is constant without a
@@ -52,9 +50,9 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
         self._body = np.zeros(13)
         self._inertial = np.array([frame.mass, *frame.moments])
         self._momentum = np.zeros(3)  # angular, about the centre of mass, in world axes
-        moving = {"body": self._body, "momentum": self._momentum, "state": self.state}
-        self._begin = bind("reference_begin", offset=frame.offset, moments=frame.moments, **moving)
-        self._steps = steps_of(
+        moving = {"body": self._body, "momentum": self._momentum}
+        self._begin = bind("reference_begin", offset=frame.offset, moments=frame.moments, state=self.state, **moving)
+        self.bind_steps(
             "reference_step",
             lines=frame.line_table,
             offset=frame.offset,
@@ -63,7 +61,6 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
             command=self.command,
             external=self.external,
             **moving,
-            step=self.physics_step,
         )
         self.arrays = (self.command, self.external, self._body, self._momentum, self.state)
 
@@ -82,11 +79,3 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
         """Set the platform to `state` (13,)."""
         self.state[:] = state
         self._begin()
-
-    def step(self, n: int) -> None:
-        """Advance by n physics steps."""
-        self._steps(n)()
-
-    def acts(self, n: int) -> Acts:
-        """Return the integrator for n physics steps."""
-        return [self._steps(n)]

@@ -10,13 +10,10 @@ from cdpr.cables.tables import line_table
 from cdpr.mechanics.guide import Guide
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend
-from cdpr.plugins.backend import Acts
-from cdpr.plugins.snapshots import SnapshotOfArrays
-from cdpr_backends.scheme import steps_of
+from cdpr_backends.scheme import Integrator
 
 
-class GuidedReference(SnapshotOfArrays, Backend):
+class GuidedReference(Integrator):
     """Classical Runge-Kutta scheme of fourth order in position and hinge angle.
 
     The cables are evaluated at every stage.
@@ -26,7 +23,7 @@ class GuidedReference(SnapshotOfArrays, Backend):
         super().__init__(robot, gravity, physics_step, options)
         self.guide = guide = Guide(robot)
         self._motion = np.zeros(8)  # position, angle, velocity, angular rate
-        self._steps = steps_of(
+        self.bind_steps(
             "guided_step",
             guide=guide.packed,
             lines=line_table(robot),
@@ -35,8 +32,6 @@ class GuidedReference(SnapshotOfArrays, Backend):
             command=self.command,
             external=self.external,
             motion=self._motion,
-            state=self.state,
-            step=self.physics_step,
         )
         self.arrays = (self.command, self.external, self._motion, self.state)
 
@@ -46,11 +41,3 @@ class GuidedReference(SnapshotOfArrays, Backend):
         axis = self.guide.packed[3:]
         self._motion[:] = [*state[:3], self.guide.angle(state), *self.guide.packed[:3] * state[7:10], axis @ state[10:]]
         self._steps(0)()
-
-    def step(self, n: int) -> None:
-        """Advance by n physics steps."""
-        self._steps(n)()
-
-    def acts(self, n: int) -> Acts:
-        """Return the integrator for n physics steps."""
-        return [self._steps(n)]

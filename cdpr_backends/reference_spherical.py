@@ -11,13 +11,10 @@ from cdpr.mechanics.spherical import pack
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins import Backend
-from cdpr.plugins.backend import Acts
-from cdpr.plugins.snapshots import SnapshotOfArrays
-from cdpr_backends.scheme import steps_of
+from cdpr_backends.scheme import Integrator
 
 
-class SphericalReference(SnapshotOfArrays, Backend):
+class SphericalReference(Integrator):
     """Classical Runge-Kutta scheme of fourth order in attitude and angular momentum about the origin.
 
     The angular momentum is in world axes, so that it is conserved to round-off without a torque.
@@ -26,9 +23,9 @@ class SphericalReference(SnapshotOfArrays, Backend):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self._momentum = np.zeros(3)
-        packed, moving = pack(robot), {"momentum": self._momentum, "state": self.state}
-        self._begin = bind("spherical_begin", packed=packed, **moving)
-        self._steps = steps_of(
+        packed, moving = pack(robot), {"momentum": self._momentum}
+        self._begin = bind("spherical_begin", packed=packed, state=self.state, **moving)
+        self.bind_steps(
             "spherical_step",
             lines=line_table(robot),
             packed=packed,
@@ -36,7 +33,6 @@ class SphericalReference(SnapshotOfArrays, Backend):
             command=self.command,
             external=self.external,
             **moving,
-            step=self.physics_step,
         )
         self.arrays = (self.command, self.external, self._momentum, self.state)
 
@@ -45,11 +41,3 @@ class SphericalReference(SnapshotOfArrays, Backend):
         self.state[:] = state
         self.state[7:10] = 0.0
         self._begin()
-
-    def step(self, n: int) -> None:
-        """Advance by n physics steps."""
-        self._steps(n)()
-
-    def acts(self, n: int) -> Acts:
-        """Return the integrator for n physics steps."""
-        return [self._steps(n)]

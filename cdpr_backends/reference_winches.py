@@ -11,13 +11,11 @@ from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins import Backend
 from cdpr.plugins.backend import Acts
-from cdpr.plugins.snapshots import SnapshotOfArrays
-from cdpr_backends.scheme import steps_of
+from cdpr_backends.scheme import Integrator
 
 
-class WinchReference(SnapshotOfArrays, Backend):
+class WinchReference(Integrator):
     """Classical Runge-Kutta scheme of fourth order in body, winches and cable work, for free and guided platforms."""
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -30,7 +28,7 @@ class WinchReference(SnapshotOfArrays, Backend):
         self.highest = winches.highest
         self._to_body = bind("body_state", offset=frame.offset, state=self.state, body=self._body)
         self._publish = bind("platform_state", offset=frame.offset, body=self._body, state=self.state)
-        self._steps = steps_of("winch_runge_kutta", **winches.given, state=self.state, step=self.physics_step)
+        self.bind_steps("winch_runge_kutta", **winches.given)
         self.arrays = (self.command, self.external, self._body, self.state, *self.winches.arrays)
 
     def reset(self, state: Array) -> None:
@@ -40,14 +38,6 @@ class WinchReference(SnapshotOfArrays, Backend):
         self._to_body()
         self._publish()
         self.winches.reset()
-
-    def step(self, n: int) -> None:
-        """Advance by n physics steps."""
-        self._steps(n)()
-
-    def acts(self, n: int) -> Acts:
-        """Return the integrator for n physics steps."""
-        return [self._steps(n)]
 
     def read_tension(self, tension: Array) -> None:
         """Write the tensions (m,)."""

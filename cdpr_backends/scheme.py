@@ -7,14 +7,29 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from cdpr.native.bind import bind
+from cdpr.plugins import Backend
+from cdpr.plugins.backend import Acts
+from cdpr.plugins.snapshots import SnapshotOfArrays
 
 if TYPE_CHECKING:
     from cdpr.native.library import Bound
 
 
-def steps_of(operation: str, **given: Any) -> Callable[[int], Bound]:
-    """Return a function of n that returns an integrator's operation, bound to `given`, for n physics steps.
+class Integrator(SnapshotOfArrays, Backend):
+    """Backend that integrates any number of physics steps in one operation, `bind_steps`."""
 
-    Each operation is bound at its first use and kept.
-    """
-    return cache(lambda n: bind(operation, **given, steps=n))
+    def bind_steps(self, operation: str, **given: Any) -> None:
+        """Set the operation of the kernel library that integrates, and its arguments except `steps`.
+
+        It is bound at the first use of each number of steps and kept.
+        """
+        given |= {"state": self.state, "step": self.physics_step}
+        self._steps: Callable[[int], Bound] = cache(lambda n: bind(operation, **given, steps=n))
+
+    def step(self, n: int) -> None:
+        """Advance by n physics steps."""
+        self._steps(n)()
+
+    def acts(self, n: int) -> Acts:
+        """Return the integrator for n physics steps."""
+        return [self._steps(n)]

@@ -1,12 +1,17 @@
-"""Compiled control laws for calls with changing arrays."""
+"""Compiled control laws for calls with changing arrays, and the base class of those that have gains only."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
+from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+from cdpr.plugins import Controller, SnapshotOfArrays
+from cdpr.plugins.controller import Tunable
 
 
 class Law:
@@ -28,3 +33,44 @@ class Law:
         self._desired[:] = desired
         self._call()
         out[:] = self._out
+
+
+class GainLaw(SnapshotOfArrays, Controller):
+    """Controller whose compiled law has proportional and damping gains and no internal state.
+
+    Attributes:
+        operation: name of the law in the kernel library.
+    """
+
+    operation: ClassVar[str]
+    arrays = ()
+
+    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
+        super().__init__(robot, gravity, control_step, options)
+        self._gains = np.zeros(12)
+        self.change(options)
+        self._body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
+        self._law = Law(self.compiled, 6)
+
+    def change(self, options: Any) -> None:
+        """Set new gains."""
+        self._gains[:6], self._gains[6:] = options.kp, options.kd
+
+    def renew(self, robot: Robot) -> bool:
+        """Use the mass properties of another platform."""
+        self.robot = robot
+        self._body["inertial"][:] = robot.inertial
+        return True
+
+    def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
+        """Write the wrench (6,)."""
+        self._law(state, desired, wrench)
+
+    def tunable(self) -> Mapping[str, Tunable]:
+        """Return the gains."""
+        kp, kd = self._gains[:6], self._gains[6:]
+        return {"kp": Tunable(kp, kp.copy()), "kd": Tunable(kd, kd.copy())}
+
+    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
+        """Return the law bound to these arrays."""
+        return bind(self.operation, gains=self._gains, **self._body, state=state, desired=desired, wrench=out)
