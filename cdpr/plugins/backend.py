@@ -21,6 +21,12 @@ class Backend(ABC):
     The caller writes `command` and `external`, which hold until they are written again, and reads `state`. The arrays
     are created here and never replaced, so that both sides may keep a reference.
 
+    Args:
+        robot: geometry and mass properties of the plant.
+        gravity: (3,), m/s^2, world.
+        physics_step: time step of the engine, s.
+        options: instance of the plugin's options model; None if it has none.
+
     Attributes:
         command: (m,), tension of each cable, N.
         external: (6,), additional wrench on the platform at its origin, world axes: force, N, then moment, N m.
@@ -51,17 +57,31 @@ class Backend(ABC):
 
     @abstractmethod
     def reset(self, state: Array) -> None:
-        """Set the platform to `state` (13,) and the clock to zero."""
+        """Set the platform to `state` (13,) and the clock to zero.
+
+        Args:
+            state: (13,), layout of `cdpr.model`.
+        """
 
     @abstractmethod
     def step(self, n: int) -> None:
-        """Advance by n physics steps without checks: the caller checks `state` after each call."""
+        """Advance by n physics steps without checks: the caller checks `state` after each call.
+
+        Args:
+            n: number of physics steps, at least 1.
+        """
 
     def renew(self, robot: Robot) -> bool:
         """Continue with a robot that has another platform; return False if that needs a new backend.
 
         The robots differ in mass, centre of mass and inertia, and in what does not affect the motion. Rollouts call
         this in place of the constructor, and then `reset`.
+
+        Args:
+            robot: robot with the other platform.
+
+        Returns:
+            True if the object continues with the robot.
         """
         return False
 
@@ -70,11 +90,24 @@ class Backend(ABC):
 
         The loop calls compiled operations without Python: results of `cdpr.native.bind.bind` or
         `cdpr.native.foreign.Foreign`. If one returns a value other than 0, the loop calls `refuse` with it.
+
+        Args:
+            n: number of physics steps, at least 1.
+
+        Returns:
+            The operations in order, or None.
         """
         return None
 
     def refuse(self, code: int) -> NoReturn:
-        """Raise the error for a nonzero return value of one of `acts`."""
+        """Raise the error for a nonzero return value of one of `acts`.
+
+        Args:
+            code: value that the operation returned.
+
+        Raises:
+            PluginError: always.
+        """
         raise PluginError(f"{type(self).__name__} gave up a step with code {code}")
 
     def read_tension(self, tension: Array) -> None:
@@ -82,6 +115,9 @@ class Backend(ABC):
 
         Backends with other cables declare them in the property `cable_models`, see `cdpr.cables`, and provide tensions,
         `highest` and `cable_work`.
+
+        Args:
+            tension: (m,), N; written.
         """
         tension[:] = self.command
 
@@ -90,7 +126,15 @@ class Backend(ABC):
         raise PluginError(f"{type(self).__name__} knows ideal cables only")
 
     def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
-        """Return the operations of `read_tension(tension)` and of `work[0] = cable_work()`, as in `acts`."""
+        """Return the operations of `read_tension(tension)` and of `work[0] = cable_work()`, as in `acts`.
+
+        Args:
+            tension: (m,), N; written by the first operations.
+            work: (1,), J; written by the second operations.
+
+        Returns:
+            Both lists of operations; None if there are none.
+        """
         return None
 
     def engine_time(self) -> float | None:
@@ -104,6 +148,12 @@ class Backend(ABC):
         """Return the operation that writes `engine_time` into `clock` (1,), as in `acts`.
 
         It is called only if the engine has a clock.
+
+        Args:
+            clock: (1,), s; written.
+
+        Returns:
+            The operation.
         """
 
         def read() -> None:
@@ -116,6 +166,12 @@ class Backend(ABC):
 
         It is called once after construction with unused arrays, and again by a simulation with its recorded arrays:
         their values when `reset` and `step` return, NaN until something is written.
+
+        Args:
+            columns: array (width,) of each declared column, by name.
+
+        Raises:
+            PluginError: if the backend does not implement it.
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
@@ -127,7 +183,14 @@ class Backend(ABC):
         raise PluginError(f"{type(self).__name__} cannot take snapshots")
 
     def restore(self, snapshot: object) -> None:
-        """Restore a snapshot of this backend; the continuation is identical to the bit."""
+        """Restore a snapshot of this backend; the continuation is identical to the bit.
+
+        Args:
+            snapshot: result of `snapshot` of the same object.
+
+        Raises:
+            PluginError: if the backend does not implement it.
+        """
         raise PluginError(f"{type(self).__name__} cannot restore snapshots")
 
     def describe(self) -> dict[str, Any]:

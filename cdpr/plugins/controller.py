@@ -36,7 +36,11 @@ class Controller(ABC):
     stage distributes a wrench among the cables. Commands go directly to the cables, clipped to their limits, without a
     solver. If the output depends on its options, the controller has an attribute `output`.
 
-    `gravity` is (3,), m/s^2, world; `control_step` is the time between two calls, s.
+    Args:
+        robot: geometry, limits and degrees of freedom; the nominal robot, if the scenario has one.
+        gravity: (3,), m/s^2, world.
+        control_step: time between two calls, s.
+        options: instance of the plugin's options model; None if it has none.
 
     Example:
         >>> import cdpr
@@ -62,9 +66,12 @@ class Controller(ABC):
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the complete output of this control step into `out`.
 
-        With output "wrench", `out` is (6,): force, N, and moment about the platform's origin, N m, world axes. With
-        "command" it is (m,): the command of each cable, N. `state` is (13,) and `desired` (19,), in the layout of
-        `cdpr.model`; both are read-only. The initial content of `out` is undefined.
+        Args:
+            time: time since the start of the run, s.
+            state: (13,), layout of `cdpr.model`, read-only.
+            desired: (19,), desired state and accelerations, likewise.
+            out: written; its initial content is undefined. With output "wrench", (6,): force, N, and moment about the
+                platform's origin, N m, world axes. With "command", (m,): the command of each cable, N.
         """
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
@@ -72,6 +79,14 @@ class Controller(ABC):
 
         The loop then calls it without Python. It is a result of `cdpr.native.bind.bind` or a
         `cdpr.native.foreign.Foreign`.
+
+        Args:
+            state: (13,), layout of `cdpr.model`, read-only.
+            desired: (19,), likewise.
+            out: (6,) or (m,), as in `control`; written.
+
+        Returns:
+            The operation, or None.
         """
         return None
 
@@ -85,6 +100,9 @@ class Controller(ABC):
         `report` is (4,): a `cdpr.tension.Status`, the residual of the wrench (N), the distance of the tensions from
         their limits (N) and the number of cables at a limit; zeros before the first step. If the status is not OK, the
         cables did not provide the output, so integrators must not wind up.
+
+        Args:
+            report: (4,), live and read-only.
         """
 
     def sense(self, cables: Array) -> None:  # noqa: B027 - an optional hook
@@ -92,6 +110,9 @@ class Controller(ABC):
 
         `cables` is (2, m): true lengths, m, and rates, m/s. `self.robot` is the nominal model, whose lengths may differ
         at the same state.
+
+        Args:
+            cables: (2, m), live and read-only.
         """
 
     def log(self, columns: Mapping[str, Array]) -> None:
@@ -99,6 +120,12 @@ class Controller(ABC):
 
         It is called once after construction with unused arrays, and again by a simulation with its recorded arrays:
         their values after `control`, NaN until something is written.
+
+        Args:
+            columns: array (width,) of each declared column, by name.
+
+        Raises:
+            PluginError: if the controller does not implement it.
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
@@ -107,6 +134,12 @@ class Controller(ABC):
 
         The robots differ in mass, centre of mass and inertia, and in what does not affect the motion. Rollouts call
         this in place of the constructor, and then `reset`.
+
+        Args:
+            robot: robot with the other platform.
+
+        Returns:
+            True if the object continues with the robot.
         """
         return False
 
@@ -114,6 +147,9 @@ class Controller(ABC):
         """Change the options between two steps; only options declared as `changeable` differ.
 
         The memory of earlier calls is kept.
+
+        Args:
+            options: instance of the plugin's options model.
 
         Raises:
             CdprError: if they do not fit the robot; nothing is changed then.
@@ -131,7 +167,14 @@ class Controller(ABC):
         raise PluginError(f"{type(self).__name__} cannot take snapshots")
 
     def restore(self, snapshot: object) -> None:
-        """Restore a snapshot of this controller; the continuation is identical to the bit."""
+        """Restore a snapshot of this controller; the continuation is identical to the bit.
+
+        Args:
+            snapshot: result of `snapshot` of the same object.
+
+        Raises:
+            PluginError: if the controller does not implement it.
+        """
         raise PluginError(f"{type(self).__name__} cannot restore snapshots")
 
     def describe(self) -> dict[str, Any]:

@@ -46,5 +46,9 @@ class SnapshotOfArrays:
         return save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a snapshot."""
+        """Restore a snapshot.
+
+        Args:
+            snapshot: result of `snapshot` of the same object.
+        """
         put_back(snapshot, self.arrays)

@@ -34,6 +34,10 @@ class TensionSolver(ABC):
     A solver has no fallback of its own: the tension stage decides how to handle infeasible wrenches, and it checks
     every answer. A cable with t_min = t_max is locked at that tension; at 0 it is cut.
 
+    Args:
+        robot: geometry, limits and degrees of freedom; the nominal robot, if the scenario has one.
+        options: instance of the plugin's options model; None if it has none.
+
     Example:
         >>> import numpy as np
         >>> import cdpr
@@ -57,9 +61,18 @@ class TensionSolver(ABC):
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` and return a `cdpr.tension.Status`.
 
-        W is (n, m), wrench (n,), the others (m,); all C-contiguous float64 with read-only inputs. The robot has n
-        degrees of freedom. On entry `tension` has the tensions of the previous step, NaN if there was none, as a warm
-        start or for continuity. Its content is ignored if the status is not OK.
+        All arrays are C-contiguous float64. The robot has n degrees of freedom.
+
+        Args:
+            W: (n, m), wrench matrix, 1 and m; read-only.
+            wrench: (n,), required wrench of the cables, N and N m, world axes; read-only.
+            t_min: (m,), lowest tensions, N; read-only.
+            t_max: (m,), highest tensions, N; read-only.
+            tension: (m,), N; written. On entry it has the tensions of the previous step, NaN if there was none, as a
+                warm start or for continuity. Its content is ignored if the status is not OK.
+
+        Returns:
+            A `cdpr.tension.Status`.
         """
 
     def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Callable[[], int] | None:
@@ -67,6 +80,16 @@ class TensionSolver(ABC):
 
         The loop then calls it without Python: a result of `cdpr.native.bind.bind` or a `cdpr.native.foreign.Foreign`.
         The arrays are not moved.
+
+        Args:
+            W: (n, m), as in `solve`.
+            wrench: (n,).
+            t_min: (m,), N.
+            t_max: (m,), N.
+            tension: (m,), N; written.
+
+        Returns:
+            The operation, or None.
         """
         return None
 
@@ -75,6 +98,12 @@ class TensionSolver(ABC):
 
         It is called once after construction with unused arrays, and again by a simulation with its recorded arrays:
         their values after `solve`, NaN until something is written.
+
+        Args:
+            columns: array (width,) of each declared column, by name.
+
+        Raises:
+            PluginError: if the solver does not implement it.
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
@@ -82,6 +111,9 @@ class TensionSolver(ABC):
         """Change the options between two steps; only options declared as `changeable` differ.
 
         The memory of earlier calls is kept.
+
+        Args:
+            options: instance of the plugin's options model.
 
         Raises:
             CdprError: if they do not fit the robot; nothing is changed then.
@@ -99,7 +131,11 @@ class TensionSolver(ABC):
         return None
 
     def restore(self, snapshot: object) -> None:  # noqa: B027 - an optional hook
-        """Restore a snapshot of this solver; the continuation is identical to the bit."""
+        """Restore a snapshot of this solver; the continuation is identical to the bit.
+
+        Args:
+            snapshot: result of `snapshot` of the same object.
+        """
 
 
 class CompiledSolver(TensionSolver):
@@ -195,6 +231,16 @@ class CompiledSolver(TensionSolver):
         The last axis of the arrays has length 8. The operation returns a bit mask of the problems without status OK,
         the first in the lowest bit; the tensions of the others equal those of `solve` to the bit. All answers are first
         steps unless `tension` has the previous tensions.
+
+        Args:
+            W: (n, m, 8).
+            wrench: (n, 8).
+            t_min: (m, 8), N.
+            t_max: (m, 8), N.
+            tension: (m, 8), N; written.
+
+        Returns:
+            The bound operation, or None.
         """
         operation = operations().get(f"{self.operation}_lanes")
         if operation is None:

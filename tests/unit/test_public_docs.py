@@ -52,3 +52,31 @@ def test_examples_give_what_they_show(name):
     done = doctest.testmod(import_module(name), optionflags=FLAGS, report=False)
     assert done.attempted
     assert done.failed == 0
+
+
+INTERFACES = (
+    plugins.Backend,
+    plugins.RigidBodyBackend,
+    plugins.Controller,
+    plugins.TensionSolver,
+    plugins.CompiledSolver,
+)
+METHODS = [
+    (kind, name, method)
+    for kind in INTERFACES
+    for name, method in vars(kind).items()
+    if inspect.isfunction(method)
+    and (not name.startswith("_") or name == "__init__")
+    and (name == "__init__" or not any(hasattr(base, name) for base in kind.__mro__[1:]))
+]
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "method"), METHODS, ids=[f"{kind.__name__}.{name}" for kind, name, _ in METHODS]
+)
+def test_arguments_of_interfaces_are_documented(kind, name, method):
+    """Those of a constructor by the class, or by a base with the same ones; overriding methods need not repeat them."""
+    bases = [base for base in kind.__mro__ if base is kind or base in INTERFACES]
+    docs = [inspect.getdoc(each) or "" for each in bases] if name == "__init__" else [inspect.getdoc(method)]
+    for argument in list(inspect.signature(method).parameters)[1:]:
+        assert any(f"    {argument}: " in doc for doc in docs), argument
