@@ -63,7 +63,7 @@ OTHERS = [
     Other("hold", "cdpr.trajectory", "a function"),
     Other("circle", "cdpr.trajectory", "a function"),
     Other("fmu", "cdpr.ui.cli", "a command"),
-    Other("fmu", "cdpr.fmu.export.library", "a folder of the user's cache"),
+    Other("fmu", "cdpr.fmu.export.cache", "a folder of the user's cache"),
     Other("fmu", "cdpr.fmu.read.options", "the constant by which scenarios, logs and tables call what is an FMU"),
     Other("remote", "cdpr.link.options", "the constant by which scenarios and logs call what is in another process"),
     Other("daqp", "cdpr.analysis.bench.benchmark", "the library, which the oracle asks, too"),
