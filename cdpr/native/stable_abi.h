@@ -1,7 +1,7 @@
 /* The part of CPython's stable ABI (3.11) that binder.c uses. SPDX-License-Identifier: Apache-2.0
 
    Declared here so that the library is built without Python.h, which Debian and others package apart from Python.
-   tests/unit/test_native_declarations.py compares these declarations with Python.h: included after it, this file gives
+   tests/native/test_declarations.py compares these declarations with Python.h: included after it, this file gives
    the functions only, and the compiler rejects a difference. Free-threaded builds have another layout;
    build_backend.py rejects them. */
 #ifndef CDPR_STABLE_ABI_H

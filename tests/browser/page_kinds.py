@@ -11,8 +11,8 @@ from command_line import cdpr_here
 from conftest import ROOT
 from design_cases import BOX, ONE, TWO, design_of
 from pushed_point import pushed_point
+from report_cases import CASES
 from study_cases import write_study
-from test_report_cases import CASES
 
 import cdpr
 from cdpr.analysis.design import run_design

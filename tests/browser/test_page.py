@@ -11,7 +11,7 @@ import pytest
 from browser_pages import PHONE, READY, pixels
 from command_line import cdpr_here
 from conftest import ROOT
-from test_report_cases import CASES, LED
+from report_cases import CASES, LED
 
 import cdpr
 from cdpr.ui.report.pages.run import write_report

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 from spread import sampled
 
@@ -48,7 +49,7 @@ for n in range(50, len(rows), 50):
 
 @sampled(1, "number", [3, 77])
 def test_a_killed_run_loses_nothing_that_was_flushed(tmp_path: Path, number: int) -> None:
-    tests = str(Path(__file__).parent.parent)
+    tests = str(ROOT / "tests" / "support")
     script = CHILD.format(tests=tests, out=str(tmp_path / "run"))
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None
@@ -73,7 +74,7 @@ def test_killed_at_any_moment_a_run_is_repaired_to_a_whole_log(tmp_path: Path, s
     """The thread that writes is killed in the midst of it. CDPR_KILLS says how often."""
     rng = np.random.default_rng(seed)
     script = CHILD if seed % 3 == 0 else AT_FULL_SPEED
-    script = script.format(tests=str(Path(__file__).parent.parent), out=str(tmp_path / "run"))
+    script = script.format(tests=str(ROOT / "tests" / "support"), out=str(tmp_path / "run"))
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None
         while child.stdout.readline() != "ready\n":

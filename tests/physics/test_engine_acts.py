@@ -175,7 +175,7 @@ print(np.array_equal(running.again(), whole))
 @pytest.mark.slow
 def test_an_error_of_mujoco_ends_the_run_not_the_process(tmp_path):
     """Where MuJoCo gives up, it ends the process of a C program that has no handler, and leaves a file behind."""
-    path = [str(ROOT / "tests"), str(ROOT / "tests" / "physics")]
+    path = [str(ROOT / "tests" / name) for name in (".", "support", "physics")]
     program = GIVES_UP.format(path=path)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, check=False)
     told = "FatalError mj_step: invalid integrator 41\n"

@@ -3,7 +3,7 @@
 They run on valid input and only on demand (`Scenario.warnings`), so that studies and live sessions have no cost. A
 check reads no file and changes nothing. To add one, write the function and list it here. False warnings are worse than
 none: the bounds of each check are wide and justified, and hold for robots from hand size to valley size
-(tests/unit/test_plausible.py).
+(tests/scenario/test_plausible.py).
 """
 
 from __future__ import annotations

@@ -1,0 +1,238 @@
+"""What cables, drums and motors must bear."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from spread import sampled
+from workspace_cases import cli, robot_of
+
+import cdpr
+from cdpr.analysis.distribution import distribute
+from cdpr.analysis.sizing import Duty, demands, over_workspace, sizing, with_one_broken
+from cdpr.analysis.sizing.demands import _torque, drum_radii
+from cdpr.analysis.workspace import box, ellipsoid, region
+from cdpr.base.errors import CdprError
+from cdpr.scenario import load_scenario
+
+CAROCA = ROOT / "scenarios" / "caroca.yaml"
+
+SHORT = {"simulation.duration": 1.0}
+GRAVITY = np.array([0.0, 0.0, -9.81])
+
+
+@pytest.fixture(scope="module")
+def run():
+    return cdpr.simulate("scenarios/caroca.yaml", overrides=SHORT)
+
+
+@pytest.fixture(scope="module")
+def foreseen():
+    return Duty.of_scenario(cdpr.load_scenario("scenarios/caroca.yaml"), "foreseen")
+
+
+def made(robot, tension, rate, time, length=None, feasible=None):
+    shape = len(time), robot.m
+    length = np.ones(shape) if length is None else length
+    feasible = np.ones(len(time), dtype=bool) if feasible is None else feasible
+    poses, wrenches = np.tile([0.0] * 3 + [1.0] + [0.0] * 3, (len(time), 1)), np.zeros((len(time), 6))
+    return Duty("made", robot, np.broadcast_to(tension, shape), length, feasible, time, rate, poses, wrenches)
+
+
+def test_figures_of_a_motion_that_is_known():
+    """Lengths that swing as a sine under a constant tension: every figure in closed form."""
+    robot, time = robot_of("caroca"), np.linspace(0.0, 2.0, 20001)
+    w, a, T = 2 * np.pi, 0.1, 200.0
+    swing = np.tile(np.sin(w * time)[:, None], (1, robot.m))
+    rate = np.tile(a * w * np.cos(w * time)[:, None], (1, robot.m))
+    found = demands(made(robot, T, rate, time, 3.0 + a * swing))
+    expected = {
+        "tension": T,
+        "tension_rms": T,
+        "tension_least": T,
+        "speed": a * w,
+        "acceleration": a * w * w,
+        "driving": T * a * w,
+        "braking": T * a * w,
+        "given": 4 * T * a,  # two periods, in each of which the length shrinks by 2 a
+        "taken": 4 * T * a,
+        "shortest": 3.0 - a,
+        "longest": 3.0 + a,
+    }
+    for name, value in expected.items():
+        assert getattr(found, name) == pytest.approx(value, rel=1e-5), name
+    for name in ("turns", "drum_speed", "torque", "torque_rms", "motor_power"):
+        assert np.isnan(getattr(found, name)).all()
+
+
+def test_the_energy_of_all_cables_is_their_work(run):
+    found = demands(Duty.of_run(run, "run"))
+    # A tension is held for a period, and counted as if it went straight to the next: to the share of a period.
+    assert (found.given - found.taken).sum() == pytest.approx(run.cable_work[-1], rel=1e-3)
+    assert found.tension == pytest.approx(run.cable_tension.max(axis=0))
+    assert found.tension_least == pytest.approx(run.cable_tension.min(axis=0))
+
+
+def test_the_motors_torque_is_what_a_simulated_winch_is_told():
+    """Of `winch` cables the command is a torque over the radius: inertia and friction are in it."""
+    run = cdpr.simulate("scenarios/winch.yaml", overrides=SHORT)
+    duty = Duty.of_run(run, "run")
+    radius = np.array([cable.winch.drum_radius for cable in duty.robot.cables])
+    torque = _torque(duty.robot, duty.tension, duty.rate, np.gradient(duty.rate, duty.time, axis=0))
+    told, beyond = radius * run.tension, np.abs(radius * run.cable_tension - radius * run.tension)
+    moving = slice(200, -10)  # the first samples settle
+    assert np.abs(torque - told)[moving].max() < 0.1 * beyond[moving].max()
+
+
+def test_turns_of_a_drum():
+    duty = Duty.of_scenario(cdpr.load_scenario("scenarios/winch.yaml"), "winch")
+    found = demands(duty)
+    radius = duty.robot.cables[0].winch.drum_radius
+    assert found.turns[0] * 2 * np.pi * radius == pytest.approx(np.ptp(duty.length[:, 0]))
+    assert found.drum_speed[0] * radius == pytest.approx(np.abs(duty.rate[:, 0]).max())
+
+
+def test_a_run_is_sized_as_its_motion_was_foreseen(foreseen):
+    run = cdpr.simulate("scenarios/caroca.yaml")
+    asked, done = demands(foreseen), demands(Duty.of_run(run, "run"))
+    for name in ("tension", "tension_rms", "speed", "longest", "shortest", "given", "taken"):
+        assert getattr(asked, name) == pytest.approx(getattr(done, name), rel=0.01, abs=1.0), name
+
+
+def test_what_was_not_done_does_not_count():
+    robot, time = robot_of("caroca"), np.linspace(0.0, 1.0, 101)
+    tension, feasible = np.full((101, robot.m), 100.0), np.ones(101, dtype=bool)
+    tension[50], feasible[50] = 9e9, False
+    found = demands(made(robot, tension, np.zeros((101, robot.m)), time, feasible=feasible))
+    assert found.tension == pytest.approx(100.0)
+    assert found.tension_rms == pytest.approx(100.0)
+    nothing = sizing([made(robot, tension, np.zeros((101, robot.m)), time, feasible=np.zeros(101, dtype=bool))])
+    assert nothing.plain()["cables"][0]["breaking_load_N"] is None
+    assert nothing.plain()["duties"][0]["infeasible"] == 101
+
+
+def test_the_worst_of_several(foreseen, run):
+    both = sizing([foreseen, Duty.of_run(run, "run")], safety=4.0)
+    parts = [demands(foreseen), demands(Duty.of_run(run, "run"))]
+    assert both.worst.tension == pytest.approx(np.max([each.tension for each in parts], axis=0))
+    assert both.worst.tension_least == pytest.approx(np.min([each.tension_least for each in parts], axis=0))
+    assert both.worst.shortest == pytest.approx(np.min([each.shortest for each in parts], axis=0))
+    row = both.plain()["cables"][3]
+    assert row["breaking_load_N"] == pytest.approx(4.0 * row["tension_peak_N"])
+    assert row["by"] == ("foreseen" if parts[0].tension[3] >= parts[1].tension[3] else "run")
+
+
+@pytest.mark.slow
+def test_with_one_cable_broken_the_others_hold(foreseen):
+    parts = list(with_one_broken(foreseen))
+    assert len(parts) == 8
+    some = parts[4]
+    assert np.isnan(some.tension[:, 4]).all()
+    k = int(np.argmax(some.feasible))
+    low, high = foreseen.robot.tension_min.copy(), foreseen.robot.tension_max.copy()
+    low[4] = high[4] = 0.0
+    alone = distribute(foreseen.robot, foreseen.poses[k], foreseen.wrenches[k], tension_min=low, tension_max=high)
+    assert np.array_equal(np.delete(alone.tension, 4), np.delete(some.tension[k], 4))
+    worst = sizing(parts).plain()
+    assert not any(each["exceeded"] for each in worst["duties"])  # a broken cable's 0 N is below no limit
+
+
+def test_a_cable_that_breaks_bears_nothing_afterwards():
+    """0 N is no tension that it should have, and no limit is left by it."""
+    scenario = cdpr.load_scenario("scenarios/cable_break.yaml")
+    for duty in (Duty.of_scenario(scenario, "foreseen"), Duty.of_run(cdpr.simulate(scenario), "run")):
+        lost = np.isnan(duty.tension)
+        assert lost[-1].sum() == 1
+        assert not lost[0].any()
+        found = sizing([duty]).plain()
+        assert not any("pull less" in text for text in found["duties"][0]["exceeded"])
+        assert all(each["tension_least_N"] > 0.0 for each in found["cables"])
+
+
+def test_over_the_workspace_each_corner_is_asked():
+    robot = robot_of("caroca")
+    where = region(robot, cells=3)
+    duty = over_workspace(robot, where, box([50, 40, 30, 5, 5, 5]), GRAVITY)
+    assert len(duty.tension) == where.cells * 64
+    k = 64 * 5 + 17
+    share = duty.wrenches[k] - duty.wrenches[64 * 5 : 64 * 6].mean(axis=0)
+    assert np.abs(share) == pytest.approx([50, 40, 30, 5, 5, 5])
+    assert duty.wrenches[64 * 5 : 64 * 6].mean(axis=0)[2] == pytest.approx(9.81 * robot.platform.mass)
+    found = demands(duty)
+    assert np.isfinite(found.tension).all()
+    assert np.isnan(found.speed).all()
+    with pytest.raises(CdprError, match="take fewer cells"):
+        over_workspace(robot, region(robot, cells=100), box([50, 40, 30, 5, 5, 5]), GRAVITY)
+    with pytest.raises(CdprError, match="corners"):
+        over_workspace(robot, where, ellipsoid([50, 50, 50, 5, 5, 5]), GRAVITY)
+
+
+def test_limits_that_are_left_are_told():
+    robot, time = robot_of("caroca"), np.linspace(0.0, 1.0, 11)
+    found = sizing([made(robot, 2.0 * robot.tension_max, np.zeros((11, 8)), time)]).plain()
+    assert "pull more than their highest tension" in found["duties"][0]["exceeded"][0]
+    reached = sizing([made(robot, robot.tension_max, np.zeros((11, 8)), time)]).plain()
+    assert reached["duties"][0]["exceeded"] == []
+
+
+@pytest.mark.parametrize("safety", [0.5, float("nan"), float("inf")])
+def test_a_safety_that_makes_no_sense(foreseen, safety):
+    with pytest.raises(CdprError, match="safety"):
+        sizing([foreseen], safety)
+
+
+@pytest.mark.slow
+def test_the_command(tmp_path):
+    page = tmp_path / "sub" / "size.html"
+    told = cli("size", "scenarios/winch.yaml", "--safety", "6", "--out", str(page))
+    assert "torque" in told.stdout
+    assert str(page) in told.stdout
+    text = page.read_text()
+    assert "Breaking load 6 times" in text
+    assert "All within" in text
+    figures = json.loads(cli("size", "scenarios/caroca.yaml", "--broken", "--json").stdout)
+    assert figures["duties"][0]["infeasible"] == 0
+    assert len(figures["duties"]) == 9
+
+
+@sampled(
+    lambda words, code, message: message != "sized apart",
+    ("words", "code", "message"),
+    [
+        (["scenarios/robots/caroca.yaml"], 2, "is a robot"),
+        (["scenarios/caroca.yaml", "scenarios/ipanema_1.yaml"], 2, "sized apart"),
+        (["scenarios/caroca.yaml", "--lower", "0,0,0"], 2, "--wrench-box"),
+        (["scenarios/caroca.yaml", "--cells", "5"], 2, "--wrench-box"),
+        (["scenarios/caroca.yaml", "--out", "size.txt"], 8, "ends in .html"),
+        (["scenarios/caroca.yaml", "--safety", "0.2"], 2, "--safety"),
+        (["."], 2, "holds no"),
+    ],
+)
+def test_what_is_wrong_is_told(words, code, message):
+    told = cli("size", *words)
+    assert told.returncode == code
+    assert message in told.stderr
+
+
+def test_a_short_motion_in_a_long_run_is_followed_as_finely():
+    """And a short push in it is met."""
+    changes = {"trajectory.duration": 1.0}
+    push = {"events": [{"type": "wrench", "time": 30.503, "duration": 0.005, "force": [0, 0, -1000]}]}
+    brief = Duty.of_scenario(load_scenario(CAROCA, overrides=changes | {"simulation.duration": 2.0}), "brief")
+    long = Duty.of_scenario(load_scenario(CAROCA, overrides=changes | {"simulation.duration": 600.0}), "long")
+    pushed = Duty.of_scenario(load_scenario(CAROCA, overrides=changes | push | {"simulation.duration": 60.0}), "push")
+    one, other, third = (demands(each) for each in (brief, long, pushed))
+    for name in ("tension", "speed", "acceleration", "braking"):
+        assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-3), name
+    assert third.tension.max() > 1.2 * one.tension.max()
+
+
+def test_turns_of_several_duties_are_from_the_shortest_to_the_longest_of_all():
+    low = load_scenario(CAROCA, overrides={"trajectory.to.position": [1.0, 0.5, 1.2]})
+    high = load_scenario(CAROCA, overrides={"trajectory.to.position": [-1.0, -0.5, 1.2]})
+    several = sizing([Duty.of_scenario(low, "low"), Duty.of_scenario(high, "high")]).worst
+    radius = drum_radii(low.robot)
+    assert np.array_equal(several.turns, (several.longest - several.shortest) / (2 * np.pi * radius), equal_nan=True)

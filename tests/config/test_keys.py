@@ -1,0 +1,96 @@
+"""Keys that nobody knows, and keys at the wrong place: told with what is meant."""
+
+from __future__ import annotations
+
+import pytest
+from conftest import ROOT
+from scenario_cases import (
+    BASE,
+    changed,
+    line_of,
+    problem,
+    problems,
+)
+
+from cdpr.base.errors import ScenarioError
+from cdpr.scenario import load_scenario
+
+pytestmark = pytest.mark.core
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "what"),
+    [
+        (
+            "mass:",
+            "mas:",
+            "robot.platform.mas",
+            "unknown key 'mas': did you mean 'mass'? allowed: mass, inertia, center_of",
+        ),
+        (
+            "seed:",
+            "sead:",
+            "simulation.sead",
+            "did you mean 'seed'? allowed: backend, duration, control_step",
+        ),
+        ("speed_max:", "speed:", "robot.cables[0].speed", "did you mean 'speed_max'? allowed: name, frame"),
+        (
+            "infeasible:",
+            "infeasable:",
+            "solver.infeasable",
+            "did you mean 'infeasible'? allowed: type, infeasible",
+        ),
+        ("kp:", "kpp:", "controller.kpp", "did you mean 'kp'? allowed: type, kp, kd, limit"),
+        ("integrator:", "integ:", "backend_options.tuned.integ", "allowed: integrator, tolerance, label"),
+        (
+            "    acceleration: [0, 0, 0.5]",
+            "    jerk: [0, 0, 0.5]",
+            "trajectory.from.jerk",
+            "allowed: position, orientation",
+        ),
+        ("  start: 0.5", "  points: []", "trajectory.points", "allowed: type, tool, start, duration, from, to"),
+    ],
+)
+def test_unknown_keys(old, new, key, what):
+    text = changed(BASE, old, new)
+    lines = [line for line in problems(text) if "unknown key" in line]
+    assert len(lines) == 1
+    assert what in lines[0]
+    assert f": {key}: " in lines[0]
+    bare = new.strip()
+    assert lines[0].startswith(f"a.yaml:{line_of(text, bare)}:")
+
+
+@pytest.mark.parametrize(
+    ("path", "data", "told"),
+    [
+        ("gravity", [0, 0, -9.81], "did you mean world.gravity, written world: {gravity: ...}? allowed: name,"),
+        (
+            "home.rpy_deg",
+            [0, 0, 3],
+            "did you mean orientation.rpy_deg, written orientation: {rpy_deg: ...}? all",
+        ),
+        ("duration", 3, "did you mean simulation.duration or trajectory.duration? allowed: name,"),
+        ("trajectory.Start", 1, "did you mean 'start'? allowed: "),
+        ("trajectory.dur", 1, "did you mean 'duration'? allowed: "),
+    ],
+)
+def test_a_key_at_the_wrong_place_is_told_where_it_belongs(path, data, told):
+    path = path.replace("home", "robot.home")
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={path: data})
+    assert told in str(caught.value)
+
+
+def test_a_type_that_stands_alone_is_told_how_it_is_written():
+    with pytest.raises(
+        ScenarioError, match=r"solver: a mapping \(type, infeasible\) expected, got 'qp'; write {type: qp}"
+    ):
+        load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={"solver": "qp"})
+
+
+def test_an_unknown_key_stands_at_the_key_and_a_plugin_without_options_says_so():
+    text = changed(BASE, "{type: simple, ", "{type: simple, speed: 3, ")
+    line = line_of(text, "speed: 3")
+    column = text.splitlines()[line - 1].index("speed") + 1
+    assert problem(text) == (f"a.yaml:{line}:{column}: solver.speed: unknown key 'speed': allowed: type, infeasible")

@@ -1,0 +1,247 @@
+"""Values set from outside pass the same checks, and their problems name them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenario_cases import BASE, HEAD, PLUGINS, QUINTIC, ROBOT, TAIL, changed, load, problem, problems
+
+from cdpr.base.errors import ScenarioError
+from cdpr.scenario import load_robot, load_scenario
+
+pytestmark = pytest.mark.core
+
+
+def value(scenario, path):
+    for part in path.split("."):
+        scenario = getattr(scenario, part)
+    return scenario
+
+
+@pytest.mark.parametrize(
+    ("override", "path", "expected"),
+    [
+        ("simulation.duration=2", "simulation.duration", 2.0),
+        ("simulation.duration = 2e-1 ", "simulation.duration", 0.2),
+        ("world.gravity=[0, 0, -1.62]", "world.gravity", (0, 0, -1.62)),
+        ("world.gravity[2]=-1.62", "world.gravity", (0, 0, -1.62)),
+        ("world.gravity.2=-1.62", "world.gravity", (0, 0, -1.62)),
+        ("name=other", "name", "other"),
+        ("name='1e3'", "name", "1e3"),
+        ("trajectory.to.position[0]=.5", "trajectory.to.position", (0.5, 0.5, 1.6)),
+        ("trajectory={type: hold}", "trajectory.type", "hold"),
+        ("controller.kp=[6,5,4,3,2,1]", "controller_options.kp", (6, 5, 4, 3, 2, 1)),
+    ],
+)
+def test_values_are_set(override, path, expected):
+    assert value(load(BASE, override), path) == expected
+
+
+def test_the_robot_can_be_changed_by_either_way_of_writing_an_index():
+    for key in ("robot.cables[1].frame[2]", "robot.cables.1.frame.2"):
+        assert load(BASE, f"{key}=4.5").robot.cables[1].frame[2] == 4.5
+
+
+def test_later_ones_win_and_build_on_earlier_ones():
+    scenario = load(BASE, "trajectory={type: hold}", "trajectory.position=[1, 2, 3]", "trajectory.position[0]=4")
+    assert scenario.trajectory.position == (4, 2, 3)
+
+
+def test_a_section_that_is_not_there_is_made():
+    text = changed(BASE, "world: {gravity: [0, 0, -9.81]}\n", "")
+    assert load(text, "world.gravity=[0,0,-1]").world.gravity == (0, 0, -1)
+    assert load(changed(BASE, "world: {gravity: [0, 0, -9.81]}", "world:"), "world.gravity=[0,0,-1]")
+    assert load(BASE, "backend_options.plain={}", "backend_options.reference={}").name
+
+
+@pytest.mark.parametrize(
+    ("override", "rest"),
+    [
+        ("simulation.duration=abc", "simulation.duration: a number expected (s), got 'abc'"),
+        ("simulation.duration=", "simulation.duration: a number expected (s), got null"),
+        (
+            "simulation.duration",
+            "simulation.duration: key=value is expected, such as simulation.duration=1.5",
+        ),
+        ("simulation.duration.x=3", "simulation.duration: 'x' names nothing in it: it is 4.0"),
+        ("world.gravity.x=3", "world.gravity: 'x' names nothing in it: it is a list"),
+        ("world.gravity[3]=3", "world.gravity: there is no item [3]: the list has the items [0] to [2]"),
+        ("world[0]=3", "world: 0 names nothing in it: it is a mapping"),
+        ("simulation.durration=3", "simulation.durration: unknown key 'durration': did you mean 'duration'?"),
+        ("simulaton.duration=3", "simulaton: unknown key 'simulaton': did you mean 'simulation'?"),
+        ("robot.cables[0].frame=[1,2]", "robot.cables[0].frame: 3 numbers expected (m), got 2"),
+        (
+            "robot.cables[7].frame[0]=1",
+            "robot.cables: there is no item [7]: the list has the items [0] to [2]",
+        ),
+        ("robot.cables[0].diameter=null", "robot.cables[0].diameter: no value is given"),
+        ("controller.kp=x", "controller.kp: a number or 6 numbers expected (1/s^2), got 'x'"),
+        (
+            "backend_options.tuned.tolerance=-1",
+            "backend_options.tuned.tolerance: must be greater than 0, got -1",
+        ),
+        ("world={gravity: [0, 0, x]}", "world.gravity[2]: a number expected (m/s^2), got 'x'"),
+        ("world=[", "world: not valid YAML"),
+        ("world={gravity: 1, gravity: 2}", "world: gravity: given twice"),
+        ("world=*a", "world: "),
+        ("world=!!python/name:os.system x", "world: tags are not supported"),
+        ("name=1\n---\n2", "name: a second document"),
+        ("seed=1" + "1" * 400, "seed: a whole number of 401 digits"),
+        ("=3", "a key such as simulation.duration"),
+        ("a..b=3", "a key such as simulation.duration"),
+        ("a b=3", "a key such as simulation.duration"),
+        (".a=3", "a key such as simulation.duration"),
+        ("[0]=3", "a key such as simulation.duration"),
+        ("world.gravity[-1]=3", "a key such as simulation.duration"),
+        ("", "a key such as simulation.duration"),
+    ],
+)
+def test_problems_name_the_override(override, rest):
+    line = problem(BASE, override)
+    shown = " ".join(override.split())
+    shown = shown if len(shown) <= 80 else shown[:77] + "..."
+    assert line.startswith(f"--set {shown}: {rest}")
+
+
+def test_the_rest_of_the_file_is_checked_too():
+    found = problems(changed(BASE, "mass: 150", "mass: 0"), "simulation.seed=x")
+    assert len(found) == 2
+    assert found[0].startswith("--set simulation.seed=x: ")
+    assert found[1].startswith("a.yaml:")
+
+
+def test_an_override_repairs_the_file():
+    text = changed(BASE, "mass: 150", "mass: heavy")
+    assert load(text, "robot.platform.mass=3").robot.platform.mass == 3
+    # What stood inside a replaced section is gone with its places.
+    text = changed(BASE, "gravity: [0, 0, -9.81]", "gravity: [0, 0, x]")
+    assert problem(text, "world={gravity: [y, 0, 0]}").startswith("--set world={gravity: [y, 0, 0]}: world.gravity[0]:")
+
+
+def test_python_values():
+    overrides = {
+        "simulation.duration": np.float64(2.0),
+        "simulation.seed": np.int64(3),
+        "world.gravity": np.array([0.0, 0.0, -1.0]),
+        "trajectory": {"type": "hold", "position": (1, 2, 3)},
+        "robot.cables[0].name": "first",
+        "name": "1e3",
+    }
+    scenario = load_scenario("a.yaml", text=BASE, overrides=overrides, plugins=PLUGINS)
+    assert scenario.simulation.duration == 2.0
+    assert scenario.simulation.seed == 3
+    assert scenario.world.gravity == (0, 0, -1)
+    assert scenario.trajectory.position == (1, 2, 3)
+    assert scenario.robot.cables[0].name == "first"
+    assert scenario.name == "1e3"
+
+
+@pytest.mark.parametrize(
+    ("key", "wrong", "rest"),
+    [
+        ("simulation.duration", "2", "simulation.duration: a number expected (s), got '2'"),
+        ("simulation.duration", float("nan"), "simulation.duration: a finite number expected (s), got nan"),
+        ("simulation.duration", None, "simulation.duration: a number expected (s), got null"),
+        ("simulation.duration", True, "simulation.duration: a number expected (s), got true"),
+        (
+            "simulation.duration",
+            object,
+            "simulation.duration: a number, a text, a list or a mapping is expected, got type",
+        ),
+        (
+            "simulation.duration",
+            {1, 2},
+            "simulation.duration: a number, a text, a list or a mapping is expected, got set",
+        ),
+        pytest.param("simulation.seed", 10**5000, "simulation.seed: the whole number is too large", id="huge"),
+        ("name", "\ud800", "name: a text of valid characters is expected"),
+        ("", 1, "a key such as simulation.duration or robot.cables[0].frame[2] is expected, got ''"),
+        (1, 1, "a key such as simulation.duration or robot.cables[0].frame[2] is expected, got 1"),
+    ],
+)
+def test_python_values_that_are_none(key, wrong, rest):
+    line = problem_of_mapping({key: wrong})
+    assert line.startswith(f"overrides: {rest}")  # not --set: nobody typed that
+
+
+def problem_of_mapping(overrides) -> str:
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario("a.yaml", text=BASE, overrides=overrides, plugins=PLUGINS)
+    (only,) = caught.value.problems
+    return only
+
+
+def test_a_list_that_holds_itself_ends():
+    loop: list = []
+    loop.append(loop)
+    assert "nested more than 32 deep" in problem_of_mapping({"world": loop})
+
+
+def test_one_text_alone_is_one_override():
+    scenario = load_scenario("a.yaml", text=BASE, overrides="simulation.duration=2", plugins=PLUGINS)
+    assert scenario.simulation.duration == 2
+
+
+@pytest.fixture
+def file(tmp_path) -> Path:
+    (tmp_path / "r.yaml").write_text(ROBOT)
+    (tmp_path / "other.yaml").write_text(changed(ROBOT, "name: tripod", "name: other"))
+    (tmp_path / "a.yaml").write_text(HEAD + "robot: r.yaml\n" + QUINTIC + TAIL)
+    return tmp_path / "a.yaml"
+
+
+def test_they_reach_into_a_robot_file(file):
+    scenario = load_scenario(file, overrides=["robot.cables[2].frame[0]=3.6", "robot.platform.mass=1"], plugins=PLUGINS)
+    assert scenario.robot.cables[2].frame[0] == 3.6
+    assert scenario.robot.platform.mass == 1
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(file, overrides=["robot.cables[2].frame[0]=x"], plugins=PLUGINS)
+    assert caught.value.problems == [
+        "--set robot.cables[2].frame[0]=x: robot.cables[2].frame[0]: a number expected (m), got 'x'"
+    ]
+
+
+def test_another_robot_file_can_be_set_and_changed(file):
+    for overrides in (
+        ["robot=other.yaml", "robot.platform.mass=7"],
+        {"robot": Path("other.yaml"), "robot.platform.mass": 7},
+        ["robot.platform.mass=8", "robot=other.yaml", "robot.platform.mass=7"],
+    ):
+        robot = load_scenario(file, overrides=overrides, plugins=PLUGINS).robot
+        assert (robot.name, robot.platform.mass) == ("other", 7)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(file, overrides=["robot=otter.yaml", "robot.platform.mass=7"], plugins=PLUGINS)
+    (only,) = caught.value.problems
+    assert only.startswith("--set robot=otter.yaml: robot: there is no file")
+    assert "did you mean 'other.yaml'?" in only
+
+
+def test_a_robot_on_its_own_takes_them_too():
+    assert load_robot("r.yaml", text=ROBOT, overrides=["platform.mass=3"]).platform.mass == 3
+    with pytest.raises(ScenarioError, match=r"^--set platform.mas=3: platform.mas: unknown key 'mas'"):
+        load_robot("r.yaml", text=ROBOT, overrides=["platform.mas=3"])
+
+
+@pytest.mark.parametrize(
+    ("override", "rest"),
+    [
+        ("robot.platform.inertia[1]=-3", "robot.platform.inertia: no rigid body has this inertia"),
+        ("robot.platform.inertia.1=-3", "robot.platform.inertia: no rigid body has this inertia"),
+        ("robot.dof[0]=y", "robot.dof: each of x, y, z, rx, ry, rz at most once"),
+        ("trajectory.to.position[0]=1e7", "trajectory.to.position[0]: must lie between"),
+    ],
+)
+def test_what_is_wrong_with_a_list_as_a_whole_stands_where_its_item_was_set(override, rest):
+    assert any(line.startswith(f"--set {override}: {rest}") for line in problems(BASE, override))
+
+
+def test_so_it_does_with_what_is_believed():
+    override = "believed.platform.inertia[1]=-3"
+    assert problem(BASE, override).startswith(f"--set {override}: believed.platform.inertia: no rigid body")
+
+
+def test_an_item_of_a_list_that_is_not_there_is_one_problem():
+    override = "events[0].time=1"
+    assert problem(BASE, override) == f"--set {override}: events: there is no item [0]: no list is given here"
