@@ -211,8 +211,8 @@ class CompiledSolver(TensionSolver):
                 return BAD_INPUT
             for array, own in zip(given, arrays, strict=True):
                 own[...] = array
-            status = call()
-            tension[...] = arrays[-1]
+            status, answer = call(), arrays[-1].copy()
+        tension[...] = answer  # may itself call a solver
         return status
 
     def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Bound | Foreign:
