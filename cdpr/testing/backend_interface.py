@@ -66,6 +66,19 @@ def reset_forgets(subject: BackendSubject) -> None:
     expect_same_bits(used.state, fresh.state, "state after a reset and 200 steps")
 
 
+def platform_is_renewed(subject: BackendSubject) -> None:
+    """After renew and a reset the motion is that of a new plant with the other platform, to the bit."""
+    start, robot = samples.state(np.random.default_rng(2), tilt=0.3), samples.laden(samples.free())
+    fresh, used = subject.make(start, robot), subject.make(start)
+    used.step(37)
+    needs(used.renew(robot), "it is made anew for another platform")
+    used.reset(start)
+    for backend in (fresh, used):
+        backend.command[:] = 60.0
+        backend.step(200)
+    expect_same_bits(used.state, fresh.state, "state after 200 steps with the other platform")
+
+
 def steps_add_up(subject: BackendSubject) -> None:
     """step(10) is ten times step(1), and step(0) nothing: command and wrench are held in between."""
     start = samples.state(np.random.default_rng(3), tilt=0.3)
@@ -183,6 +196,7 @@ CHECKS = [
         arrays_are_kept,
         made_and_closed_twice,
         reset_forgets,
+        platform_is_renewed,
         steps_add_up,
         instances_are_apart,
         snapshot_restores,

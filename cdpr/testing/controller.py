@@ -72,6 +72,19 @@ def reset_forgets(subject: ControllerSubject) -> None:
         expect_same_bits(again, wanted, "output after reset")
 
 
+def platform_is_renewed(subject: ControllerSubject) -> None:
+    """After renew and reset the output is that of a new controller for the other platform, to the bit."""
+    robot = samples.laden(samples.braced())
+    used, fresh = subject.make(samples.braced()), subject.make(robot)
+    for k in range(20):
+        subject.ask(used, *_motion(k), time=1e-3 * k)
+    needs(used.renew(robot), "it is made anew for another platform")
+    used.reset()
+    for k in range(20):
+        again, wanted = (subject.ask(controller, *_motion(100 + k), time=1e-3 * k) for controller in (used, fresh))
+        expect_same_bits(again, wanted, "output with the other platform")
+
+
 def columns_are_written(subject: ControllerSubject) -> str:
     """Every column that it declares holds finite numbers from the first sample on; nothing beside them is written."""
     robot = samples.braced()
@@ -205,6 +218,7 @@ CHECKS = [
         output_is_complete,
         inputs_stay_unchanged,
         reset_forgets,
+        platform_is_renewed,
         columns_are_written,
         options_change,
         snapshot_restores,

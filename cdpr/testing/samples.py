@@ -56,6 +56,17 @@ def free() -> Robot:
     return make_robot(crossed(8), inertia=(inertia + inertia.T) / 2, center_of_mass=(0.05, -0.03, 0.1))
 
 
+def laden(robot: Robot) -> Robot:
+    """Return the robot with another mass, centre of mass and inertia of its platform."""
+    platform = robot.platform
+    center = platform.center_of_mass + np.array([-0.02, 0.05, 0.03])
+    inertia = 1.5 * platform.inertia + np.diag([0.1, 0.2, 0.3])
+    load = replace(
+        platform, mass=1.3 * platform.mass, center_of_mass=frozen_array(center), inertia=frozen_array(inertia)
+    )
+    return replace(robot, platform=load)
+
+
 @lru_cache
 def braced() -> Robot:
     """Return the same platform on eight cables that restrain it well in all directions, as controllers require."""

@@ -216,6 +216,13 @@ class Unforgetting(Wrapped):
         return self.command, self.external + self.residue
 
 
+class Unladen(Wrapped):
+    """It keeps the platform that it was made for."""
+
+    def renew(self, robot):
+        return True
+
+
 class Sharing(Wrapped):
     """All plants of a process have one command."""
 
@@ -352,6 +359,7 @@ MUTANTS = {
     Aliasing: ({}, ["state_round_trip"]),
     Ageing: ({}, ["made_and_closed_twice"]),
     Unforgetting: ({}, ["reset_forgets"]),
+    Unladen: ({}, ["platform_is_renewed"]),
     Sharing: ({}, ["instances_are_apart"]),
     HalfSnapshot: ({"snapshot": True}, ["snapshot_restores"]),
     RunningClock: ({}, ["clock_counts_steps"]),

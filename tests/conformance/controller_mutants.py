@@ -133,6 +133,13 @@ class Forgetful(Broken):
         out += self.calls
 
 
+class Unladen(Broken):
+    """It keeps the platform that it was made for."""
+
+    def renew(self, robot):
+        return True
+
+
 # Broken controller -> what it declares, and the checks that must fail. It may fail others too.
 MUTANTS = {
     Unwritten: ({}, ["output_is_complete"]),
@@ -145,6 +152,7 @@ MUTANTS = {
     HidingNan: ({}, ["nan_shows"]),
     Undamped: ({}, ["it_settles"]),
     Unlogged: ({}, ["columns_are_written"]),
+    Unladen: ({}, ["platform_is_renewed"]),
     Deaf: ({}, ["options_change"]),
     Forgetful: ({}, ["options_change"]),
 }
