@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from pydantic import BaseModel
 
 from cdpr.model import Robot
+from cdpr.plugins import Backend, Controller
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import OWN_DISTRIBUTION
 from cdpr.scenario import Scenario
@@ -14,6 +15,8 @@ from cdpr.simulation.loop import Loop
 
 # Sections that may differ, `robot` in its platform only.
 FREE = {"initial", "trajectory", "robot"}
+# Methods of plugins that may depend on the platform.
+WORK = "__init__", "control", "compiled", "reset", "step", "acts"
 
 
 def renew(loop: Loop, before: Scenario, now: Scenario) -> bool:
@@ -57,15 +60,19 @@ def _differing(role: str, before: BaseModel, now: BaseModel) -> set[str]:
     return {f"{role}.{name}" for name, value in now if getattr(before, name) != value}
 
 
+def _speaks(plugin: Backend | Controller) -> bool:
+    """Return True if `renew` of a plugin is valid for its other methods."""
+    does = [getattr(plugin, name) for name in WORK if hasattr(plugin, name)]
+    return hasattr(plugin, "renew") and all(speaks_for(plugin.renew, each) for each in does)
+
+
 def _renew_platform(loop: Loop, now: Scenario) -> bool:
     """Give all parts the robot, whose platform is another one; return False if one cannot take it."""
     parts, robot = loop.parts, now.robot
     if now.plugins.get("solver", now.solver.type).distribution != OWN_DISTRIBUTION:
         return False  # ours do not depend on the platform
     for plugin in (parts.backend, parts.controller):
-        if not hasattr(plugin, "renew") or not speaks_for(plugin.renew, plugin.__init__):  # type: ignore[misc]
-            return False
-        if not plugin.renew(robot):
+        if not _speaks(plugin) or not plugin.renew(robot):
             return False
     loop.present.renew(robot)
     return True

@@ -103,7 +103,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("name", OTHERS)
-@pytest.mark.usual("anchors", "belief")
+@pytest.mark.usual("anchors")
 def test_what_cannot_be_taken_over_is_built(name, both):
     scenario, vary = OTHERS[name]
     one, other, _ = both(scenario, vary)
@@ -120,11 +120,28 @@ class Heavier(ComputedTorque):
         self._body["gravity"] *= 1.0 + 0.001 * robot.platform.mass
 
 
-def test_a_derived_controller_is_built(monkeypatch):
-    """Its own constructor may use the platform as it likes."""
+class Gravity(ComputedTorque):
+    """Reads the mass when its operation is bound."""
+
+    Options = ComputedTorqueOptions
+
+    def compiled(self, state, desired, out):
+        self._body["gravity"][2] = -9.81 - 0.001 * self.robot.platform.mass
+        return super().compiled(state, desired, out)
+
+
+@pytest.mark.parametrize("controller", [Heavier, Gravity])
+def test_a_derived_controller_is_built(controller, monkeypatch):
+    """Its own methods may use the platform as they like."""
     masses = np.linspace(24.0, 30.0, 2 * LANES)
-    given = {"vary": {"robot.platform.mass": masses}, "controller": Heavier, "every": 1, "columns": ALL, "threads": 1}
-    given["overrides"] = {"simulation.duration": 0.02, "simulation.ends_early": True}
+    given = {
+        "vary": {"robot.platform.mass": masses},
+        "controller": controller,
+        "every": 1,
+        "columns": ALL,
+        "threads": 1,
+    }
+    given["overrides"] = {"simulation.duration": 0.01, "simulation.ends_early": True}
     one = cdpr.rollout(SCENARIOS / "caroca.yaml", len(masses), **given)
     monkeypatch.setattr(case.Case, "adopt", lambda *_: False)
     assert_same(one, cdpr.rollout(SCENARIOS / "caroca.yaml", len(masses), **given))
