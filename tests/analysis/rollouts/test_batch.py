@@ -65,6 +65,17 @@ def test_lanes_at_different_times(calls):
         assert_same(batch, lane, alone(count, **{"controller.kp": GAINS[lane]}))
 
 
+def test_a_library_without_operations_in_lanes_steps_one_after_the_other(calls, monkeypatch):
+    """That for plain x86-64 has none."""
+    here = {name: each for name, each in block.operations().items() if not name.endswith("_lanes")}
+    monkeypatch.setattr(block, "operations", lambda: here)
+    batch = make(n=4)
+    batch.step(20)
+    assert calls == []
+    for lane in range(4):
+        assert_same(batch, lane, alone(20, **{"controller.kp": GAINS[lane]}))
+
+
 def test_views_are_live_and_read_only():
     batch = make()
     rows, time, position = batch.rows, batch.time, batch.column("position")
