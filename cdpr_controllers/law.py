@@ -1,4 +1,4 @@
-"""Compiled control laws for calls with changing arrays, and the base class of those that have gains only."""
+"""Compiled control laws for calls with changing arrays, and the base class of those with gains."""
 
 from __future__ import annotations
 
@@ -36,30 +36,33 @@ class Law:
 
 
 class GainLaw(SnapshotOfArrays, Controller):
-    """Controller whose compiled law has proportional and damping gains and no internal state.
+    """Controller whose compiled law has proportional and damping gains.
+
+    Args:
+        more: further arrays of the law.
 
     Attributes:
         operation: name of the law in the kernel library.
     """
 
     operation: ClassVar[str]
-    arrays = ()
+    arrays: tuple[Array, ...] = ()
 
-    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
+    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any, **more: Array) -> None:
         super().__init__(robot, gravity, control_step, options)
-        self._gains = np.zeros(12)
+        body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
+        self._given = {"gains": np.zeros(12), **body, **more}
         self.change(options)
-        self._body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
         self._law = Law(self.compiled, 6)
 
     def change(self, options: Any) -> None:
         """Set new gains."""
-        self._gains[:6], self._gains[6:] = options.kp, options.kd
+        self._given["gains"][:6], self._given["gains"][6:] = options.kp, options.kd
 
     def renew(self, robot: Robot) -> bool:
         """Use the mass properties of another platform."""
         self.robot = robot
-        self._body["inertial"][:] = robot.inertial
+        self._given["inertial"][:] = robot.inertial
         return True
 
     def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
@@ -68,9 +71,9 @@ class GainLaw(SnapshotOfArrays, Controller):
 
     def tunable(self) -> Mapping[str, Tunable]:
         """Return the gains."""
-        kp, kd = self._gains[:6], self._gains[6:]
+        kp, kd = self._given["gains"][:6], self._given["gains"][6:]
         return {"kp": Tunable(kp, kp.copy()), "kd": Tunable(kd, kd.copy())}
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
         """Return the law bound to these arrays."""
-        return bind(self.operation, gains=self._gains, **self._body, state=state, desired=desired, wrench=out)
+        return bind(self.operation, **self._given, state=state, desired=desired, wrench=out)
