@@ -1,7 +1,7 @@
 // Steps of the loop: operations called one after the other by their addresses. SPDX-License-Identifier: Apache-2.0
 //
-// `cdpr/simulation/pipeline.py` makes the table. An operation returns 0, or a code that another operation may handle, or
-// else Python.
+// `cdpr/simulation/pipeline.py` makes the table. An operation returns 0, or a code that another operation may handle,
+// or else Python.
 #pragma once
 
 #include <cdpr/field.hpp>
