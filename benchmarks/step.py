@@ -30,9 +30,9 @@ from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build
 from cdpr.simulation.header import make_header
 from cdpr.simulation.loop import Loop
-from cdpr.simulation.pipeline import Program
+from cdpr.simulation.pipeline import Pipeline
 from cdpr.simulation.simulation import Simulation
-from cdpr.tension.operations import Act
+from cdpr.tension.operations import Operation
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 SECONDS = 5.0
@@ -138,8 +138,8 @@ def part_costs(backend: str) -> dict[str, float]:
     parts.backend.command[:] = loop.tension
     still = parts.backend.snapshot()
 
-    def cost(acts: list[Act]) -> float:
-        program = Program(acts, [], loop.row, 0.0)
+    def cost(operations: list[Operation]) -> float:
+        program = Pipeline(operations, [], loop.row, 0.0)
         program.rows, program.due = rows, -1
 
         def go() -> None:
@@ -147,7 +147,7 @@ def part_costs(backend: str) -> dict[str, float]:
 
         return share(go, STEPS, loop.W, lambda: parts.backend.restore(still))
 
-    done = [act for act in loop.program.acts if act.name and not act.due]
+    done = [act for act in loop.program.operations if act.name and not act.due]
     # The plant comes last: only it moves something, above all its clock, which must not be found to go wrong.
     names = sorted(dict.fromkeys(act.name for act in done), key=lambda name: name == "backend")
     row = cost([])

@@ -12,7 +12,7 @@ from cdpr.mechanics.spherical import pack
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Acts
+from cdpr.plugins.backend import Operations
 from cdpr.plugins.snapshots import SnapshotOfArrays
 
 
@@ -52,7 +52,7 @@ class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
         """Advance by one physics step."""
         self._advance()
 
-    def engine_acts(self) -> Acts:
+    def engine_operations(self) -> Operations:
         """Return the integrator."""
         return [self._advance]
 

@@ -11,7 +11,7 @@ from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins.backend import Acts
+from cdpr.plugins.backend import Operations
 from cdpr_backends.scheme import Integrator
 
 
@@ -44,7 +44,7 @@ class WinchReference(Integrator):
         self.winches.settle()
         tension[:] = self.winches.tension
 
-    def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
+    def readings(self, tension: Array, work: Array) -> tuple[Operations, Operations] | None:
         """Return the operations that write tensions and work; the work is integrated with the other states."""
         tensions, _ = self.winches.readings(tension, work)
         return tensions, [bind("copy", source=self.winches.work, target=work)]

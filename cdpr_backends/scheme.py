@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
-from cdpr.plugins.backend import Acts
+from cdpr.plugins.backend import Operations
 from cdpr.plugins.snapshots import SnapshotOfArrays
 
 if TYPE_CHECKING:
@@ -30,6 +30,6 @@ class Integrator(SnapshotOfArrays, Backend):
         """Advance by n physics steps."""
         self._steps(n)()
 
-    def acts(self, n: int) -> Acts:
+    def operations(self, n: int) -> Operations:
         """Return the integrator for n physics steps."""
         return [self._steps(n)]

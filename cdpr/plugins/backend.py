@@ -12,7 +12,7 @@ from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
-Acts = list[Callable[[], object]]  # executed in order
+Operations = list[Callable[[], object]]  # executed in order
 
 
 class Backend(ABC):
@@ -85,7 +85,7 @@ class Backend(ABC):
         """
         return False
 
-    def acts(self, n: int) -> Acts | None:
+    def operations(self, n: int) -> Operations | None:
         """Return the operations of `step` for this n in order; None if it is not made of operations.
 
         The loop calls compiled operations without Python: results of `cdpr.native.bind.bind` or
@@ -100,7 +100,7 @@ class Backend(ABC):
         return None
 
     def refuse(self, code: int) -> NoReturn:
-        """Raise the error for a nonzero return value of one of `acts`.
+        """Raise the error for a nonzero return value of one of `operations`.
 
         Args:
             code: value that the operation returned.
@@ -125,8 +125,8 @@ class Backend(ABC):
         """Return the work of the cables on the platform since `reset`, J; not called for ideal cables."""
         raise PluginError(f"{type(self).__name__} knows ideal cables only")
 
-    def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
-        """Return the operations of `read_tension(tension)` and of `work[0] = cable_work()`, as in `acts`.
+    def readings(self, tension: Array, work: Array) -> tuple[Operations, Operations] | None:
+        """Return the operations of `read_tension(tension)` and of `work[0] = cable_work()`, as in `operations`.
 
         Args:
             tension: (m,), N; written by the first operations.
@@ -145,7 +145,7 @@ class Backend(ABC):
         return None
 
     def clock_act(self, clock: Array) -> Callable[[], object]:
-        """Return the operation that writes `engine_time` into `clock` (1,), as in `acts`.
+        """Return the operation that writes `engine_time` into `clock` (1,), as in `operations`.
 
         It is called only if the engine has a clock.
 

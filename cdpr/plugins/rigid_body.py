@@ -15,7 +15,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins.backend import Acts, Backend
+from cdpr.plugins.backend import Backend, Operations
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.inertia import Inertia, check_held, check_range
 
@@ -132,13 +132,15 @@ class RigidBodyBackend(Backend):
             self.read()
         self._publish()
 
-    def acts(self, n: int) -> Acts:
+    def operations(self, n: int) -> Operations:
         """Return the operations of n physics steps; all but those of the engine are compiled."""
-        engine = self.engine_acts() if speaks_for(self.engine_acts, self.advance) else [self.advance, self.read]
+        engine = (
+            self.engine_operations() if speaks_for(self.engine_operations, self.advance) else [self.advance, self.read]
+        )
         return [act for _ in range(n) for act in (self._pull, *engine)] + [self._publish]
 
-    def engine_acts(self) -> Acts:
-        """Return the operations of `advance` and then `read`, as in `acts`; kernels may replace them."""
+    def engine_operations(self) -> Operations:
+        """Return the operations of `advance` and then `read`, as in `operations`; kernels may replace them."""
         return [self.advance, self.read]
 
     def read_tension(self, tension: Array) -> None:
@@ -149,7 +151,7 @@ class RigidBodyBackend(Backend):
             self.winches.settle()
             tension[:] = self.winches.tension
 
-    def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
+    def readings(self, tension: Array, work: Array) -> tuple[Operations, Operations] | None:
         """Return the operations that evaluate the winches; None if cables are ideal."""
         return None if self.winches is None else self.winches.readings(tension, work)
 

@@ -43,14 +43,14 @@ class Branches(Interventions):
         """
         with self._alone("snapshot"):
             self._ready(also_done=True)
-            scenario = self._attempt.scenario
+            scenario = self._runner.scenario
             entry = scenario.plugins.get("solver", scenario.solver.type)
             solver = self._loop.parts.solver
             if entry.info.properties.get("warm_start") and type(solver).snapshot is TensionSolver.snapshot:
                 raise PluginError(f"solver '{entry.info.name}' remembers earlier answers, but cannot take snapshots")
             moment = self._loop.snapshot()
             samples = self._recorder.snapshot(moment.count)
-            return Snapshot(moment, self._attempt.session.snapshot(), samples, self._origin)
+            return Snapshot(moment, self._runner.session.snapshot(), samples, self._origin)
 
     def restore(self, snapshot: Snapshot, *, out: str | os.PathLike[str] | None = None) -> None:
         """Restore a snapshot of this simulation; the following samples have the same bits.
@@ -73,26 +73,26 @@ class Branches(Interventions):
             self._ready(also_done=True)
             if self._recorder.on_disk:
                 raise CdprError("restore: samples that are in the log alone stay: leave out `out`, or set log.step")
-            if out is not None and self._attempt.folder is None:
+            if out is not None and self._runner.folder is None:
                 raise CdprError("restore: `out` is for a simulation that logs, as it is told when it is made")
-            if self._attempt.folder is not None:
-                self._branch(self._attempt.folder, snapshot, out)
+            if self._runner.folder is not None:
+                self._branch(self._runner.folder, snapshot, out)
             with self._kept():
-                self._attempt.session.restore(snapshot.done)
+                self._runner.session.restore(snapshot.done)
                 self._recorder.restore(snapshot.samples)
                 self._pace = Pace(self._recorder.flush)
-                self._attempt.revise()
+                self._runner.revise()
                 self._loop.restore(snapshot.moment)
-                if self._attempt.folder is not None:
+                if self._runner.folder is not None:
                     self._recorder.flush(snapshot.moment.count)
 
     def _branch(self, before: RunFolder, snapshot: Snapshot, out: str | os.PathLike[str] | None) -> None:
         """End the present log, and begin one in another folder."""
         path = next_folder(before.first) if out is None else folder_name(out)
         here = {"folder": str(before.path), "time": snapshot.moment.time}
-        scenario = self._attempt.scenario.yaml_in
-        folder = RunFolder(path, self._attempt.header, branch=here, first=before.first, scenario=scenario)
+        scenario = self._runner.scenario.yaml_in
+        folder = RunFolder(path, self._runner.header, branch=here, first=before.first, scenario=scenario)
         with self._kept():
-            self._attempt = self._attempt.branch(folder)
-            assert self._attempt.recorder is not None
-            self._recorder = self._attempt.recorder
+            self._runner = self._runner.branch(folder)
+            assert self._runner.recorder is not None
+            self._recorder = self._runner.recorder

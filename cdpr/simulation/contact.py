@@ -15,12 +15,12 @@ from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.scenario.events.event import ClearanceMonitor
 from cdpr.simulation.parts import Parts
-from cdpr.tension.operations import Act
+from cdpr.tension.operations import Operation
 
 
 def keeping_distance(
     parts: Parts, events: Sequence[ScenarioEvent], guards: Sequence[ClearanceMonitor], state: Array
-) -> list[Act]:
+) -> list[Operation]:
     """Return an observer of each sample, which raises CollisionDetected.
 
     Args:
@@ -36,7 +36,7 @@ def keeping_distance(
     return [_keeping(among, guard, gone, state[:7]) for guard in guards]
 
 
-def _keeping(among: Clearance, guard: ClearanceMonitor, gone: Array, pose: Array) -> Act:
+def _keeping(among: Clearance, guard: ClearanceMonitor, gone: Array, pose: Array) -> Operation:
     present = among.bodies.radius.copy()
     too_near = bind(
         "too_near",
@@ -56,4 +56,4 @@ def _keeping(among: Clearance, guard: ClearanceMonitor, gone: Array, pose: Array
         text = passing(names, gap) or f"the least clearance is {gap:.4g} m, of {names}"
         raise CollisionDetected(f"{text}; the scenario says to stop {allowed}")
 
-    return Act("cables", too_near, stop, timed=True)
+    return Operation("cables", too_near, stop, timed=True)

@@ -20,7 +20,7 @@ from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.tension.command import CommandStage
-from cdpr.tension.operations import Act
+from cdpr.tension.operations import Operation
 from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 
@@ -94,7 +94,7 @@ def _program(
         Call(bind("geometry", lines=lines, state=state, matrix=live.W, length=measured[0], rate=measured[1])),
         Call(law, entry=_own_entry("controller", controller, law, own)),
         Call(bind("not_finite", values=out), FINITE),
-        *_calls(stage.acts, solver, own),
+        *_calls(stage.operations, solver, own),
     ]
     named = {"state": state, "desired": desired, "tension": live.tension, "report": live.report, "lines": lines}
     translation = Translation(named, shared=("lines",))
@@ -143,10 +143,10 @@ def _own_entry(role: str, plugin: Controller | TensionSolver, bound: Any, own: d
     return f"own_{role}"
 
 
-def _calls(acts: Sequence[Act], solver: TensionSolver | None, own: dict[str, Own]) -> list[Call]:
+def _calls(operations: Sequence[Operation], solver: TensionSolver | None, own: dict[str, Own]) -> list[Call]:
     """Return the operations of a stage as calls."""
     calls = []
-    for act in acts:
+    for act in operations:
         vital = IGNORED if act.refused is None else ANSWER
         entry = _own_entry("solver", solver, act.do, own) if act.name == "solver" and solver is not None else ""
         calls.append(Call(act.do, vital, act.skip, act.mend, entry))

@@ -14,10 +14,10 @@ from cdpr.native.bind import bind
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events.commands import Kind
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.pipeline import Program
+from cdpr.simulation.pipeline import Pipeline
 from cdpr.simulation.record import Record
 from cdpr.tension.command import CommandStage
-from cdpr.tension.operations import Act
+from cdpr.tension.operations import Operation
 from cdpr.tension.stage import TensionStage
 
 Stage = TensionStage | CommandStage
@@ -29,9 +29,9 @@ class ClosedLoop(Protocol):
     """Loop with an external command in place of its controller or solver."""
 
     parts: Parts
-    program: Program
+    program: Pipeline
     stage: Stage
-    advancing: list[Act]
+    advancing: list[Operation]
     row: Array
     tension: Array
 
@@ -41,7 +41,7 @@ class ClosedLoop(Protocol):
     def written(self, stage: Stage) -> Array:
         """Return the input of the stage."""
 
-    def through(self, stage: Stage) -> list[Act]:
+    def through(self, stage: Stage) -> list[Operation]:
         """Return the operations that complete a sample by the stage."""
 
 
@@ -58,7 +58,7 @@ class Command:
 
     __slots__ = ("_record", "_steps", "kind", "program", "stage", "steps", "take", "values")
 
-    def __init__(self, kind: Kind, values: Array, stage: Stage, program: Program, record: Record) -> None:
+    def __init__(self, kind: Kind, values: Array, stage: Stage, program: Pipeline, record: Record) -> None:
         self.kind, self.values, self.stage, self.program = kind, values, stage, program
         self._record, self._steps, self.steps = record, np.ones(1, dtype=np.int64), 1
         table, used = record.table(kind, len(values))
@@ -91,11 +91,11 @@ class ExternalCommands:
         self._last: Command | None = None  # for commands after the first sample
 
     @property
-    def programs(self) -> Iterator[Program]:
+    def programs(self) -> Iterator[Pipeline]:
         """Return all pipelines made so far."""
         return (command.program for command in self._made.values())
 
-    def give(self, kind: Kind, values: ArrayLike, steps: int) -> Program:
+    def give(self, kind: Kind, values: ArrayLike, steps: int) -> Pipeline:
         """Return the pipeline with this wrench (6,) or these tensions (m,), copied and recorded for `steps`.
 
         Raises:
@@ -134,11 +134,11 @@ class ExternalCommands:
         loop, stage = self._loop, self._stage(kind)
         out = loop.written(stage)
         values = np.zeros_like(out)
-        deciding = [Act("command", bind("copy", source=values, target=out)), *loop.through(stage)]
+        deciding = [Operation("command", bind("copy", source=values, target=out)), *loop.through(stage)]
         if stage is not loop.stage:
             before = [] if first else self._following(stage)
             deciding = [*before, *deciding, *self._following(loop.stage)]
-        program = Program(deciding, loop.advancing, loop.row, loop.parts.control_step, loop.program)
+        program = Pipeline(deciding, loop.advancing, loop.row, loop.parts.control_step, loop.program)
         return Command(kind, values, stage, program, self._record)
 
     def _stage(self, kind: Kind) -> Stage:
@@ -148,6 +148,6 @@ class ExternalCommands:
         made = [command.stage for command in self._made.values() if command.kind == kind]
         return made[0] if made else self._loop.stage_of(output)
 
-    def _following(self, stage: Stage) -> list[Act]:
+    def _following(self, stage: Stage) -> list[Operation]:
         """Make a stage take the present tensions, chosen by another one, as its last answer."""
-        return [Act("command", bind("copy", source=self._loop.tension, target=answer)) for answer in stage.arrays]
+        return [Operation("command", bind("copy", source=self._loop.tension, target=answer)) for answer in stage.arrays]

@@ -23,7 +23,7 @@ from cdpr.scenario.events.options import SetOption
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.events.target import Target
 from cdpr.simulation.loop import Loop
-from cdpr.simulation.runner import Attempt
+from cdpr.simulation.runner import Runner
 
 E = TypeVar("E", bound=ScenarioEvent)
 
@@ -57,7 +57,7 @@ class Interventions(ABC):
     that the plant does not support. An event at the present sample takes effect in the next step.
     """
 
-    _attempt: Attempt
+    _runner: Runner
     _loop: Loop
 
     @abstractmethod
@@ -96,12 +96,12 @@ class Interventions(ABC):
         """End a wrench that `push` returned, now."""
         with self._alone("release"):
             self._ready()
-            session, loop = self._attempt.session, self._loop
+            session, loop = self._runner.session, self._loop
             released = session.released(push, loop.count)
             live = [released if one is push else one for one in session.live]
             session.live = tuple(one for one in live if one is not None)
             with self._kept():
-                self._attempt.revise()
+                self._runner.revise()
                 loop.push()
 
     def target(
@@ -171,13 +171,13 @@ class Interventions(ABC):
         if not isinstance(path, str | os.PathLike) or not is_name(path):
             raise CdprError(f"save: the name of a file is expected, got {path!r}")
         with self._alone("save"):
-            self._attempt.session.save(Path(path), self._attempt.samples)
+            self._runner.session.save(Path(path), self._runner.samples)
 
     def _do(self, title: str, kind: type[E], keys: Mapping[str, Any]) -> E:
         """Apply an event now."""
         with self._alone(title):
             self._ready()
-            attempt = self._attempt
+            attempt = self._runner
             session = attempt.session
             before = session.live
             event = session.make(title, kind, self._loop.count, keys)

@@ -23,14 +23,14 @@ from cdpr.simulation.loads import Loads
 from cdpr.simulation.moment import Memory, Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.pipeline import Program
-from cdpr.simulation.plant import clock_acts, moving
+from cdpr.simulation.pipeline import Pipeline
+from cdpr.simulation.plant import clock_operations, moving
 from cdpr.simulation.playback import Playback
 from cdpr.simulation.record import Record
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
-from cdpr.tension.operations import Act, perform
+from cdpr.tension.operations import Operation, perform
 from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
@@ -125,7 +125,7 @@ class Loop:
     def _try_control(self) -> None:
         parts = self.parts
         self.out[:] = np.nan
-        perform(self.program.acts[:1])
+        perform(self.program.operations[:1])
         if np.isnan(self.out).all():
             raise PluginError(
                 f"the controller wrote no {parts.output}, or NaN: `control` must write into the array it is given"
@@ -167,7 +167,7 @@ class Loop:
     def follow(self, motion: Trajectory) -> bool:
         """Follow another motion from the next sample on; return False if its sampler needs Python."""
         self.sample = motion.sampler(self.desired)
-        before, self.advancing[-1] = self.advancing[-1], Act("trajectory", self.sample, timed=True)
+        before, self.advancing[-1] = self.advancing[-1], Operation("trajectory", self.sample, timed=True)
         return all(program.swap(before, self.advancing[-1]) for program in self._programs())
 
     def join(self, event: ScenarioEvent) -> None:
@@ -187,7 +187,7 @@ class Loop:
             if program.rows is not rows:
                 program.rows = rows
 
-    def decide(self, given: Program | None = None) -> None:
+    def decide(self, given: Pipeline | None = None) -> None:
         """Complete the present sample; with the pipeline of an external command, if given."""
         if given is None and self._playback is not None:
             given = self._playback.at(self.count)
@@ -229,7 +229,7 @@ class Loop:
             self.decide()
         return self.count
 
-    def go(self, k: int, pace: Pace, given: Program | None = None) -> None:
+    def go(self, k: int, pace: Pace, given: Pipeline | None = None) -> None:
         """Complete the samples before sample k, and observe that one; errors as for `run`, `given` as for `decide`."""
         program, most = given or self.program, 1
         try:
@@ -259,7 +259,7 @@ class Loop:
     def _dated(self, stop: SimulationStopped | PluginError) -> SimulationStopped | PluginError:
         return type(stop)(f"t = {self.time:.6g} s: {stop}")
 
-    def _programs(self) -> Iterator[Program]:
+    def _programs(self) -> Iterator[Pipeline]:
         yield self.program
         yield from self.outside.programs
 
@@ -309,11 +309,11 @@ class Loop:
         """Return the input of a stage: commands (m,) or the wrench (6,)."""
         return stage.command if isinstance(stage, CommandStage) else self.wrench
 
-    def through(self, stage: TensionStage | CommandStage) -> list[Act]:
+    def through(self, stage: TensionStage | CommandStage) -> list[Operation]:
         """Return the operations that complete a sample from the input of the stage."""
         return self.present.completing(self.schedule.through(stage), self.parts.events)
 
-    def _plan(self, before: Program | None = None) -> None:
+    def _plan(self, before: Pipeline | None = None) -> None:
         """Make the pipeline of a step; it continues at the position of `before`."""
         parts, backend, controller = self.parts, self.parts.backend, self.parts.controller
         given = self.given_state, self.given_desired, self.out
@@ -324,21 +324,21 @@ class Loop:
         def ask(time: float) -> None:
             control(time, *given)
 
-        deciding = Act("controller", law, self._refuse_code) if law else Act("controller", ask, timed=True)
-        reading_clock, checking_clock = clock_acts(backend)
+        deciding = Operation("controller", law, self._refuse_code) if law else Operation("controller", ask, timed=True)
+        reading_clock, checking_clock = clock_operations(backend)
         self.advancing = [
-            Act("command", bind("copy", source=self.tension, target=backend.command)),
+            Operation("command", bind("copy", source=self.tension, target=backend.command)),
             *moving(backend, parts.substeps),
             *reading_clock,
             *self._looking,
             *checking_clock,
-            Act("time", bind("stamp", row=self.row), timed=True),
-            Act("events", self._happen, due=True),
-            Act("trajectory", self.sample, timed=True),
+            Operation("time", bind("stamp", row=self.row), timed=True),
+            Operation("events", self._happen, due=True),
+            Operation("trajectory", self.sample, timed=True),
         ]
-        checking = Act("controller", bind("not_finite", values=self.out), self._refuse_output)
-        acts = [deciding, checking, *self.through(self.stage)]
-        self.program = Program(acts, self.advancing, self.row, parts.control_step, before)
+        checking = Operation("controller", bind("not_finite", values=self.out), self._refuse_output)
+        operations = [deciding, checking, *self.through(self.stage)]
+        self.program = Pipeline(operations, self.advancing, self.row, parts.control_step, before)
         self.outside = ExternalCommands(self, self._record)
         playback = Playback(parts.events, parts.control_step, self.outside.command)
         self._playback = playback if playback else None

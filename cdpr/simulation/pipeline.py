@@ -35,10 +35,10 @@ from cdpr.simulation.step_kernel import (
     TICK,
     WHEN,
 )
-from cdpr.tension.operations import Act, tell
+from cdpr.tension.operations import Operation, tell
 
 # Markers in the list: the sample is complete; the time of the next one begins.
-COMPLETE, NEXT = Act("", lambda: None), Act("", lambda: None)
+COMPLETE, NEXT = Operation("", lambda: None), Operation("", lambda: None)
 
 
 def bound(call: Callable[..., object]) -> Compiled | None:
@@ -48,7 +48,7 @@ def bound(call: Callable[..., object]) -> Compiled | None:
     return None
 
 
-class Program:
+class Pipeline:
     """Operations of all steps, and the present position in them.
 
     Args:
@@ -65,25 +65,25 @@ class Program:
 
     def __init__(
         self,
-        deciding: Sequence[Act],
-        advancing: Sequence[Act],
+        deciding: Sequence[Operation],
+        advancing: Sequence[Operation],
         row: Array,
         period: float,
-        beside: Program | None = None,
+        beside: Pipeline | None = None,
     ) -> None:
-        self.acts = (*deciding, COMPLETE, NEXT, *advancing)
+        self.operations = (*deciding, COMPLETE, NEXT, *advancing)
         self._complete = len(deciding)
-        known = {id(act.do): bound(act.do) for act in self.acts}  # some occur more than once
-        self._bound = [known[id(act.do)] for act in self.acts]
-        self._table = np.zeros((len(self.acts), 1 + SKIP), dtype=np.int64)
-        for line, act, found in zip(self._table, self.acts, self._bound, strict=True):
+        known = {id(act.do): bound(act.do) for act in self.operations}  # some occur more than once
+        self._bound = [known[id(act.do)] for act in self.operations]
+        self._table = np.zeros((len(self.operations), 1 + SKIP), dtype=np.int64)
+        for line, act, found in zip(self._table, self.operations, self._bound, strict=True):
             if found is not None:
                 line[: GIVEN + 1] = found.operation, found.place
                 mend = None if act.mend is None else bound(act.mend)  # the operation keeps it alive
                 if mend is not None:
                     line[MENDS:] = mend.operation, mend.place, act.skip
         self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
-        pairs = list(zip(self.acts, self._bound, strict=True))
+        pairs = list(zip(self.operations, self._bound, strict=True))
         self._plain = [(act.do, act.timed) if found is None and act.plain else None for act, found in pairs] + [None]
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
         self._row, self._period, self._rows = row, period, np.zeros((1, len(row)))
@@ -99,8 +99,8 @@ class Program:
     @property
     def interpreted(self) -> tuple[str, ...]:
         """Return the owners of operations that Python runs, each once."""
-        acts = zip(self.acts, self._bound, strict=True)
-        return tuple(dict.fromkeys(act.name for act, found in acts if found is None and act.name and not act.due))
+        operations = zip(self.operations, self._bound, strict=True)
+        return tuple(dict.fromkeys(act.name for act, found in operations if found is None and act.name and not act.due))
 
     @property
     def count(self) -> int:
@@ -178,19 +178,19 @@ class Program:
         self._apart = True
         self.rows = self._rows
 
-    def swap(self, act: Act, other: Act) -> bool:
+    def swap(self, act: Operation, other: Operation) -> bool:
         """Replace an act by another one; return False if either needs Python."""
-        at, found = self.acts.index(act), bound(other.do)
+        at, found = self.operations.index(act), bound(other.do)
         if found is None or self._bound[at] is None:
             return False
-        self.acts = (*self.acts[:at], other, *self.acts[at + 1 :])
+        self.operations = (*self.operations[:at], other, *self.operations[at + 1 :])
         self._bound[at] = found
         self._table[at, : GIVEN + 1] = found.operation, found.place
         return True
 
     def refresh(self) -> None:
         """Update for all operations whether they run from now on."""
-        for line, act in zip(self._table, self.acts, strict=True):
+        for line, act in zip(self._table, self.operations, strict=True):
             line[WHEN] = DUE if act.due else NEVER if act.when is not None and not act.when() else ALWAYS
 
     def look(self, sample: int, act: int = 0) -> None:
@@ -210,21 +210,21 @@ class Program:
 
     def _go(self, code: int) -> None:
         """Serve a return of the compiled code in Python, and continue."""
-        acts, plain, turn = self.acts, self._plain, self._turn
+        operations, plain, turn = self.operations, self._plain, self._turn
         place, time = self._at, self._now
         while code != REACHED:
             at = place[ACT]
             try:
                 if code != PYTHON:
-                    at += 1 + acts[at].meet(code)
+                    at += 1 + operations[at].meet(code)
                 elif plain[at] is None:
-                    at += 1 + acts[at](self.time)
+                    at += 1 + operations[at](self.time)
                 while (found := plain[at]) is not None:
                     do, timed = found
                     answer = do(time[0]) if timed else do()
-                    at += 1 if answer is None else 1 + acts[at].meet(answer)
+                    at += 1 if answer is None else 1 + operations[at].meet(answer)
             except Infeasible:
-                tell(acts[at + 1 : self._complete], self.time)
+                tell(operations[at + 1 : self._complete], self.time)
                 self._keep()
                 raise
             place[ACT] = at

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import Kind, overlay
 from cdpr.simulation.external_command import Command
-from cdpr.simulation.pipeline import Program
+from cdpr.simulation.pipeline import Pipeline
 
 Chosen = Callable[[Kind], Command]
 
@@ -26,7 +26,7 @@ class Playback:
     def __bool__(self) -> bool:
         return bool(self._spans)
 
-    def at(self, k: int) -> Program | None:
+    def at(self, k: int) -> Pipeline | None:
         """Return the pipeline for sample k; None if the controller decides it."""
         i = bisect_right(self._spans, k, key=lambda row: row[0]) - 1
         if i < 0 or k >= self._spans[i][1]:

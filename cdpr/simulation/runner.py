@@ -58,7 +58,7 @@ STATUS: dict[type[BaseException], str] = {
 }
 
 
-class Attempt:
+class Runner:
     """Execution of one run: `begin` it, step the loop, and `end` it, also after an error.
 
     Attributes:
@@ -116,7 +116,7 @@ class Attempt:
             with suppress(OutputError):  # the end of the run reports a full disk
                 self.folder.revise(self.header)
 
-    def branch(self, folder: RunFolder) -> Attempt:
+    def branch(self, folder: RunFolder) -> Runner:
         """Complete log and run.json at the present sample; return the execution that continues in another folder."""
         assert self.parts is not None
         assert self.loop is not None
@@ -125,7 +125,7 @@ class Attempt:
         self.run, _ = self._finished(stop, closing=False)
         if self.folder is not None:
             self.folder.finish(self.run)
-        new = Attempt(self.scenario, self.header, folder)
+        new = Runner(self.scenario, self.header, folder)
         new.parts, new.loop, new.session, new._started = self.parts, self.loop, self.session, perf_counter()
         new.recorder = Recorder(self.header, self.scenario.simulation.steps, folder.path, closest=self._watching)
         self.loop.write_to(new.recorder.rows)

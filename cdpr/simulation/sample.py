@@ -21,7 +21,7 @@ from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
-from cdpr.tension.operations import Act
+from cdpr.tension.operations import Operation
 from cdpr.tension.present import Cables, Present
 
 Do = Callable[[], object]
@@ -68,40 +68,40 @@ class Sample:
         """Return the columns from the field `first` to `last`, live."""
         return self.row[self.layout.span(first, last or first)]
 
-    def looking(self, period: float, refuse: Refuse) -> list[Act]:
+    def looking(self, period: float, refuse: Refuse) -> list[Operation]:
         """Return the operation that observes the plant a control `period` (s) after the last time, or at once (0)."""
         parts, backend = self._parts, self._parts.backend
         energies = self.view("kinetic", "external_work")
         seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
         look = observing(self._body, Shown(backend.state, backend.external, backend.highest), seen, period)
-        acts = [Act("geometry", look, refuse)]
+        operations = [Operation("geometry", look, refuse)]
         if not parts.ideal_cables and period:
-            acts += self._readings[1]
+            operations += self._readings[1]
         if parts.believed is not None:
             nominal = observing_nominal(parts.believed, self.state, self.live.W)
-            acts.append(Act("geometry", nominal, refuse))
-        return acts
+            operations.append(Operation("geometry", nominal, refuse))
+        return operations
 
-    def completing(self, distributing: Sequence[Act], events: Sequence[ScenarioEvent]) -> list[Act]:
+    def completing(self, distributing: Sequence[Operation], events: Sequence[ScenarioEvent]) -> list[Operation]:
         """Return the operations that distribute, and then write the values that only plant and true robot provide.
 
         They raise LimitViolation and CollisionDetected if the scenario stops then.
         """
-        acts = list(distributing)
+        operations = list(distributing)
         if not self._parts.ideal_cables:
-            acts += self._readings[0]
+            operations += self._readings[0]
         if self._parts.believed is not None:
-            acts += self._exerting()
+            operations += self._exerting()
         if self._parts.limits == "stop":
-            acts += self._within(events)
+            operations += self._within(events)
         guards = [guard for _, guard in guarding(events, self._parts.control_step) if guard.stops]
         if guards:
             from cdpr.simulation.contact import keeping_distance  # few scenarios need this import
 
-            acts += keeping_distance(self._parts, events, guards, self.state)
-        return acts
+            operations += keeping_distance(self._parts, events, guards, self.state)
+        return operations
 
-    def _reading(self) -> tuple[list[Act], list[Act]]:
+    def _reading(self) -> tuple[list[Operation], list[Operation]]:
         """Return the operation that reads tensions and work from the plant if cables are not ideal."""
         backend, tension = self._parts.backend, self.view("cable_tension")
         work = self.view("cable_work")
@@ -116,15 +116,15 @@ class Sample:
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
         command: Do = bind("copy", source=self.live.tension, target=backend.command)
-        reading = [Act("backend", do) for do in (command, *tensions)]
-        reading.append(Act("backend", bind("not_finite", values=tension), self._refuse_tension))
-        return reading, [Act("backend", do) for do in works]
+        reading = [Operation("backend", do) for do in (command, *tensions)]
+        reading.append(Operation("backend", bind("not_finite", values=tension), self._refuse_tension))
+        return reading, [Operation("backend", do) for do in works]
 
     def _refuse_tension(self, _: int) -> None:
         values = ", ".join(f"{value:.4g}" for value in self.view("cable_tension"))
         raise Diverged(f"the backend's cable tensions are not finite: [{values}]")
 
-    def _exerting(self) -> list[Act]:
+    def _exerting(self) -> list[Operation]:
         """Return the operation that writes the true wrench of the cables and the margins to the true limits."""
         command, cables = self.live.tension, self.cables
         tension = command if self._parts.ideal_cables else self.view("cable_tension")
@@ -132,9 +132,9 @@ class Sample:
         room = self.view("true_margin")
         measured = bind("room_within_limits", limits=cables.true_limits, tension=command, held=cables.held, room=room)
         # A sample without valid tensions contains these, too.
-        return [Act("geometry", exerted, telling=True), Act("geometry", measured, telling=True)]
+        return [Operation("geometry", exerted, telling=True), Operation("geometry", measured, telling=True)]
 
-    def _within(self, events: Sequence[ScenarioEvent]) -> list[Act]:
+    def _within(self, events: Sequence[ScenarioEvent]) -> list[Operation]:
         """Return the operation that ends the run at the first sample with a limit violation of a cable."""
         robot, row = self._parts.robot, self.row[None]
         names = [cable.name for cable in robot.cables]
@@ -149,4 +149,4 @@ class Sample:
             left = "; ".join(one.text(names) for one in here.told())
             raise LimitViolation(f"{left}; the scenario says limits: stop")
 
-        return [Act("cables", reach.leaving(self.row), stop)] if reach.any else []
+        return [Operation("cables", reach.leaving(self.row), stop)] if reach.any else []

@@ -15,7 +15,7 @@ from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.settings import Settings
 from cdpr.tension.command import CommandStage
-from cdpr.tension.operations import Act, perform
+from cdpr.tension.operations import Operation, perform
 from cdpr.tension.stage import TensionStage
 
 NEVER = -1  # no sample has this number
@@ -91,14 +91,14 @@ class Schedule:
         """Distribute by the stage, with the effects of events."""
         perform(self._through)
 
-    def through(self, stage: TensionStage | CommandStage) -> list[Act]:
+    def through(self, stage: TensionStage | CommandStage) -> list[Operation]:
         """Return the operations that distribute by this stage: the stage's own, if no event concerns a cable."""
         if not self._overrides:
-            return list(stage.acts)
+            return list(stage.operations)
         unasked = bind("power_off", wrench=stage.live.wrench, status=stage.live.status)
         return [
-            *(act._replace(when=lambda: self._power) for act in stage.acts),
-            Act("distribution", unasked, when=lambda: not self._power),
+            *(act._replace(when=lambda: self._power) for act in stage.operations),
+            Operation("distribution", unasked, when=lambda: not self._power),
             *(act._replace(when=lambda: self._imposing) for act in stage.imposing),
         ]
 

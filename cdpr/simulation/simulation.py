@@ -27,8 +27,8 @@ from cdpr.simulation.branches import Branches
 from cdpr.simulation.header import make_header
 from cdpr.simulation.live import ExclusiveAccess
 from cdpr.simulation.pace import Pace
-from cdpr.simulation.pipeline import Program
-from cdpr.simulation.runner import Attempt
+from cdpr.simulation.pipeline import Pipeline
+from cdpr.simulation.runner import Runner
 from cdpr.simulation.start import attempt
 
 Observer = Callable[[Array], None]
@@ -77,9 +77,9 @@ class Simulation(Branches):
         self._stepping = self._alone("step")
         self._start(attempt(scenario, backend, solver, controller, overrides, out))
 
-    def _start(self, made: Attempt) -> None:
+    def _start(self, made: Runner) -> None:
         """Build, and observe sample 0."""
-        self._attempt, self._origin = made, object()
+        self._runner, self._origin = made, object()
         with self._kept():
             loop, self._recorder = made.begin()
             self._pace = Pace(self._recorder.flush)
@@ -102,7 +102,7 @@ class Simulation(Branches):
     @property
     def scenario(self) -> Scenario:
         """Return the scenario."""
-        return self._attempt.scenario
+        return self._runner.scenario
 
     @property
     def steps(self) -> int:
@@ -122,7 +122,7 @@ class Simulation(Branches):
     @property
     def done(self) -> bool:
         """Return True if no step is left."""
-        return self._attempt.run is not None or self._loop.count > self._last
+        return self._runner.run is not None or self._loop.count > self._last
 
     @property
     def row(self) -> Array:
@@ -149,7 +149,7 @@ class Simulation(Branches):
     @property
     def events(self) -> tuple[ScenarioEvent, ...]:
         """Return the events of the scenario and the live ones, in the order of their definition."""
-        return self._attempt.session.events
+        return self._runner.session.events
 
     @property
     def state(self) -> Array:
@@ -184,7 +184,7 @@ class Simulation(Branches):
             n = _steps(n)
         with self._stepping:
             first, last = self._loop.program.count, self._last
-            if first > last or self._attempt.run is not None:
+            if first > last or self._runner.run is not None:
                 self._ready()
             until = first + n
             if until > last:
@@ -235,7 +235,7 @@ class Simulation(Branches):
             self._reset(state, seed)
 
     def _reset(self, state: ArrayLike | None, seed: int | None) -> None:
-        if self._attempt.folder is not None:
+        if self._runner.folder is not None:
             raise CdprError("reset: what is logged stays; make another simulation, or leave out `out`")
         changes: dict[str, Any] = {} if seed is None else {"simulation.seed": seed}
         if state is not None:
@@ -244,35 +244,35 @@ class Simulation(Branches):
             changes["initial"] = {"position": x[:3], "orientation": {"quaternion": x[3:7]}, **rates}
         scenario = self.scenario.with_changes(changes)
         self._end()
-        self._start(Attempt(scenario, make_header(scenario), None))
+        self._start(Runner(scenario, make_header(scenario), None))
 
     def run(self) -> Run:
         """End the simulation at its present sample and return its run; repeated calls return the same run.
 
         The status of an incomplete run is "ended".
         """
-        if self._attempt.run is not None:
-            return self._attempt.run
+        if self._runner.run is not None:
+            return self._runner.run
         with self._alone("run"):
             return self._end()
 
     def _end(self) -> Run:
-        if self._attempt.run is not None:
-            return self._attempt.run
+        if self._runner.run is not None:
+            return self._runner.run
         if self.done:
-            return self._attempt.end(None)
+            return self._runner.end(None)
         stop = PlantEnded(f"t = {self.time:.6g} s: taken no further")
         try:
-            return self._attempt.end(stop)
+            return self._runner.end(stop)
         except PlantEnded as ended:
-            if ended is not stop or self._attempt.run is None:
+            if ended is not stop or self._runner.run is None:
                 raise
-            return self._attempt.run
+            return self._runner.run
 
     def so_far(self) -> Run:
         """Return the run up to the last complete sample and continue; the status of an incomplete run is "ended"."""
         with self._alone("so_far"):
-            return self._attempt.so_far()
+            return self._runner.so_far()
 
     def close(self) -> None:
         """End the simulation and close the backend; may be called again."""
@@ -288,13 +288,13 @@ class Simulation(Branches):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._attempt.run is None and isinstance(error, KeyboardInterrupt):
-            self._attempt.end(error)  # raises it, with the run
+        if self._runner.run is None and isinstance(error, KeyboardInterrupt):
+            self._runner.end(error)  # raises it, with the run
         self.close()
 
     def _ready(self, *, also_done: bool = False) -> None:
         """Reject a call after the end."""
-        if self._attempt.run is not None:
+        if self._runner.run is not None:
             raise CdprError(f"the simulation is over: its run is {self._attempt.run.status}; make another")
         if self.done and not also_done:
             raise CdprError(f"the simulation is done: the scenario ends at {self.time:g} s; run() returns the run")
@@ -303,7 +303,7 @@ class Simulation(Branches):
         """Reject a call during another one."""
         return ExclusiveAccess(self._at_work, what)
 
-    def _go(self, k: int, given: Program | None) -> None:
+    def _go(self, k: int, given: Pipeline | None) -> None:
         """Continue to sample k; complete it if it is the last. End the run with any error."""
         try:
             if not self._observers:
@@ -311,9 +311,9 @@ class Simulation(Branches):
             if self._observers or k == self._last:
                 self._go_watched(k, given)
         except BaseException as error:
-            self._attempt.end(self._attempt.told(error))
+            self._runner.end(self._runner.told(error))
 
-    def _go_watched(self, k: int, given: Program | None) -> None:
+    def _go_watched(self, k: int, given: Pipeline | None) -> None:
         """Do the same with observers or commands."""
         loop, pace = self._loop, self._pace
         with loop.timed():
@@ -324,7 +324,7 @@ class Simulation(Branches):
             if k == self._last:
                 self._decide(given)
 
-    def _decide(self, given: Program | None) -> None:
+    def _decide(self, given: Pipeline | None) -> None:
         """Complete a sample."""
         self._loop.decide(given)
         try:
@@ -341,7 +341,7 @@ class Simulation(Branches):
         try:
             yield
         except BaseException as error:
-            self._attempt.end(self._attempt.told(error))
+            self._runner.end(self._runner.told(error))
 
 
 def _steps(n: object) -> int:

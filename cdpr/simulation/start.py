@@ -12,7 +12,7 @@ from cdpr.plugins.registry import Role, registry
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.disk_space import check_room
 from cdpr.simulation.header import make_header
-from cdpr.simulation.runner import Attempt
+from cdpr.simulation.runner import Runner
 
 
 def chosen_scenario(
@@ -46,13 +46,13 @@ def attempt(
     controller: str | type[Controller] | None,
     overrides: Mapping[str, Any] | None,
     out: str | os.PathLike[str] | RunFolder | None,
-) -> Attempt:
+) -> Runner:
     """Load a scenario with the chosen plugins, and make the folder; nothing is built."""
     as_it_was = not overrides and not any((backend, solver, controller))
     scenario = chosen_scenario(scenario, backend, solver, controller, overrides)
     if isinstance(out, RunFolder):
-        return Attempt(scenario, out.header if as_it_was else make_header(scenario), out)
+        return Runner(scenario, out.header if as_it_was else make_header(scenario), out)
     header = make_header(scenario)
     path = None if out is None else folder_name(out)
     check_room(scenario, header, path)
-    return Attempt(scenario, header, None if path is None else RunFolder(path, header, scenario=scenario.yaml_in))
+    return Runner(scenario, header, None if path is None else RunFolder(path, header, scenario=scenario.yaml_in))

@@ -7,7 +7,7 @@ import numpy as np
 from cdpr.base.errors import Diverged, LimitViolation
 from cdpr.model import Robot
 from cdpr.native.bind import bind
-from cdpr.tension.operations import Act, perform
+from cdpr.tension.operations import Operation, perform
 from cdpr.tension.policy import Policy
 from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import BAD_INPUT
@@ -45,8 +45,8 @@ class CommandStage:
         shared = {"limits": cables.limits, "matrix": live.W, "tension": live.tension, "wrench": live.wrench}
         shared |= {"report": live.report}
         take = bind("take_command", **shared, command=self.command, stop=int(policy == "stop"))
-        self.acts = [Act("distribution", take, self._refuse)]
-        self.imposing = [Act("distribution", bind("impose_command", **shared, held=cables.held))]
+        self.operations = [Operation("distribution", take, self._refuse)]
+        self.imposing = [Operation("distribution", bind("impose_command", **shared, held=cables.held))]
 
     arrays = ()  # no memory
     answered = True  # there is no solver
@@ -73,7 +73,7 @@ class CommandStage:
             Diverged: if the command is not finite.
             LimitViolation: under the policy `stop`.
         """
-        perform(self.acts)
+        perform(self.operations)
 
     def _refuse(self, status: int) -> None:
         if status == BAD_INPUT:

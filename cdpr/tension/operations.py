@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from cdpr.base.errors import Infeasible
 
 
-class Act(NamedTuple):
+class Operation(NamedTuple):
     """Operation of a control step, compiled if it is a bound operation.
 
     Bound operations are results of `cdpr.native.bind.bind` or `cdpr.native.foreign.Foreign`.
@@ -45,19 +45,19 @@ class Act(NamedTuple):
         return self.skip
 
 
-def perform(acts: Sequence[Act], time: float = 0.0) -> None:
+def perform(operations: Sequence[Operation], time: float = 0.0) -> None:
     """Execute operations in order; after Infeasible, also the operations that report on the sample."""
     i = 0
-    while i < len(acts):
+    while i < len(operations):
         try:
-            i += 1 + acts[i](time)
+            i += 1 + operations[i](time)
         except Infeasible:
-            tell(acts[i + 1 :], time)
+            tell(operations[i + 1 :], time)
             raise
 
 
-def tell(acts: Sequence[Act], time: float) -> None:
+def tell(operations: Sequence[Operation], time: float) -> None:
     """Execute the operations that report on a sample without tensions."""
-    for act in acts:
+    for act in operations:
         if act.telling:
             act(time)

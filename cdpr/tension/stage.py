@@ -15,7 +15,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
 from cdpr.tension.checks import LIMIT_TOLERANCE, allowed_residual, newton
 from cdpr.tension.compiled import accept_tension
-from cdpr.tension.operations import Act, perform
+from cdpr.tension.operations import Operation, perform
 from cdpr.tension.policy import TOLD, WRITTEN, Policy, action
 from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import Status
@@ -99,11 +99,11 @@ class TensionStage:
         W, wrench, limits = live.W, live.wrench, cables.limits
         rows = robot.rows
         weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows]
-        selecting: list[Act] = []
+        selecting: list[Operation] = []
         if robot.n < 6:
             free_W, free_wrench = np.zeros((robot.n, robot.m)), np.zeros(robot.n)
             chosen = {"rows": np.array(rows), "matrix": free_W, "wrench": free_wrench}
-            selecting = [Act("distribution", bind("select_rows", full_matrix=W, full_wrench=wrench, **chosen))]
+            selecting = [Operation("distribution", bind("select_rows", full_matrix=W, full_wrench=wrench, **chosen))]
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
         # read-only, so that the solver cannot change the data of the checks
@@ -128,12 +128,12 @@ class TensionStage:
         compiled = asked.compiled(*given, answer) if asked.compiled else None
         solve = compiled or partial(self._ask, partial(asked.solve, *given, answer))
         accept = bind("accept", **shared, answer=answer)
-        self.acts = [
+        self.operations = [
             *selecting,
-            Act("solver", solve, lambda status: self._replace(status, False), 1, unanswered),
-            Act("distribution", accept, lambda status: self._replace(status, True), 0, refused),
+            Operation("solver", solve, lambda status: self._replace(status, False), 1, unanswered),
+            Operation("distribution", accept, lambda status: self._replace(status, True), 0, refused),
         ]
-        self.imposing = [*selecting, Act("distribution", bind("impose_tensions", **shared, held=cables.held))]
+        self.imposing = [*selecting, Operation("distribution", bind("impose_tensions", **shared, held=cables.held))]
 
     @property
     def answered(self) -> bool:
@@ -158,7 +158,7 @@ class TensionStage:
             Diverged: if the wrench is not finite.
             PluginError: if the solver raised or returned no status.
         """
-        perform(self.acts)
+        perform(self.operations)
 
     def impose(self) -> None:
         """Set cables to their `held` tensions, and report the effect of all tensions on the wrench."""

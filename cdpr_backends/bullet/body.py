@@ -14,7 +14,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Acts
+from cdpr.plugins.backend import Operations
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.bullet.world import (
@@ -73,7 +73,7 @@ class BulletBackend(RigidBodyBackend):
         self._plant.load()
         self._plant.move()
 
-    def engine_acts(self) -> Acts:
+    def engine_operations(self) -> Operations:
         """Return the step of Bullet as one Python operation, and the compiled operations before and after it."""
         return [self._plant.load, self._plant.move, self._plant.publish]
 

@@ -11,7 +11,7 @@ import numpy as np
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Acts
+from cdpr.plugins.backend import Operations
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart.joints import BallJoint, FreeJoint, GuideJoints
@@ -72,7 +72,7 @@ class DartBackend(RigidBodyBackend):
         self._load()
         self._dart()
 
-    def engine_acts(self) -> Acts:
+    def engine_operations(self) -> Operations:
         """Return the compiled operation before the step of DART, and the step as one Python operation."""
         return [self._load, self._dart]
 

@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Acts
+from cdpr.plugins.backend import Operations
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.mujoco.world import PLATFORM, SLIMMEST, SMALLEST, TITLE, InWorld, World, specify
@@ -49,7 +49,7 @@ class MujocoBackend(InWorld, RigidBodyBackend):
             apply()
         self._step()
 
-    def engine_acts(self) -> Acts:
+    def engine_operations(self) -> Operations:
         """Return the step and the operations before and after it, all compiled if MuJoCo can be called directly."""
         direct = self._world.direct
         return [*self._apply, self._step if direct is None else direct.step, self._read]

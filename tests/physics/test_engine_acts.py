@@ -190,18 +190,18 @@ def test_whoever_holds_its_acts_holds_the_world(offset_robot):
         backend = plant("mujoco", offset_robot)
         backend.reset(np.concatenate([[0, 0, 2], [1, 0, 0, 0], np.zeros(6)]))
         backend.command[:] = 80.0
-        acts, state, model = backend.acts(1), backend.state, weakref.ref(backend._world.model)
+        operations, state, model = backend.operations(1), backend.state, weakref.ref(backend._world.model)
         if not keep:
             del backend
         for _ in range(50):
-            for act in acts:
+            for act in operations:
                 act()
             if not keep:
                 gc.collect(0)
         states.append(state)
         gc.collect()
         assert model() is not None
-        del acts, act
+        del operations, act
         backend = None
         gc.collect()
         assert model() is None, "and who lets go of them lets go of the world"
@@ -250,7 +250,7 @@ class Slipping(Backend):
     def step(self, n):
         """Stay."""
 
-    def acts(self, n):
+    def operations(self, n):
         """Fail."""
         return [lambda: 7]
 

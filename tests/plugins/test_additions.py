@@ -49,12 +49,12 @@ class Gust(ScenarioEvent):
         if self.speed > 60.0:
             yield "speed", f"must be at most 60 (m/s), got {self.speed:g}"
 
-    def swing(self, step: float) -> WrenchProfile:
+    def wrench_profile(self, step: float) -> WrenchProfile:
         force = 0.5 * 1.2 * self.speed**2
         amplitude = (force, 0.0, 0.0, 0.0, 0.0, 0.0)
         return WrenchProfile(first_sample(self.time, step), math.inf, 0.0, 0.5 * math.pi, amplitude)
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         yield Event(first_sample(self.time, step) * step, self.type, f"wind of {self.speed:g} m/s")
 '''
 
@@ -203,7 +203,7 @@ def test_a_column(tree):
     """A line in the table, and the lines that compute it."""
     folder, add, run = tree
     add(None, "", "cdpr/base/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
-    place = "            acts += self._exerting()\n"  # what completes a sample
+    place = "            operations += self._exerting()\n"  # what completes a sample
     add(None, "", "cdpr/simulation/sample.py", written=(MEASURED, place))
     scenario = ROOT / "scenarios" / "caroca.yaml"
     short = ("--set", "simulation.duration=0.02", "--no-report")

@@ -19,8 +19,8 @@ from cdpr.base.errors import CdprError, Infeasible
 from cdpr.native.foreign import OPERATION, Foreign
 from cdpr.plugins import CompiledSolver, Controller
 from cdpr.simulation import pipeline
-from cdpr.simulation.pipeline import Program
-from cdpr.tension.operations import Act
+from cdpr.simulation.pipeline import Pipeline
+from cdpr.tension.operations import Operation
 from cdpr.tension.status import OK, Status
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
@@ -75,8 +75,8 @@ def test_blocks_and_python_give_the_same_bits(path, tmp_path, by_python):
 def test_samples_without_tensions_need_python_once(solver, policy, tmp_path, by_python, monkeypatch):
     """The first one binds what compiled code does from then on; warming up may have met one, too."""
     met = []
-    meet = Act.meet
-    monkeypatch.setattr(Act, "meet", lambda act, code: (code and met.append(code)) or meet(act, code))
+    meet = Operation.meet
+    monkeypatch.setattr(Operation, "meet", lambda act, code: (code and met.append(code)) or meet(act, code))
     overrides = {"simulation.duration": 0.5, "solver.infeasible": policy}
     thesis = ROOT / "scenarios" / "thesis.yaml"
     run = cdpr.simulate(thesis, out=tmp_path / "one", solver=solver, overrides=overrides)
@@ -114,9 +114,9 @@ class Counting:
         self.row, self.rows, self.seen = np.zeros(3), np.full((size, 3), np.nan), []
         self.on, self.code = True, np.zeros(1)
         act = partial(self.python, python)
-        self.program = Program(
-            [act("controller", add, 0, 1.0), Act("solver", partial(self.note, "solve"), when=lambda: self.on)],
-            [act("backend", add, 1, 10.0), act("time", stamp, timed=True), Act("events", self.happen, due=True)],
+        self.program = Pipeline(
+            [act("controller", add, 0, 1.0), Operation("solver", partial(self.note, "solve"), when=lambda: self.on)],
+            [act("backend", add, 1, 10.0), act("time", stamp, timed=True), Operation("events", self.happen, due=True)],
             self.row,
             0.5,
         )
@@ -124,7 +124,7 @@ class Counting:
 
     def python(self, python, name, function, *arguments, timed=False):
         call = partial(function, self.row, *arguments)
-        return Act(name, call if python else foreign(call, timed), timed=timed)
+        return Operation(name, call if python else foreign(call, timed), timed=timed)
 
     def note(self, what):
         self.seen.append((what, self.program.count, self.program.time))
@@ -167,7 +167,7 @@ def test_acts_are_done_in_their_order_and_when_they_are_due(python):
     it.program.decide()
     assert (it.program.count, it.program.time, it.row[0]) == (8, 3.5, 8.0)
     it.program.look(8)
-    beside = Program([], [], it.row, 0.5, it.program)
+    beside = Pipeline([], [], it.row, 0.5, it.program)
     beside.decide()  # something else decides: neither controller nor solver
     it.program.stand()
     assert (it.program.count, it.row[0], it.seen[-1][0]) == (9, 8.0, "event")
@@ -183,8 +183,8 @@ def test_acts_are_done_in_their_order_and_when_they_are_due(python):
 def test_what_refuses_is_met_and_leaves_out_what_follows(python):
     codes, met, row = np.zeros(1), [], np.zeros(1)
     call = partial(answer, codes)
-    solve = Act("solver", call if python else foreign(call), met.append, skip=1)
-    made = Program([solve, Act("distribution", foreign(partial(add, row, 0, 1.0)))], [], row, 1.0)
+    solve = Operation("solver", call if python else foreign(call), met.append, skip=1)
+    made = Pipeline([solve, Operation("distribution", foreign(partial(add, row, 0, 1.0)))], [], row, 1.0)
     made.rows = np.zeros((256, 1))
     made.look(2)
     codes[0] = 3
@@ -203,11 +203,11 @@ def test_a_sample_without_tensions_is_kept_with_what_tells_of_it(python):
         raise Infeasible("none")
 
     call = partial(answer, np.ones(1))
-    made = Program(
+    made = Pipeline(
         [
-            Act("solver", call if python else foreign(call), refuse),
-            Act("geometry", foreign(partial(add, row, 0, 1.0))),
-            Act("geometry", foreign(partial(add, row, 1, 1.0)), telling=True),
+            Operation("solver", call if python else foreign(call), refuse),
+            Operation("geometry", foreign(partial(add, row, 0, 1.0))),
+            Operation("geometry", foreign(partial(add, row, 1, 1.0)), telling=True),
         ],
         [],
         row,
@@ -313,7 +313,7 @@ def test_a_strangers_solver_joins():
 
 def test_a_table_narrower_than_a_row_is_refused():
     """Compiled code would write beyond it."""
-    pipeline = Program([], [], np.zeros(5), 1.0)
+    pipeline = Pipeline([], [], np.zeros(5), 1.0)
     pipeline.rows = np.zeros((256, 5))
     for rows in (np.zeros((256, 4)), np.zeros(256), np.zeros((256, 5), dtype=np.float32)):
         with pytest.raises(CdprError, match="a float64 table of at least 5 columns is expected"):

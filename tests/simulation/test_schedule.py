@@ -40,7 +40,7 @@ def test_without_events_nothing_changes():
     """To the bit, and the loop calls the stage itself."""
     assert run().rows.tobytes() == cdpr.simulate(CAROCA, overrides={**HOLD, "initial.position": PLACE}).rows.tobytes()
     loop = Loop(build(cdpr.load_scenario(CAROCA)))
-    assert loop.schedule.through(loop.stage) == loop.stage.acts
+    assert loop.schedule.through(loop.stage) == loop.stage.operations
     assert loop.schedule.begin() == -1
 
 

@@ -22,7 +22,7 @@ from cdpr.native.library import Bound, address
 from cdpr.native.operations import LANES, operations
 from cdpr.simulation.pipeline import COMPLETE, NEXT
 from cdpr.simulation.step_kernel import NEVER
-from cdpr.tension.operations import Act
+from cdpr.tension.operations import Operation
 
 SPAN = 16384  # samples of one call: an interrupt waits for some hundredths of a second
 WORTHWHILE = 3  # cases: fewer are as fast alone
@@ -46,13 +46,13 @@ class Block:
     """
 
     def __init__(self, plan: Plan, case: Case) -> None:
-        self._acts, self._bound = _acts(case), _bounds(case)
+        self._operations, self._bound = _operations(case), _bounds(case)
         if "count_sample_lanes" not in operations():
             raise UnfitError  # the library for plain x86-64 has no operations in lanes
         memory = _memory(case)
         self._recipe = recipe = Recipe(memory)
         self._sizes = [array.size for array in memory]
-        found = [_way(act, bound, case) for act, bound in zip(self._acts, self._bound, strict=True)]
+        found = [_way(act, bound, case) for act, bound in zip(self._operations, self._bound, strict=True)]
         self._wide = [at for at, way in enumerate(found) if way == ways.IN_LANES]
         given = [recipe.read(at, _native(self._bound[at])) for at in self._wide]
         for bound in self._bound:
@@ -66,7 +66,7 @@ class Block:
         self._table = np.zeros((len(found), 5), dtype=np.int64)
         self._table[:, ways.WAY], self._table[:, ways.IN] = found, -1
         complete = found.index(ways.COMPLETE)
-        self._table[:, ways.TOGETHER] = _together(found, [act.skip for act in self._acts], complete)
+        self._table[:, ways.TOGETHER] = _together(found, [act.skip for act in self._operations], complete)
         self._held = []
         for at, arguments in zip(self._wide, given, strict=True):
             lifted = {name: self._lifted(each) for name, each in arguments.items()}
@@ -268,8 +268,8 @@ class Block:
         return found[1] is not None
 
     def _alike_in_structure(self, case: Case, words: Words) -> bool:
-        recipe, mine, acts = self._recipe, self._words, _acts(case)
-        if [act.name for act in acts] != [act.name for act in self._acts] or len(words) != len(mine):
+        recipe, mine, calls = self._recipe, self._words, _operations(case)
+        if [act.name for act in calls] != [act.name for act in self._operations] or len(words) != len(mine):
             return False
         if [array.size for array in _memory(case)] != self._sizes:
             return False
@@ -298,16 +298,16 @@ def _memory(case: Case) -> list[Array]:
     return [*memory, case.figures.values]
 
 
-def _acts(case: Case) -> list[Act]:
+def _operations(case: Case) -> list[Operation]:
     """Return the operations of a step, and last the one that counts each complete sample."""
-    return [*case.program.acts, Act("", case.figures.counting)]
+    return [*case.program.operations, Operation("", case.figures.counting)]
 
 
 def _bounds(case: Case) -> list[Compiled | None]:
     return [*case.program.bound, case.figures.counting]
 
 
-def _way(act: Act, found: Compiled | None, case: Case) -> int:
+def _way(act: Operation, found: Compiled | None, case: Case) -> int:
     """Return how an operation is run."""
     if act in (COMPLETE, NEXT):
         return ways.COMPLETE if act is COMPLETE else ways.NEXT

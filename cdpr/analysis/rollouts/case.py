@@ -27,7 +27,7 @@ from cdpr.simulation.loop import Loop
 from cdpr.simulation.moment import Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.pipeline import Program
+from cdpr.simulation.pipeline import Pipeline
 from cdpr.simulation.renewal import renew
 from cdpr.simulation.runner import STATUS
 from cdpr.simulation.step_kernel import SAMPLE
@@ -141,7 +141,7 @@ class Case:
 
     loop: Loop
     figures: Figures
-    program: Program
+    program: Pipeline
     _place: memoryview  # as `Program.standing`
     _time: memoryview
 
@@ -160,7 +160,7 @@ class Case:
         self.wrench: Array | None = None
         self.live: tuple[ScenarioEvent, ...] = ()
         self.home: Home | None = None
-        self.known: dict[Home, tuple[Program, NDArray[np.int64] | None]] = {}
+        self.known: dict[Home, tuple[Pipeline, NDArray[np.int64] | None]] = {}
         self.joined = self.rest = 0
 
     @property
@@ -332,7 +332,7 @@ class Case:
         self.error, self.going = None, True
 
     @property
-    def _given(self) -> Program | None:
+    def _given(self) -> Pipeline | None:
         return None if self.program is self.loop.program else self.program
 
     @contextmanager

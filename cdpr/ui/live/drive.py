@@ -155,7 +155,7 @@ class Driven(Simulation):
             REQUESTS[request.what](self, **request.values)
         except CdprError as error:
             request.answer = str(error)
-            if self._attempt.run is not None:  # not a refusal: the run has ended
+            if self._runner.run is not None:  # not a refusal: the run has ended
                 raise
             what = request.values.get("key", request.what)
             self._link.refused(f"{what}: {error}" if what != request.answer.partition(":")[0] else request.answer)
