@@ -107,4 +107,4 @@ def scheduled_events(
         return dict(zip(header.cables, marked[k][columns].tolist(), strict=True)) if k in marked else {}
 
     came = [one for one in sorted(scheduled, key=lambda one: one.time) if first_sample(one.time, step) < samples]
-    return [event for one in came for event in one.tell(step, samples, tensions(first_sample(one.time, step)))]
+    return [event for one in came for event in one.event_log(step, samples, tensions(first_sample(one.time, step)))]

@@ -83,7 +83,7 @@ class Schedule:
 
     def _what(self, event: ScenarioEvent) -> Does:
         """Return an event (kept alive, identified by its id), its wrench, and its actions."""
-        swing = event.swing(self._step)
+        swing = event.wrench_profile(self._step)
         row = None if swing is None else (swing.first, swing.end, swing.angle, swing.phase, *swing.amplitude)
         return event, row, [(time, partial(do, self)) for time, do in event.actions(self._step)]
 

@@ -117,7 +117,7 @@ class Session:
         """
         step = self.scenario.simulation.control_step
         known = isinstance(event, ScenarioEvent) and any(event is one for one in self.live)
-        swing = event.swing(step) if known else None
+        swing = event.wrench_profile(step) if known else None
         if swing is None:
             raise CdprError("release: what `push` returned is expected, and not yet released in this branch")
         if swing.end <= k:

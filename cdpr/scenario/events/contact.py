@@ -34,10 +34,10 @@ class Contact(ScenarioEvent):
             whose = f"'{history.thin[0]}'" + (f" and {len(history.thin) - 1} more" if history.thin[1:] else "")
             yield f"needs the diameters of all cables, and has none of {whose}: give the robot cable.diameter (m)"
 
-    def guard(self, step: float) -> ClearanceMonitor:
+    def clearance_monitor(self, step: float) -> ClearanceMonitor:
         """Return the condition of the event."""
         return ClearanceMonitor(self.clearance, first_sample(self.time, step) * step, self.then == "stop")
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield nothing: occurrences are found in the samples."""
         return iter(())

@@ -160,11 +160,11 @@ class ScenarioEvent(Kind):
         """Return the target pose, if any; unchanged parts are None."""
         return None
 
-    def swing(self, step: float) -> WrenchProfile | None:
+    def wrench_profile(self, step: float) -> WrenchProfile | None:
         """Return the external wrench, if any."""
         return None
 
-    def guard(self, step: float) -> ClearanceMonitor | None:
+    def clearance_monitor(self, step: float) -> ClearanceMonitor | None:
         """Return the clearance condition, if any."""
         return None
 
@@ -177,7 +177,7 @@ class ScenarioEvent(Kind):
         return ()
 
     @abstractmethod
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield log entries, each at the sample at which it applies.
 
         Args:
@@ -223,7 +223,7 @@ class CableEvent(ScenarioEvent):
 
 def guarding(events: Sequence[ScenarioEvent], step: float) -> list[tuple[ScenarioEvent, ClearanceMonitor]]:
     """Return the events with clearance conditions, each with its condition; `step` is the control period, s."""
-    pairs = [(event, event.guard(step)) for event in events]
+    pairs = [(event, event.clearance_monitor(step)) for event in events]
     return [(event, guard) for event, guard in pairs if guard is not None]
 
 

@@ -62,6 +62,6 @@ class ExternalCommand(ScenarioEvent):
         """Return the content of the file."""
         return [Span(each.kind, self.time + each.start, self.time + each.end, each.values) for each in self._content[1]]
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield nothing: external commands are logged for the whole run, whether from a file or not."""
         return iter(())

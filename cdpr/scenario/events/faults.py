@@ -56,7 +56,7 @@ class CableFault(CableEvent):
         yield self.time, happen
         yield self.time + self.detected_after, detect
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield the fault, and its detection by the distribution."""
         time = first_sample(self.time, step) * step
         learns = first_sample(self.time + self.detected_after, step)

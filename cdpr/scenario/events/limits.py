@@ -62,7 +62,7 @@ class TensionLimits(CableEvent):
 
         yield self.time, change
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield the changed limits."""
         limits = [f"{key} {value:g} N" for key, value in self._given().items()]
         text = f"the tension limits of {self._whose()} become {', '.join(limits)}"

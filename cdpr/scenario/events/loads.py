@@ -51,12 +51,12 @@ class Load(ScenarioEvent):
             text = f"must be at least control_step, {exact(step)} (s), for it is held so long, got {held}"
             yield "duration", text
 
-    def swing(self, step: float) -> WrenchProfile:
+    def wrench_profile(self, step: float) -> WrenchProfile:
         """Return the wrench."""
         end = math.inf if self.duration is None else float(first_sample(self.time + self.duration, step))
         return WrenchProfile(first_sample(self.time, step), end, *self._oscillation(step), (*self.force, *self.moment))
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield the wrench and its end."""
         end = None
         if self.duration is not None:

@@ -39,7 +39,7 @@ class SetOption(ScenarioEvent):
 
         yield self.time, change
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield the new value."""
         text = f"{self.key} becomes {json.dumps(self.value)}"
         yield Event(first_sample(self.time, step) * step, self.type, text)

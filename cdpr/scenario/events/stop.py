@@ -56,7 +56,7 @@ class EmergencyStop(ScenarioEvent):
         if self.category != 2:
             yield self._power_off(step), cut
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield the stop and the power cut."""
         controlled = f", at rest within {self.stopping_time:g} s" if self.category != 0 else ""
         text = f"emergency stop of category {self.category}{controlled}"

@@ -89,7 +89,7 @@ class Target(ScenarioEvent):
             None if self.angular_limits is None else bounds(self.angular_limits),
         )
 
-    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+    def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield the target."""
         parts = []
         if self.position is not None:

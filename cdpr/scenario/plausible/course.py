@@ -71,7 +71,7 @@ def taken_by_the_guide(setup: Setup) -> Iterator[Finding]:
     """Yield wrenches without effect because the guide takes them entirely."""
     dof = setup.robot.dof
     for i, event in enumerate(setup.run.events if setup.run else ()):
-        swing = event.swing(1.0)
+        swing = event.wrench_profile(1.0)
         acts = [name for name, part in zip(DOF_NAMES, swing.amplitude if swing else (), strict=False) if part != 0.0]
         if acts and not set(acts) & set(dof):
             text = f"acts along {', '.join(acts)} only, which the guide takes entirely: it has no effect"

@@ -169,5 +169,5 @@ def _may_hold(setup: Setup) -> bool:
     Upward gravity is reported separately.
     """
     events = setup.run.events if setup.run else ()
-    loaded = any(event.swing(1.0) is not None for event in events)
+    loaded = any(event.wrench_profile(1.0) is not None for event in events)
     return loaded or not setup.robot.unilateral or setup.gravity[2] > 0.0

@@ -211,7 +211,7 @@ class Stage:
         if self._run is not None:
             yield from self._run.events
             return
-        told = [one for event in events for one in event.tell(self.period, self._sim.samples + 1, {})]
+        told = [one for event in events for one in event.event_log(self.period, self._sim.samples + 1, {})]
         told += [Event(first * self.period, status.name.lower(), MEANING[status]) for status, first in self._spans]
         yield from sorted(told, key=attrgetter("time"))
 
@@ -231,7 +231,7 @@ class Stage:
     def _acting(self) -> Iterator[tuple[int, Wrench]]:
         """Yield the pushes that can be released."""
         for key, push in self._pushes.items():
-            swing = push.swing(self.period)
+            swing = push.wrench_profile(self.period)
             if swing is not None and swing.end > self._sim.samples and not self._sim.done:
                 yield key, push
 
