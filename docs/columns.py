@@ -13,7 +13,7 @@ PAGE = Path(__file__).parent / "columns.md"
 
 def columns_table() -> str:
     """Every column, as the one table of columns has it."""
-    titles = ("column", "shape", "unit", "frame", "topic and field", "what it is")
+    titles = ("column", "shape", "unit", "frame", "topic and field", "description")
     return table(titles, map(_cells, (*FIRST, *WINCHED, *BELIEVED, *LATER)))
 
 

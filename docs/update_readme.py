@@ -20,7 +20,7 @@ DOCS = ROOT / "docs"
 
 def plugin_table() -> str:
     """Our own plugins, as the registry knows them."""
-    lines = ["| role | name | what it is | options |", "|---|---|---|---|"]
+    lines = ["| role | name | description | options |", "|---|---|---|---|"]
     for role in ROLES:
         for name, entry in sorted(registry().plugins[role].items()):
             if entry.distribution == OWN_DISTRIBUTION:
@@ -37,20 +37,20 @@ def figure_table() -> str:
         lines.append(f"| closed-loop step on `{backend}`, log included | {costs['ratio']:.2f} pinv |")
         lines.append(f"| the same with the samples in memory, without log | {costs['ratio_in_memory']:.2f} pinv |")
         lines.append(f"| the same with a controller in Python | {costs['ratio_python_controller']:.2f} pinv |")
-        lines.append(f"| the same for CoGiRo, whose mass lies off the origin | {costs['ratio_cogiro']:.2f} pinv |")
+        lines.append(f"| the same for CoGiRo, with its centre of mass off the origin | {costs['ratio_cogiro']:.2f} pinv |")
         lines.append(
             f"| the same for caroca with 10 physics steps per control step | {costs['ratio_10_substeps']:.2f} pinv |"
         )
     rows = figures["distribute"]
     lines += [
         f"| a row of `cdpr.distribute` with `qp`, on one core | {rows['row']:.3f} pinv |",
-        f"| the same where every row has cables at a limit | {rows['row_at_limits']:.3f} pinv |",
+        f"| the same with cables at a limit in every row | {rows['row_at_limits']:.3f} pinv |",
     ]
     for name, row in figures["rollout"].items():
         lines += [
             f"| a row of `cdpr.rollout` of caroca on `reference`, cases that differ in {name}, on one core "
             f"| {row['row_without_set_up']:.3f} pinv |",
-            f"| what comes before the first row of such a case | {row['set_up']:.0f} pinv |",
+            f"| set-up of such a case | {row['set_up']:.0f} pinv |",
         ]
     startup = figures["startup"]
     lines += [
