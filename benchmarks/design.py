@@ -1,9 +1,4 @@
-"""How much better a search is than random candidates: the same number of evaluations, ten seeds each.
-
-Of the example scenarios/studies/design_box.yaml, under its constraints: the volume that each
-search finds, the ratio of medians, and in how many of the ten pairs of seeds it finds more. Then how long an evaluation
-takes with one and with two candidates at a time. Run: python benchmarks/design.py [--json] [EVALUATIONS].
-"""
+"""Advantage of optimizers over random candidates: the same number of evaluations, ten seeds each."""
 
 from __future__ import annotations
 
@@ -33,7 +28,7 @@ def other(design: Design, search: str, seed: int, evaluations: int) -> Design:
 
 
 def volume(design: Design) -> float:
-    """What is found; nothing where no candidate keeps all constraints."""
+    """Return the figure found; nothing if no candidate satisfies all constraints."""
     with TemporaryDirectory() as folder:
         found = run_design(design, folder)
     value = found.goals(found.best)[0]

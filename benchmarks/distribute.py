@@ -1,9 +1,4 @@
-"""What a row of cdpr.distribute costs, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process.
-
-Exact least-norm tensions (`qp`) that hold caroca's platform at random places, checks included, on one core: eight rows
-side by side, and one after the other; where all rows meet a limit, so that none can be answered beside others; and on
-two cores. Minima of chunks by turns. Run: python benchmarks/distribute.py [--json].
-"""
+"""Cost of a row of cdpr.distribute, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""What an FMU costs as a plant: our step against FMPy's convenience calls, a closed loop in pinvs, a worker process.
-
-The FMU is caroca as cdpr exports it, FMI 2 and 3, one Runge-Kutta step of 1 ms a call. The calls that are compared take
-turns in chunks within one process, so that all see the same machine; a figure is a ratio of medians over the chunks.
-Run: python benchmarks/fmu.py [--json | --gate], the last to fail where a figure is beyond its limit.
-"""
+"""Cost of an FMU as a plant: our step against FMPy's convenience calls, a closed loop in pinvs, a worker process."""
 
 from __future__ import annotations
 
@@ -32,7 +27,7 @@ from cdpr.scenario import load_scenario
 STEP = 1e-3  # s
 CALLS, CHUNKS = 200, 60
 
-# What may be at most: a step of ours in units of FMPy's, a closed-loop step in units of a pinv of 6x8.
+# Upper limits: a step of ours in units of FMPy's, a closed-loop step in units of a pinv of 6x8.
 LIMITS = {"step": 0.5, "loop": 1.5}
 
 

@@ -1,12 +1,4 @@
-"""What `cdpr gui` costs: how soon its scene is there, whether it keeps time, what drawing takes, whether it grows.
-
-    python benchmarks/gui.py [--minutes 30] [--backend NAME ...]
-
-A window of Python takes what a browser would. Processor time is that of the server's process alone. What drawing takes
-is its time while it runs with a window at 60 frames a second, less that of the same steps in a process without window.
-With --minutes it also runs for so long, with pushes and resets, and looks at its memory. The exit code is 1 where a
-figure misses its bound. The kernels must be warm: run it twice.
-"""
+"""Cost of `cdpr gui`: time until its scene appears, real-time factor, cost of drawing, growth of memory."""
 
 from __future__ import annotations
 
@@ -44,7 +36,7 @@ with cdpr.Simulation(sys.argv[1], backend=sys.argv[2], overrides={"simulation.du
 
 
 class Window:
-    """What a browser does with a socket, as far as the server sees it."""
+    """Browser's use of a socket, as seen by the server."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
@@ -113,7 +105,7 @@ def held(pid: int) -> float:
 
 
 def ready() -> list[str]:
-    """How long it takes until the scene is there."""
+    """Measure the time until the scene appears."""
     times, took = [], []
     for _ in range(5):
         with served("reference") as (_, process, seconds):
@@ -127,7 +119,7 @@ def ready() -> list[str]:
 
 
 def keeps_time(backend: str) -> list[str]:
-    """Whether it keeps up with the clock, and what that takes."""
+    """Measure the real-time factor and its cost."""
     with served(backend, "--set", "simulation.duration=1000") as (window, process, _):
         window.say(do="run")
         window.watch(2.0)
@@ -147,7 +139,7 @@ def keeps_time(backend: str) -> list[str]:
 
 
 def grows(minutes: float) -> list[str]:
-    """Whether it holds more and more memory: half the time one long run, disturbed, then runs that begin anew."""
+    """Measure the growth of memory: half the time one long run with disturbances, then repeated runs."""
     slices = max(6, round(minutes))  # of each half
     sizes: dict[str, list[float]] = {"one run": [], "runs anew": []}
     with served("reference", "--set", f"simulation.duration={60.0 * minutes:g}") as (window, process, _):

@@ -1,10 +1,4 @@
-"""What it costs to be watched: a live run with one client, and with none, beside the same run that nobody can watch.
-
-1 kHz physics, 60 Hz out, every topic, as fast as it goes; the client is a process of its own. Turns of a fraction of a
-second, all ways one after the other; the rate of a way is that of its fastest. Then messages of 1 kHz that arrive, in
-real time. With --minutes N, whether memory grows meanwhile. For ROS 2 the Zenoh router is a process of its own, too.
-Run: python benchmarks/live.py [foxglove|ros2] [--json] [--minutes N].
-"""
+"""Cost of a live link: a live run with one client, and with none, beside the same run without a link."""
 
 from __future__ import annotations
 
@@ -47,7 +41,7 @@ LAST = "/cdpr/desired_path"  # the topic that is offered last
 
 
 class Nobody(Foxglove):
-    """What neither shows nor hears."""
+    """Link without output and input."""
 
     def begin(self, header: Header) -> None:
         """Do nothing."""

@@ -1,15 +1,4 @@
-"""What a row of the log costs, in microseconds and in units of one numpy pinv of a 6x8 matrix.
-
-    python benchmarks/log.py [FOLDER]
-
-"record, new file" less "uncompressed, new file" is what compression in a second thread adds to a row. The rows are
-those of caroca, which moves all the time; random numbers, which compress worst, are a second case.
-
-The pinv is measured in turn with the rest, in the same process. FOLDER (default: a temporary one) says which
-disk is written to. A new file needs memory for its pages, which the kernel may have to fetch first; a file
-written over gets back the pages that it had. Virtual machines that return free memory to their host differ
-most there.
-"""
+"""Cost of a row of the log, in microseconds and in units of one numpy pinv of a 6x8 matrix."""
 
 from __future__ import annotations
 

@@ -1,10 +1,4 @@
-"""How large a page of a minute is, how long it takes to write, and how fast a browser without a graphics card draws it.
-
-    python benchmarks/page.py [--seconds 60]
-
-The browser is a Chromium of the system with --disable-gpu, 1200x800, driven by Playwright (extra `test`). The exit code
-is 1 where a figure misses its bound.
-"""
+"""Size of a page of a minute, time to write it, and frame rate in a browser without a graphics card."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What pulleys cost: a whole step of the loop on caroca, and its cable geometry alone, over those with points.
-
-Both robots take turns in one process, chunk by chunk; figures are ratios of minima. Run: python benchmarks/pulley.py
-"""
+"""Cost of pulleys: a whole step of the loop on caroca, and its cable geometry alone, relative to points."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""What a step costs whose controller is in another process, in units of one numpy.linalg.pinv of a 6x8 matrix.
-
-Also how long a round trip takes, over a program's pipes and over TCP on this machine. Minima and percentiles of one
-process. Run: python benchmarks/remote.py [--json].
-"""
+"""Cost of a step with a controller in another process, in units of one numpy.linalg.pinv of a 6x8 matrix."""
 
 from __future__ import annotations
 

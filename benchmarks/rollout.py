@@ -1,4 +1,4 @@
-"""What a row of a rollout costs, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process.
+"""Cost of a row of a rollout, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process.
 
 Caroca at 1 kHz for 4 s, on `reference` with the exact QP: cases that differ in gain alone, and in mass, gain and start,
 of which a fifth of the samples have cables at a limit and are answered one by one.

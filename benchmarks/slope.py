@@ -1,9 +1,4 @@
-"""What a second simulated adds to a whole run, files and all, against what its steps cost in the loop.
-
-`cdpr run` of caroca, SHORT and LONG seconds simulated in turn, each in a fresh process, between chunks of pinv calls in
-this one: the slope is the difference of the minima over the steps between, in pinvs, and the ratio is to what
-`step.py` measures of the same step with its log. Run: python benchmarks/slope.py [--json]
-"""
+"""Cost of a simulated second in a whole run, with all files, against the cost of its steps in the loop."""
 
 from __future__ import annotations
 

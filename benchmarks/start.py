@@ -38,7 +38,7 @@ COMMANDS = {
     "script_0.01s": [SCRIPT, "0.01", "script.csv"],
 }
 
-# What a run does, in its order: each stage tells the CPU seconds of the process so far.
+# Stages of a run, in order: each reports the CPU seconds of the process so far.
 STAGES = f"""
 import json, time
 told = {{}}

@@ -1,13 +1,4 @@
-"""What one closed-loop step costs, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process.
-
-A step is trajectory, computed torque, exact QP, checks, cable kernel, engine, recorder and full-rate log on disk, at
-1 kHz on caroca. Every 256 steps the loop stops for a chunk of pinv calls, so that both see the same machine; the ratio
-is that of the medians over all chunks. Set-up is not part of it, and a first whole run is not counted: it pays for
-memory and disk pages that the system has not handed out before.
-
-Run: python benchmarks/step.py [--json | --commands | --gate LIMIT]. With --commands: what commands from outside cost;
-with --gate: fail where a step costs more than LIMIT pinvs.
-"""
+"""Cost of one closed-loop step, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process."""
 
 from __future__ import annotations
 
@@ -52,7 +43,7 @@ def pinv_cost(matrix: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Kind:
-    """What is run."""
+    """Variant of the loop."""
 
     backend: str
     substeps: int = 1  # physics steps in one of control
@@ -99,7 +90,7 @@ def step_cost(kind: Kind) -> dict[str, float]:
 
 
 def share(call: Callable[[], object], times: int, matrix: np.ndarray, before: Callable[[], object]) -> float:
-    """What each of the `times` that a call does a thing costs in pinvs: ratio of medians over interleaved chunks."""
+    """Return the cost of each of `times` repetitions in a call, in pinvs: ratio of medians over interleaved chunks."""
     costs, pinvs = [], []
     for _ in range(30):
         before()
@@ -111,11 +102,7 @@ def share(call: Callable[[], object], times: int, matrix: np.ndarray, before: Ca
 
 
 def part_costs(backend: str) -> dict[str, float]:
-    """What the acts of each part cost as a step of their own, in a held pose, as a share of one pinv.
-
-    That is without what a step costs where nothing is done, but that its row is kept: `row`. What Python does is told,
-    and to go there and back is within.
-    """
+    """Return the cost of each part's operations as a separate step, in a constant pose, in pinvs."""
     scenario = load_scenario(SCENARIOS / "caroca.yaml", backend=backend, overrides={"trajectory": {"type": "hold"}})
     start = scenario.initial.state()
     with tempfile.TemporaryDirectory() as folder:

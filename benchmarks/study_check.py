@@ -1,9 +1,4 @@
-"""What checking a case of a study costs before the first one runs, in units of one numpy.linalg.pinv of a 6x8 matrix.
-
-Between chunks of 25 cases stands a chunk of pinv calls, so that both see the same machine; the ratio is that of the
-medians. `resumed` is the same for a study of which all cases but a tenth have their result. Exits with 7 where a case
-costs more than LIMIT pinvs. Run: python benchmarks/study_check.py [--json]
-"""
+"""Cost of checking a case of a study before the first one runs, in units of one numpy.linalg.pinv of a 6x8 matrix."""
 
 from __future__ import annotations
 

@@ -1,10 +1,4 @@
-"""What a pose of a workspace costs, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process.
-
-On one core: the capacity margin with a box of required wrenches, static equilibrium, wrench closure, cable-cable
-clearance; how many times as fast two threads are; and linear programs for one wrench, by HiGHS called directly and by
-scipy; and the facets of what the cables can exert by pycapacity, where that is installed (it brings a library under the
-GPL, so nothing here does). Minima of chunks by turns. Run: python benchmarks/workspace.py [--json].
-"""
+"""Cost of a pose of a workspace, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process."""
 
 from __future__ import annotations
 
@@ -51,7 +45,7 @@ def poses_of(robot: cdpr.Robot) -> np.ndarray:
 
 
 class Programs:
-    """Whether tensions within the limits carry the weight at each of some poses, by linear programs."""
+    """Feasibility of the weight at poses, by linear programs."""
 
     def __init__(self, robot: cdpr.Robot, poses: np.ndarray) -> None:
         states = [make_state(pose[:3], pose[3:]) for pose in poses[:PROGRAMS]]

@@ -1,4 +1,4 @@
-"""What the thesis's program does beyond a scenario: joint friction, one step per message, its own way out."""
+"""Effects of the thesis's program that scenarios do not support: joint friction, one step per message, its fallback."""
 
 from __future__ import annotations
 

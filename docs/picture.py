@@ -103,7 +103,7 @@ def projected(points: Array) -> Array:
 
 
 def _facing(face: Array) -> bool:
-    """Whether a face (K, 4, 3), its corners anticlockwise from outside, is seen in all frames."""
+    """Return whether a face (K, 4, 3), its corners anticlockwise from outside, is visible in all frames."""
     a, b, c = face[:, 0], face[:, 1], face[:, 2]
     return bool(np.all(np.einsum("ki,ki->k", np.cross(b - a, c - a), CAMERA - a) > 0.0))
 

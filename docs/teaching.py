@@ -206,7 +206,7 @@ def step_changes(step: float) -> Figures:
 
 
 def steps_and_engines() -> tuple[Figures, Chart, Figures, Chart]:
-    """How far each engine is from the truth, over the physics step, and from each other, over time."""
+    """Plot the error of each engine over the physics step, and the distances between engines over time."""
     truth = motion("reference", FINEST)
     runs = {(name, step): motion(name, step) for name in BACKENDS for step in STEPS}
     away = {
@@ -277,7 +277,7 @@ def number(value: float | None) -> str:
 
 
 def results() -> Figures:
-    """What teaching.json holds."""
+    """Return the content of teaching.json."""
     return json.loads(RESULTS.read_text())  # type: ignore[no-any-return]
 
 

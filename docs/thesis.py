@@ -102,7 +102,7 @@ Row = dict[str, str]
 
 
 def points(study: Path) -> list[dict[str, Any]]:
-    """What the points of a study's common axes change: geometry, controlled directions, solver."""
+    """Return the changes of each point of a study's common axes: geometry, controlled directions, solver."""
     return [axis["points"] for axis in yaml.safe_load(study.read_text())["axes"][:3]]
 
 
@@ -144,14 +144,14 @@ def plant_run(plant: Plant, changes: dict[str, Any]) -> Run:
 
 
 def figures(run: Run) -> Row:
-    """What thesis.csv keeps of a run."""
+    """Return the columns of a run in thesis.csv."""
     tension, error = run.tension, np.linalg.norm(run.position_error, axis=1)
     values = (float(run.time[-1]), float(error.max()), float(tension.min()), float(tension.max()))
     return {"status": run.status, **{name: f"{value:.5g}" for name, value in zip(FIGURES, values, strict=True)}}
 
 
 def kept(row: Row) -> Row:
-    """What thesis.csv keeps of a row of the study's table."""
+    """Return the columns of a row of the study's table in thesis.csv."""
     cells = {name: row.get(name) or "" for name in AXES}
     return {**cells, "status": row["status"], **{name: f"{float(row[name]):.5g}" for name in FIGURES}}
 
@@ -258,7 +258,7 @@ def updated(text: str) -> str:
 
 
 def study_of(folder: Path) -> Path:
-    """Which study a folder holds: the first one unless its cases are those of another."""
+    """Return the study of a folder: the first one unless its cases are those of another."""
     try:
         with (folder / "table.csv").open(newline="") as file:
             found = {row.get("case") for row in csv.DictReader(file)}

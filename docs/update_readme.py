@@ -30,14 +30,16 @@ def plugin_table() -> str:
 
 
 def figure_table() -> str:
-    """What benchmarks/figures.json says."""
+    """Return the table of benchmarks/figures.json."""
     figures = json.loads((ROOT / "benchmarks" / "figures.json").read_text())
     lines = ["| figure | measured |", "|---|---|"]
     for backend, costs in figures["step"].items():
         lines.append(f"| closed-loop step on `{backend}`, log included | {costs['ratio']:.2f} pinv |")
         lines.append(f"| the same with the samples in memory, without log | {costs['ratio_in_memory']:.2f} pinv |")
         lines.append(f"| the same with a controller in Python | {costs['ratio_python_controller']:.2f} pinv |")
-        lines.append(f"| the same for CoGiRo, with its centre of mass off the origin | {costs['ratio_cogiro']:.2f} pinv |")
+        lines.append(
+            f"| the same for CoGiRo, with its centre of mass off the origin | {costs['ratio_cogiro']:.2f} pinv |"
+        )
         lines.append(
             f"| the same for caroca with 10 physics steps per control step | {costs['ratio_10_substeps']:.2f} pinv |"
         )
@@ -72,7 +74,7 @@ def step_cost() -> str:
 
 
 def solver_table() -> str:
-    """What benchmarks/solvers.json says: the output of `cdpr bench solvers --json`."""
+    """Return the table of benchmarks/solvers.json, the output of `cdpr bench solvers --json`."""
     figures = json.loads((ROOT / "benchmarks" / "solvers.json").read_text())
     lines = ["| solver | " + " | ".join(OVERVIEW) + " |", "|---" * (1 + len(OVERVIEW)) + "|"]
     for row in overview(figures):

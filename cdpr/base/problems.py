@@ -11,10 +11,10 @@ SHORTEST = 60  # maximum length of foreign text in messages
 
 
 def printable(text: str) -> str:
-    """Escape characters that would break a line or control a terminal: names, files and values are untrusted.
+    r"""Escape characters that would break a line or control a terminal: names, files and values are untrusted.
 
     Letters of all scripts remain; control characters, bidirectional controls and undecodable bytes become escapes such
-    as \\x1b.
+    as \x1b.
     """
     if text.isprintable():
         return text

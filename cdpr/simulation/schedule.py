@@ -1,4 +1,4 @@
-"""Execution of a scenario's events in the loop. (`events` reports them afterwards.)"""
+"""Execution of a scenario's events in the loop; `events` reports them afterwards."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def _ride(subject: BackendSubject, steps: int = 200) -> Array:
 
 
 def arrays_are_kept(subject: BackendSubject) -> None:
-    """command (m,), external (6,) and state (13,) are made once, float64, and only the state is written."""
+    """The arrays command (m,), external (6,) and state (13,) are made once, float64, and only the state is written."""
     backend = subject.make(samples.state(np.random.default_rng(0)))
     arrays = {"command": backend.command, "external": backend.external, "state": backend.state}
     for (name, array), size in zip(arrays.items(), (8, 6, 13), strict=True):
@@ -113,7 +113,7 @@ def instances_are_apart(subject: BackendSubject) -> None:
 
 
 def snapshot_restores(subject: BackendSubject) -> None:
-    """From a snapshot the motion goes on to the same bits, however often, clock included."""
+    """A restored snapshot continues to the same bits, however often, clock included."""
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     backend = subject.make(samples.state(np.random.default_rng(5), tilt=0.3))
     backend.command[:], backend.external[:] = np.linspace(40.0, 130.0, 8), [1.0, 2.0, 3.0, 0.4, 0.5, 0.6]

@@ -107,7 +107,7 @@ def options_change(subject: ControllerSubject) -> str:
 
 
 def snapshot_restores(subject: ControllerSubject) -> None:
-    """From a snapshot the outputs go on to the same bits, however often; one that cannot take any says so."""
+    """A restored snapshot continues to the same bits, however often; a plugin without support raises an error."""
     controller = subject.make(samples.braced())
     for k in range(30):
         subject.ask(controller, *_motion(k), time=1e-3 * k)

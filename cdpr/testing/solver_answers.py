@@ -162,12 +162,7 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
 
 
 def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
-    """Where columns are parallel, limits touched, sets thin or W singular, OK is true, and so is INFEASIBLE.
-
-    Asked of solvers that declare exact: true or coverage: full and respect the limits, on the problems of
-    `cdpr.analysis.distribution.adversaries` with rubbish in the solver's memory. Those closer to the edge than their
-    band may be refused.
-    """
+    """For parallel columns, touched limits, thin sets and singular W, OK is true, and so is INFEASIBLE."""
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
     needs(
         (subject.declares("exact") or full) and subject.respects_bounds,

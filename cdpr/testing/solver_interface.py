@@ -137,7 +137,7 @@ def _view(array: Array) -> Array:
 
 
 def memory_never_decides(subject: SolverSubject) -> None:
-    """What earlier calls left in the solver's memory does not matter: NaN, 1e30 or 0 there give the same bits."""
+    """The content of the solver's memory before a call does not matter: NaN, 1e30 or 0 there give the same bits."""
     hard = [problems for _, problems in samples.misleading(40, seed=300)[2:6]]
     groups = [*(group[:20] for group in (*samples.feasible(), *samples.infeasible())), *hard]
     if subject.declares("slow"):

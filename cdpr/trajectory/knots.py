@@ -73,8 +73,10 @@ def interpolate(
         times: (K,), s, increasing.
         position: (K, 3), m.
         orientation: (K, 4), unit quaternions.
-        velocity, angular_velocity: (K, 3), m/s and rad/s, world axes.
-        acceleration, angular_acceleration: (K, 3), m/s^2 and rad/s^2, world axes.
+        velocity: (K, 3), m/s, world axes.
+        angular_velocity: (K, 3), rad/s, world axes.
+        acceleration: (K, 3), m/s^2, world axes.
+        angular_acceleration: (K, 3), rad/s^2, world axes.
 
     Raises:
         ValueError: if there are fewer than two knots or times do not increase.
@@ -108,9 +110,12 @@ def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: A
 
     Args:
         times: (K,), s.
-        x, v, a: (K, 3), position, velocity and acceleration, world axes, m.
+        x: (K, 3), position, m, world axes.
+        v: (K, 3), velocity, m/s.
+        a: (K, 3), acceleration, m/s^2.
         orientation: (K, 4), quaternions.
-        spin, spin_rate: (K, 3), angular velocity and acceleration, platform axes, rad/s and rad/s^2.
+        spin: (K, 3), angular velocity, rad/s, platform axes.
+        spin_rate: (K, 3), angular acceleration, rad/s^2, platform axes.
     """
     return Trajectory(np.hstack([_moving(times, x, v, a), _turning(times, orientation, spin, spin_rate)]))
 

@@ -32,7 +32,7 @@ class Happening(Protocol):
         """Apply the changes due at sample k; return the next sample that is due, negative if there is none."""
 
 
-# From the stage and the live external wrench (6,).
+# Inputs: the stage and the live external wrench (6,).
 Happens = Callable[[TensionStage, Array], Happening]
 
 

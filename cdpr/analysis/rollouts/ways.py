@@ -4,7 +4,7 @@ from __future__ import annotations
 
 # Columns of the table of operations.
 WAY, OPERATION, PLACE, IN, TOGETHER = range(5)
-# How an operation is run.
+# Kinds of operations.
 IN_LANES, ALONE, MOTION, TIME, COMPLETE, NEXT, EVENTS = range(7)
 # Progress of the block.
 STEPS, ALIVE, LEFT = range(3)

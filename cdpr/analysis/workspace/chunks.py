@@ -98,7 +98,12 @@ def workspace_in_chunks(
     After a KeyboardInterrupt the folder can be resumed.
 
     Args:
-        robot, kind, region, question, over, asked: as in `workspace`.
+        robot: as in `workspace`.
+        kind: as in `workspace`.
+        region: as in `workspace`.
+        question: as in `workspace`.
+        over: as in `workspace`.
+        **asked: as in `workspace`.
         folder: new, empty, or with some chunks of the same workspace.
         resume: continue a folder with some chunks; damaged chunks are computed again.
         jobs: threads, one per core by default; the result is the same.

@@ -99,9 +99,10 @@ def region(
 
     Args:
         robot: robot, whose held directions have no extent.
-        lower, upper: corners of the box, (3,), m; by default those of the frame's outline, or of the box around all
-            frame anchors and the plane z = 0. If these have no extent along an axis, half the largest extent on either
-            side.
+        lower: lowest corner of the box, (3,), m; by default that of the frame's outline, or of the box around all
+            frame anchors and the plane z = 0. If these have no extent along an axis, half the largest extent is added
+            on either side.
+        upper: highest corner of the box, likewise.
         cells: cells along x, y, z, or along the longest side.
         orientations: (4,) or (k, 4), unit quaternions w, x, y, z; that of home by default.
 

@@ -40,11 +40,11 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Read a robot, and its motions, of CASPR, WireX, MuJoCo (MJCF), Gazebo (the plug-in's YAML, or SDF with legs), and
-    write robot and scenario files.
+    """Read a robot and its motions from another program's file, and write robot and scenario files.
 
-    FILE is recognised by its content. Of a folder all that can be read is, and a table tells what could not, and why.
-    Every number says where it came from; what was left out stands at the head of the file.
+    Supported are CASPR, WireX, MuJoCo (MJCF) and Gazebo (the plug-in's YAML, or SDF with legs); the format is detected
+    by the content of FILE. In a folder all readable files are imported, and a table lists the others with reasons. Every
+    number has a comment with its source; the head of the file lists omitted content.
     """
     from cdpr.formats.read.bring import import_any, write
 

@@ -27,7 +27,7 @@ UNWRITABLE = "cannot write the output"
 
 
 class Printable:
-    """Text stream that escapes all but printable characters, tabs, line ends and a final `\\r`.
+    r"""Text stream that escapes all but printable characters, tabs, line ends and a final `\\r`.
 
     The final `\\r` lets the progress line be rewritten; inside a text it would overwrite the preceding characters. If
     the stream accepts undecodable bytes (`surrogateescape`), they are written unchanged, except for control characters.

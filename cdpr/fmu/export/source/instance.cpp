@@ -290,7 +290,7 @@ Status instance_set(Instance* instance, const unsigned* reference, size_t n, boo
                : report(instance, ERROR, "%zu values were given, which is not what the variables have", count);
 }
 
-// Whether the standard allows a derivative with respect to a variable, or one of its numbers, now.
+// Return whether the standard allows a derivative with respect to a variable, or one of its numbers, now.
 static bool known_now(const Instance* instance, const Variable* variable) {
     return variable->role == INPUT || ((instance->mode & (INSTANTIATED | INITIALISING)) &&
                                        (variable->role == PARAMETER || variable->role == FIXED) &&

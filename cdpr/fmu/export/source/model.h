@@ -135,7 +135,7 @@ struct Model {
     bool on_ball() const;   // turns about all axes, its origin held
     double lowest() const;  // lowest tension, N: 0, or minus infinity for legs that push
 
-    // Whether the tension of cable i is its input.
+    // Return whether the tension of cable i is its input.
     bool immediate(size_t i) const;
 
     // Input, or decision, of each cable (m).
