@@ -118,7 +118,7 @@ class FmuOptions(PluginOptions, FmuFile):
     """Options of the backend `fmu`."""
 
     file: FileName | None = Field(
-        None, description="the FMU, relative to this file; the scenario's robot is exported unless given"
+        None, description="the FMU, relative to this file; default: export of the scenario's robot"
     )
     export: ExportOptions | None = Field(
         None, description="the scenario's robot, exported by cdpr and kept in the user's cache"
@@ -126,7 +126,7 @@ class FmuOptions(PluginOptions, FmuFile):
     step: float | None = Field(
         None,
         gt=0.0,
-        description="communication step, physics_step divided by an integer; physics_step unless given",
+        description="communication step, physics_step divided by an integer; default: physics_step",
         json_schema_extra={"unit": "s"},
     )
 

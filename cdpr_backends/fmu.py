@@ -170,7 +170,7 @@ class FmuBackend(Backend):
         if share * MOST_FACTOR < 1.0:
             warnings.warn(
                 f"the FMU '{self.fmu.name}' pulls {share:.2g} times as much as its cables are tensioned, in the first "
-                "step: unless drives stand between, check the unit of its input, and the mass that it has",
+                "step: unless there are drives between, check the unit of its input, and the mass that it has",
                 stacklevel=2,
             )
 

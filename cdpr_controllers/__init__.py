@@ -66,7 +66,7 @@ class PidOptions(PluginOptions):
     )
     integral_limit: Gains = Field(
         10.0,
-        description="largest acceleration that the integral asks for, one number or six: x, y, z, rx, ry, rz",
+        description="largest acceleration of the integral term, one number or six: x, y, z, rx, ry, rz",
         json_schema_extra={"unit": "m/s^2 and rad/s^2"},
     )
 

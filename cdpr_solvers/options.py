@@ -115,7 +115,7 @@ class PiqpOptions(LibraryOptions):
     tolerance: float = Field(
         1e-12, gt=0.0, le=1e-3, description="of residuals and duality gap, as a share of the largest limit"
     )
-    iterations: int = Field(250, ge=1, description="steps of the library after which it gives up; it is asked twice")
+    iterations: int = Field(250, ge=1, description="largest number of steps of the library, which is called twice")
 
 
 class ClarabelOptions(TimedOptions):
@@ -127,7 +127,7 @@ class ClarabelOptions(TimedOptions):
         le=1e-3,
         description="of the gap, and ten times that of residuals, as a share of the largest limit",
     )
-    iterations: int = Field(200, ge=1, description="steps of the library after which it gives up; it is asked twice")
+    iterations: int = Field(200, ge=1, description="largest number of steps of the library, which is called twice")
 
 
 class HighsOptions(TimedOptions):
@@ -141,7 +141,7 @@ class HighsOptions(TimedOptions):
 class QpsolversOptions(PluginOptions):
     """Options of the solver `qpsolvers`."""
 
-    name: str = Field("daqp", description="a solver that the library qpsolvers knows and finds installed")
+    name: str = Field("daqp", description="installed solver of the library qpsolvers")
     settings: dict[str, bool | int | float | str] = Field(
         default_factory=dict, description="settings of that solver, under its own names, such as eps_abs"
     )

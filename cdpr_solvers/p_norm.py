@@ -24,7 +24,7 @@ class PNorm(CompiledSolver):
     Newton's method in the null space with a line search solves p = 2, 4, 8, ... up to p, each from the result of the
     previous one. Each step is a weighted least-squares problem, solved by an orthogonal factorisation. The weights
     u_i^(p-2) span too many decades for normal equations. The tensions are continuous in pose and wrench. They are
-    smooth, except where so many cables are exactly at the middle that the others leave a direction undetermined.
+    smooth, unless too many cables are exactly at the middle and the others leave a direction undetermined.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:

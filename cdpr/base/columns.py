@@ -157,7 +157,7 @@ FIRST: tuple[Column, ...] = (
     Column("desired_angular_velocity", 3, "rad/s", "Desired angular velocity", WORLD, (_TWIST_DESIRED + ".angular",)),
     Column("desired_acceleration", 3, "m/s^2", "Desired acceleration", WORLD, (_ACCEL + ".linear",)),
     Column("desired_angular_acceleration", 3, "rad/s^2", "Desired angular acceleration", WORLD, (_ACCEL + ".angular",)),
-    Column("wrench", 6, "N, N m", "Wrench that the controller asked for, about the origin", WORLD, _WRENCH),
+    Column("wrench", 6, "N, N m", "Wrench required by the controller, about the origin", WORLD, _WRENCH),
     # For ideal cables the command is the tension, unless an event broke or jammed the cable.
     Column("tension", CABLES, "N", f"Commanded tension, {_HELD}", places=(COMMANDS + "/effort", _STATES + "/effort")),
     Column("length", CABLES, "m", "Cable lengths", places=(_STATES + "/position",)),
@@ -208,7 +208,7 @@ def check_declared(columns: object) -> None:
     ours = {column.name for column in (*FIRST, *WINCHED, *BELIEVED, *LATER)}.union(_TAKEN)
     for i, column in enumerate(columns):
         if column.places or column.owner:
-            raise ValueError(f"column '{column.name}': where it stands and whose it is, is not the plugin's to say")
+            raise ValueError(f"column '{column.name}': a plugin cannot set its topic or owner")
         if column.name in ours:
             raise ValueError(f"column '{column.name}': a run has something of that name already; call it otherwise")
         if column.name in (other.name for other in columns[:i]):

@@ -198,9 +198,9 @@ class _Composer:
         """Compose the anchored value again; problems have the position of the anchor."""
         mark, name = self._mark(event), event.anchor
         if any(name == other for other, _ in self.open):
-            raise _RefusedError(mark, f"the alias *{name} stands within its own anchor", path)
+            raise _RefusedError(mark, f"the alias *{name} is inside its own anchor", path)
         if name not in self.anchors:
-            raise _RefusedError(mark, f"no anchor &{name} stands before this alias", path)
+            raise _RefusedError(mark, f"no anchor &{name} precedes this alias", path)
         replayed = iter(self.anchors[name])
         return self._node(next(replayed), path, depth, replayed)
 

@@ -120,7 +120,7 @@ class _Reader:
             if code in codes:
                 known = others.keys() & set(AXES) or any(word.letter in self.ignore for word in words)
                 if code == 92.0 and self.dialect == LINUXCNC and not known:
-                    raise LineError("G92: where the motion is to be, X, Y or Z, is expected")
+                    raise LineError("G92: expected the new position, X, Y or Z")
                 kind = {92.0: "offset", 92.1: "forget", 92.2: "suspend", 92.3: "recall"}[code]
                 target = self._triple(others, AXES) if code == 92.0 else (None, None, None)
                 self.steps.append(Step(number, kind, target))
@@ -172,11 +172,11 @@ class _Reader:
                 if value is None:
                     raise LineError("G: a number is expected after it")
                 if value in codes:
-                    raise LineError(f"{word.name} stands here twice")
+                    raise LineError(f"{word.name} occurs twice")
                 self._known(word, value)
                 codes.add(value)
             elif letter in others:
-                raise LineError(f"{letter} stands here twice")
+                raise LineError(f"{letter} occurs twice")
             else:
                 others[letter] = math.nan if value is None else value
         if skipped:
@@ -202,7 +202,7 @@ class _Reader:
     def _retraction(self, codes: set[float], others: dict[str, float]) -> None:
         """Skip G10 and G11 if they retract filament or set temperatures; reject changes of coordinates."""
         if codes - OFFSETS:
-            raise LineError("G10 or G11 beside other G words: give it a line of its own")
+            raise LineError("G10 or G11 beside other G words: put it on a separate line")
         moved = [name for name in ("L", *AXES) if name in others]
         if moved:
             raise LineError(f"G10 with {moved[0]} moves the coordinates, which is not known here{self._way_out('G10')}")

@@ -151,7 +151,7 @@ def _words(text: str, dialect: str) -> list[Word]:
     if command[1] == "T" or float(command[2]) not in TEXTS:
         other = re.search(r"[GM]\s*[0-9]+", QUOTED.sub("", line[command.end() :]))
         if other:
-            raise LineError(f"{other[0]} is another command behind {command[1]}{command[2]}: give it a line of its own")
+            raise LineError(f"{other[0]} is another command behind {command[1]}{command[2]}: put it on a separate line")
     own = WORD.match(line, command.end())
     words = [*_split(line[: free.start()]), Word(command[1], float(command[2]))]
     return [*words, _word(own)] if own and own[1] == "S" and own[2] else words

@@ -14,8 +14,8 @@ from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
 # Commands outside the true limits of the cables, if the controller uses a nominal model with others.
 OVERDRAWN = (
-    Kind("below_min", "cables told to pull less", "N", "tension", upper=False, room="true_margin"),
-    Kind("above_max", "cables told to pull more", "N", "tension", upper=True, room="true_margin"),
+    Kind("below_min", "commands below the lowest tension", "N", "tension", upper=False, room="true_margin"),
+    Kind("above_max", "commands above the highest tension", "N", "tension", upper=True, room="true_margin"),
 )
 
 # True tensions, if they differ from the commands. (With ideal cables the solver's status reports them.)

@@ -221,9 +221,7 @@ def _check_overlaps(name: str, spans: list[Span]) -> None:
             continue
         for other_start, other_end, other in spans:
             if start < other_end and other_start < end and other is not field and other_start != other_end:
-                raise ValueError(
-                    f"{name}: {field.name}: shares memory with {other.name}; write to an array of its own."
-                )
+                raise ValueError(f"{name}: {field.name}: shares memory with {other.name}; write to a separate array.")
 
 
 def _number(where: str, field: Field, value: Any) -> float:

@@ -123,7 +123,7 @@ class Backend(ABC):
 
     def cable_work(self) -> float:
         """Return the work of the cables on the platform since `reset`, J; not called for ideal cables."""
-        raise PluginError(f"{type(self).__name__} knows ideal cables only")
+        raise PluginError(f"{type(self).__name__} supports only ideal cables")
 
     def readings(self, tension: Array, work: Array) -> tuple[Operations, Operations] | None:
         """Return the operations of `read_tension(tension)` and of `work[0] = cable_work()`, as in `operations`.

@@ -15,7 +15,7 @@ class Actuators(PluginOptions, FmuFile):
 
     file: FileName | None = Field(
         None,
-        description="the FMU, relative to this file; unless given, cdpr exports winches and elastic cables with the "
+        description="the FMU, relative to this file; default: cdpr exports winches and elastic cables with the "
         "values of the robot and keeps them in the user's cache",
     )
     coupling: Literal["gauss_seidel", "series"] = Field(

@@ -78,7 +78,7 @@ class ShapeSection(Section):
 class ObstacleSection(Section):
     """Obstacle that cables should not touch: workspaces and runs check it; it has no effect on the motion."""
 
-    name: str | None = Field(None, min_length=1, description="name; obstacle 1, obstacle 2, ... unless said")
+    name: str | None = Field(None, min_length=1, description="name; default: obstacle 1, obstacle 2, ...")
     box: tuple[Positive, Positive, Positive] | None = Field(
         None, description="size of a box along its axes, about its middle", json_schema_extra=unit("m")
     )
@@ -91,9 +91,9 @@ class ObstacleSection(Section):
         "its convex hull counts",
     )
     position: Position = Field(
-        description="where its middle is, of a mesh the origin of its axes, world", json_schema_extra=unit("m")
+        description="position of its middle, for a mesh of the origin of its axes, world", json_schema_extra=unit("m")
     )
-    orientation: Orientation = Field(UPRIGHT, description="its attitude; upright unless said")
+    orientation: Orientation = Field(UPRIGHT, description="its attitude; default: upright")
 
     @model_validator(mode="after")
     def _one_form(self) -> ObstacleSection:
@@ -130,12 +130,12 @@ class FrameSection(Section):
         description="position of the robot's base: the frame anchors of the cables and the home pose are given from it",
         json_schema_extra=unit("m"),
     )
-    orientation: Orientation = Field(UPRIGHT, description="attitude of that base; upright unless said")
-    shape: Literal["box", "posts"] = Field("box", description="what is drawn: the edges of a box, or the upright ones")
+    orientation: Orientation = Field(UPRIGHT, description="attitude of that base; default: upright")
+    shape: Literal["box", "posts"] = Field("box", description="drawn edges: all of a box, or the upright ones")
     lower: Position | None = Field(
         None,
-        description="lowest corner of that box, axes of the base; that of the box around its plane z = 0 and "
-        "all frame anchors unless said",
+        description="lowest corner of that box, axes of the base; default: that of the box around its plane z = 0 and "
+        "all frame anchors",
         json_schema_extra=unit("m"),
     )
     upper: Position | None = Field(

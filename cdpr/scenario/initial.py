@@ -17,8 +17,7 @@ class Initial(Section):
     """State of the platform at time 0, world axes."""
 
     position: Position = Field(
-        description="position of the platform's origin; with the attitude that of the robot's home, if it has one and "
-        "unless said",
+        description="position of the platform's origin; default, with the attitude: the robot's home, if it has one",
         json_schema_extra=unit("m"),
     )
     orientation: Orientation = Field(UPRIGHT, description="attitude; upright where only the position is said")

@@ -137,7 +137,7 @@ class _Overlay:
             if name is None and len(given) == len(base):
                 name = names[item]  # all cables in order
             if name is None:
-                text = f"required but not given: which cable is meant; the robot has {len(base)}, got {len(given)}"
+                text = f"required but not given: name of the cable; the robot has {len(base)}, got {len(given)}"
                 self._say((*path, "name"), text)
             elif name not in names:
                 hint = did_you_mean(str(name), names)
@@ -175,7 +175,7 @@ def _same_robot(document: Document, twin: Document, found: Problems) -> None:
         return  # reported by their sections
     legs = (*ROBOT, "unilateral")
     if document.get(legs) is not False and twin.get(legs) is False and _commanded(document, cables[0]):
-        text = "must be the robot's, true: what is commanded of its ideal cables acts as it is, and they cannot push"
+        text = "must be the robot's, true: commands of its ideal cables act unchanged, and they cannot push"
         found.add(twin.mark(legs), legs, text)
     for i, (name, other) in enumerate(zip(*map(cable_names, cables), strict=True)):
         if name != other:
@@ -233,7 +233,7 @@ def _value(value: Any) -> str:
 def in_a_line(told: list[str]) -> str:
     """Return the first differences and the number of others."""
     if not told:
-        return "the robot as it is"
+        return "the robot without changes"
     more = f"; and {len(told) - MOST} more" if len(told) > MOST else ""
     return "; ".join(told[:MOST]) + more
 

@@ -23,7 +23,7 @@ MAX_TOOLS = 64
 TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
-EXIT = "where the cable leaves the frame: a point, its anchor, unless said"
+EXIT = "exit of the cable on the frame; default: a point, its anchor"
 
 if TYPE_CHECKING:
     CableModel = str
@@ -212,13 +212,13 @@ class CablesSection(CableNumbers, _Modelled):
 
 
 class _Spanned(Section):
-    name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
+    name: Name | None = Field(None, description="name of the cable; default: cable_1, cable_2, ...")
     frame: Position = Field(
         description="anchor A_i on the fixed frame, world, or from the robot's base if `frame` moves it",
         json_schema_extra=unit("m"),
     )
     platform: Position = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
-    tension: CableTension | None = Field(None, description="limits of this cable alone; the robot's unless said")
+    tension: CableTension | None = Field(None, description="limits of this cable alone; default: the robot's")
 
 
 class CableSection(CableNumbers, _Spanned):
@@ -226,24 +226,24 @@ class CableSection(CableNumbers, _Spanned):
 
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
-    winch: WinchSection | None = Field(None, description="winch of this cable alone; the robot's unless said")
+    winch: WinchSection | None = Field(None, description="winch of this cable alone; default: the robot's")
     model: CableModel | None = Field(
-        None, description="how this cable's command becomes its tension; as of all unless said"
+        None, description="conversion of this cable's command to its tension; default: that of all cables"
     )
-    exit: AnyExit | None = Field(None, description=f"{EXIT}; that of all cables unless said")
+    exit: AnyExit | None = Field(None, description=f"{EXIT}; default: that of all cables")
 
 
 class Home(Section):
     """Pose at which the robot is described and, by default, where a run starts; relative to the robot's base."""
 
     position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
-    orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
+    orientation: Orientation = Field(UPRIGHT, description="attitude; default: upright")
 
 
 class RobotSection(Section):
     """Cable-driven parallel robot: content of a robot file."""
 
-    name: Name = Field("robot", description="name of the robot; the file's name unless said")
+    name: Name = Field("robot", description="name of the robot; default: the file's name")
     dof: Annotated[tuple[DofName, ...], AfterValidator(_sound_directions)] = Field(
         ALL_DOF,
         description="directions in which the platform is free to move, along and about the world's axes; a guide holds "
@@ -253,13 +253,13 @@ class RobotSection(Section):
     platform: PlatformSection = Field(description="the moving rigid body")
     tension: TensionSection = Field(description="tension limits of all cables")
     frame: FrameSection | None = Field(
-        None, description="where the robot's base stands in the world, and what the frame looks like"
+        None, description="position of the robot's base in the world, and appearance of the frame"
     )
     home: Home | None = Field(None, description="pose at which `cdpr info` describes the robot and runs begin")
     cable: CablesSection = Field(
         CablesSection(), description="what all cables have in common; a cable's own values come first"
     )
-    winch: WinchSection | None = Field(None, description="the winch of every cable that names none of its own")
+    winch: WinchSection | None = Field(None, description="winch of every cable without its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
 
     def to_robot(self, folder: str = "", like: Robot | None = None) -> Robot:

@@ -43,14 +43,13 @@ class Simulation(Section):
     )
     physics_step: Positive = Field(
         default_factory=lambda data: data["control_step"],
-        description="time step of the engine: control_step divided by an integer; control_step unless said",
+        description="time step of the engine: control_step divided by an integer; default: control_step",
         json_schema_extra=unit("s"),
     )
     seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of everything random")
     ends_early: bool | None = Field(
         None,
-        description="true where the run is meant to end before its motion or events, as that of a saved session: "
-        "then nothing warns of it",
+        description="true if the run ends before its motion or events on purpose, as in a saved session: no warning",
     )
 
     @property
@@ -77,13 +76,13 @@ class Log(Section):
 class ControllerSection(Section):
     """Controller; its options are next to `type` and validated by the plugin's model."""
 
-    type: str = Field(CONTROLLER, description="controller, any installed one; its options stand beside it")
+    type: str = Field(CONTROLLER, description="controller, any installed one; its options are beside it")
 
 
 class SolverSection(Section):
     """Tension solver; its options are next to these keys and validated by the plugin's model."""
 
-    type: str = Field(SOLVER, description="tension solver, any installed one; its options stand beside it")
+    type: str = Field(SOLVER, description="tension solver, any installed one; its options are beside it")
     infeasible: Literal["best_effort", "hold_tension", "stop"] = Field(
         "best_effort",
         description="what to do while no admissible tensions balance the wrench: apply the nearest wrench "
@@ -94,7 +93,7 @@ class SolverSection(Section):
 class ScenarioSection(Section):
     """Scenario: one robot, one motion, one run."""
 
-    name: Name = Field("scenario", description="name of the scenario; the file's name unless said")
+    name: Name = Field("scenario", description="name of the scenario; default: the file's name")
     robot: RobotSection = Field(description="robot file, relative to this file, or the robot itself")
     believed: RobotSection | None = Field(
         None,
@@ -104,7 +103,7 @@ class ScenarioSection(Section):
     world: World = Field(World(), description="what surrounds the robot")
     simulation: Simulation = Field(description="the engine and its times")
     initial: Initial = Field(
-        description="state of the platform at time 0; at rest at the robot's home, if it has one, unless said"
+        description="state of the platform at time 0; default: at rest at the robot's home, if it has one"
     )
     trajectory: AnyMotion = Field(Hold(), description="the desired motion")
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
@@ -126,7 +125,7 @@ class ScenarioSection(Section):
     events: list[AnyEvent] = Field(
         [], max_length=MAX_EVENTS, description="what happens to the robot during the run: pushes, faults, stops"
     )
-    log: Log | None = Field(None, description="what is kept of a run; every sample unless said")
+    log: Log | None = Field(None, description="kept samples of a run; default: all")
     backend_options: dict[str, dict[str, Any]] = Field(
         {}, description="options of backends by name; all are checked, only the chosen backend's are used"
     )

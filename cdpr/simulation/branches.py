@@ -74,7 +74,7 @@ class Branches(Interventions):
             if self._recorder.on_disk:
                 raise CdprError("restore: samples that are in the log alone stay: leave out `out`, or set log.step")
             if out is not None and self._runner.folder is None:
-                raise CdprError("restore: `out` is for a simulation that logs, as it is told when it is made")
+                raise CdprError("restore: `out` requires a simulation with a log, requested at its creation")
             if self._runner.folder is not None:
                 self._branch(self._runner.folder, snapshot, out)
             with self._kept():

@@ -22,7 +22,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
     for cable in robot.cables:
         if cable.exit is not None and cable.exit.header and cable.exit.type not in known_exits:
             raise PluginError(
-                f"backend '{backend.info.name}', as it is set, lets all cables leave the frame at their anchors, and "
+                f"backend '{backend.info.name}', with its options, requires exits at the anchors, and "
                 f"cable '{cable.name}' has exit {cable.exit.type}: choose another backend, or its default cables, or "
                 "leave the exit away"
             )
@@ -33,7 +33,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
         model, key = cable.model or robot.cable_model, "robot.cable.model" if cable.model is None else _own(i)
         if not isinstance(known, tuple | list) or model not in known:
             raise PluginError(
-                f"backend '{backend.info.name}' does not know {key} {model}: choose another backend, or set {key} to "
+                f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or set {key} to "
                 f"{COMMANDED}"
             )
     from cdpr.mechanics.stability import longest, oscillator, stable
@@ -44,7 +44,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
         raise CdprError(
             f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
             f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
-            f"(step * omega = {step * about.fastest:.3g}), and damping and friction ask for short steps too; it is "
+            f"(step * omega = {step * about.fastest:.3g}), and damping and friction require short steps, too; it is "
             f"stable up to {longest(scheme, step):g} s"
         )
 

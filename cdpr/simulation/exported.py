@@ -39,7 +39,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
     """
     if scenario.believed is not None:
         raise CdprError(
-            f"scenario '{scenario.name}' has a believed robot: an exported controller knows only the true one"
+            f"scenario '{scenario.name}' has a nominal model: an exported controller supports only the true robot"
         )
     if scenario.actuators is not None:
         raise CdprError(

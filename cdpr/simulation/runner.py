@@ -121,7 +121,7 @@ class Runner:
         assert self.parts is not None
         assert self.loop is not None
         done = self.samples > self.scenario.simulation.steps
-        stop = None if done else PlantEnded(f"t = {self._time:.6g} s: goes on in {folder.path}")
+        stop = None if done else PlantEnded(f"t = {self._time:.6g} s: continues in {folder.path}")
         self.run, _ = self._finished(stop, closing=False)
         if self.folder is not None:
             self.folder.finish(self.run)

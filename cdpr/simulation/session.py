@@ -75,7 +75,7 @@ class Session:
         """
         if len(self.events) >= MAX_EVENTS - (kind is not EmergencyStop):
             kept = "" if kind is EmergencyStop else ", of which the last is kept for a stop"
-            raise CdprError(f"{title}: a scenario holds {MAX_EVENTS} events at most{kept}, and so many there are")
+            raise CdprError(f"{title}: a scenario holds {MAX_EVENTS} events at most{kept}, which already exist")
         try:
             data: dict[str, Any] = {key: plain_value(value) for key, value in keys.items() if value is not None}
             data = {"type": kind.kind(), **data, "time": self._time(k)}

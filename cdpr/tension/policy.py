@@ -24,7 +24,7 @@ FALLBACK = {
     "best_effort": "the nearest wrench within the limits instead",
     "hold_tension": "the tensions before held instead",
 }
-CLIPPED = "the solver minds no limits, its tensions were clipped to them"
+CLIPPED = "the solver ignores limits, so its tensions were clipped"
 
 
 def action(policy: Policy, respects_bounds: bool) -> int:

@@ -173,7 +173,7 @@ def keeps_quiet(subject: BackendSubject) -> None:
 
 def nothing_leaks(subject: BackendSubject) -> None:
     """Forty plants made, run and closed leave no descriptor, no thread and at most 4 MB behind."""
-    needs(os.path.isdir("/proc/self/fd"), "only Linux tells what a process holds")
+    needs(os.path.isdir("/proc/self/fd"), "only Linux reports the resources of a process")
 
     def cycle(count: int) -> tuple[int, int, int]:
         for seed in range(count):

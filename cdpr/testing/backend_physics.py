@@ -76,7 +76,7 @@ def cables_pull(subject: BackendSubject) -> None:
 
 
 def loads_are_not_clamped(subject: BackendSubject) -> None:
-    """Commands and wrenches far below and above the limits of the cables act as they are: limits are not a plant's."""
+    """Commands and wrenches far below and above the limits of the cables act unchanged: a plant has no limits."""
     for size in LOADS:
         pull, push = size * np.linspace(0.5, 1.0, 8), size * np.array([0.3, -0.5, 0.7, 0.2, 0.1, -0.4])
         _accelerates(subject, NO_GRAVITY, pull, NO_WRENCH, f"acceleration by commands of {size:g} N", least=0.0)
@@ -119,7 +119,7 @@ def coasting_keeps_velocity(subject: BackendSubject) -> None:
 
 
 def coasts_however_slowly(subject: BackendSubject) -> None:
-    """No sleeping: what moves or turns alone, a nanometre or nanoradian in a second, goes on doing so."""
+    """No sleeping: what moves or turns alone, a nanometre or nanoradian in a second, continues to do so."""
     for speed in SLOW:
         for part, what in ((slice(7, 10), "m/s"), (slice(10, 13), "rad/s")):
             start = samples.state(np.random.default_rng(14), speed=0.0)

@@ -30,7 +30,7 @@ def winched(model: str) -> Robot:
 
 
 def winches_pull_as_told(subject: BackendSubject) -> None:
-    """On winches the platform moves under the tensions told and by the work told, and these are not the commands."""
+    """On winches the platform moves under the reported tensions and work, which differ from the commands."""
     models = subject.properties.get("cable_models", ())
     wound = [name for name, chain in MODELS.items() if not chain.immediate]
     needs(isinstance(models, list | tuple) and set(wound) & set(models), "it declares no winches")
@@ -47,7 +47,7 @@ def winches_pull_as_told(subject: BackendSubject) -> None:
         wanted = samples.acceleration(samples.free(), start, GRAVITY, tension, NO_WRENCH)
         told = (backend.state[7:] - start[7:]) / SHORT
         bound = 1e3 * ONE_STEP * max(1.0, float(np.abs(wanted).max()))  # tensions change during the step
-        expect_close(told, wanted, bound, f"acceleration under the tensions told, {model} cables")
+        expect_close(told, wanted, bound, f"acceleration under the reported tensions, {model} cables")
         subject.close(backend)
         backend = subject.make(start, robot, step=STEP)
         backend.command[:] = 250.0
@@ -56,7 +56,7 @@ def winches_pull_as_told(subject: BackendSubject) -> None:
         expect(float(np.abs(tension - 250.0).max()) > APART, f"tensions of {model} cables are the commands")
         gained = sum(energy(robot.inertial, GRAVITY, backend.state)) - sum(energy(robot.inertial, GRAVITY, start))
         work = backend.cable_work()
-        expect_close(gained / work, 1.0, BALANCED, f"share of the energy in the work told, {model} cables")
+        expect_close(gained / work, 1.0, BALANCED, f"share of the energy in the reported work, {model} cables")
         expect(bool((np.abs(tension) <= backend.highest + 1e-9).all()), "a tension exceeds `highest`")
         subject.close(backend)
 

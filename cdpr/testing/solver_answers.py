@@ -204,7 +204,7 @@ def objective_is_reached(subject: SolverSubject) -> str:
     objective = subject.properties.get("objective")
     if subject.cost is not None:
         return _no_step_is_cheaper(subject, subject.cost)
-    needs(objective in ("min_norm", "mid_range"), "it declares no objective that the kit knows, and brings no cost")
+    needs(objective in ("min_norm", "mid_range"), "it declares neither a known objective nor a cost")
     certified = 0
     for problem, tension in _answered(subject):
         low, high = (problem.t_min, problem.t_max) if subject.respects_bounds else (np.array(-np.inf), np.array(np.inf))

@@ -288,7 +288,7 @@ BLOCKS, BYTES = 0.5, 200.0
 
 def nothing_leaks(subject: SolverSubject) -> str:
     """Two thousand answers, or a hundred of a slow solver, leave nothing behind that grows with their number."""
-    needs(os.path.isdir("/proc/self"), "only Linux tells what a process holds")
+    needs(os.path.isdir("/proc/self"), "only Linux reports the resources of a process")
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)
     tension = np.zeros(group[0].robot.m)

@@ -160,7 +160,7 @@ def test_names_and_texts_of_others_are_texts(page):
     page.get_by_role("heading", name="What was read").wait_for()
     said = page.locator("dialog[open]").inner_text()
     assert EVIL in said
-    assert "'<b>x</b>' is none that we know" in said
+    assert "'<b>x</b>' is unknown" in said
     assert page.locator("img, .brought b").count() == 0
 
 

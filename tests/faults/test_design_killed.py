@@ -38,7 +38,7 @@ def test_a_killed_design_goes_on(how, tmp_path):
         assert process.returncode == -signal.SIGKILL
     else:
         assert process.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143}[how]
-        assert "interrupted; this goes on: " in told
+        assert "interrupted; continue by: " in told
         assert told.rstrip().endswith(f"--out {out} --resume")
     rows = (out / "cases.jsonl").read_bytes().splitlines()[:known]
     numbers = {int(json.loads(row)["key"]) for row in rows}

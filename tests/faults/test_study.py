@@ -114,7 +114,7 @@ def test_a_stopped_study_goes_on(sound, tmp_path, number):
     assert process.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -9}[number]
     wait_until(lambda: not any(alive(pid) for pid in workers))
     if number != signal.SIGKILL:
-        assert f"interrupted; this goes on: cdpr study {study} " in errors
+        assert f"interrupted; continue by: cdpr study {study} " in errors
         assert f" --out {out}\n" in errors
         assert ",not run," in (out / "table.csv").read_text()
     rerun_equals(study, out, expected)

@@ -119,7 +119,7 @@ def test_a_stopped_study_leaves_nothing_at_work_and_goes_on(cluster, tmp_path, n
     _, errors = process.communicate(timeout=60)
     if number == signal.SIGINT:
         assert process.returncode == ExitCode.INTERRUPTED
-        assert f"interrupted; this goes on: cdpr study {study} " in errors
+        assert f"interrupted; continue by: cdpr study {study} " in errors
         assert f" --out {out}\n" in errors
     wait_until(lambda: not any(child.is_running() for child in hanging), 20)
     assert run(study, out, "--scheduler", cluster[1]).returncode == 0

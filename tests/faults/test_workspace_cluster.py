@@ -77,7 +77,7 @@ def test_a_stopped_command_goes_on_here(cluster, tmp_path, number):
     _, errors = process.communicate(timeout=60)
     if number == signal.SIGINT:
         assert process.returncode == ExitCode.INTERRUPTED
-        assert "interrupted; this goes on: cdpr workspace wrench-feasible " in errors
+        assert "interrupted; continue by: cdpr workspace wrench-feasible " in errors
     assert not (folder / SUMMARY).exists()
     cdpr_here(*LINE, "--chunks", folder, "--resume")
     cdpr_here(*LINE, "--chunks", tmp_path / "whole")
@@ -104,7 +104,7 @@ def test_a_scheduler_that_is_killed_is_told_and_it_goes_on_here(cluster, tmp_pat
     _, errors = process.communicate(timeout=120)
     assert process.returncode == ExitCode.BACKEND_DIED, errors
     assert "Traceback" not in errors
-    assert "stopped; this goes on: cdpr workspace wrench-feasible " in errors
+    assert "stopped; continue by: cdpr workspace wrench-feasible " in errors
     cdpr_here(*LINE, "--chunks", folder, "--resume")
     assert (folder / SUMMARY).exists()
 

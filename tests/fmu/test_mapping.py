@@ -384,7 +384,7 @@ def test_controllers():
     assert not any("state" in notice for notice in mapping.notices)
     rows = signals(3, {"desired_position": ("input", 3, "m"), "wrench": ("output", 6, None)})
     (notice,) = (each for each in map_signals(about(3, rows), ROBOT, role="controller").notices if "state" in each)
-    assert notice == "nothing of the state goes in: a controller in open loop, or one with a plant of its own inside"
+    assert notice == "nothing of the state goes in: a controller in open loop, or one with its own plant inside"
     rows = signals(3, {"wrench": ("output", 6, None), "command": ("output", 8, "N")})
     refused(about(3, rows), "both wrench and command", role="controller")
     refused(

@@ -109,7 +109,7 @@ def test_the_first_generator_wrote_the_velocity_as_the_effort(tmp_path):
         ("<effort>900.0</effort>", "", "<effort>, the largest tension in N, is expected"),
         ("<effort>900.0</effort>", "<effort>-1</effort>", "<effort>, the largest tension in N, is expected"),
         ("<effort>900.0</effort>", "<effort>nan</effort>", "a number is expected"),
-        ('<link name="virt_X1">', '<link name="virt_X0">', "link 'virt_X0' stands here twice"),
+        ('<link name="virt_X1">', '<link name="virt_X0">', "link 'virt_X0' occurs twice"),
         (
             "<pose>0 0 0 0 0 0</pose>",
             "<pose relative_to='x'>0 0 0 0 0 0</pose>",

@@ -51,7 +51,7 @@ def test_one_line_says_what_differs():
     told = "platform.mass 140 kg instead of 150; platform.center_of_mass [0, 0, 0.1] m instead of [0.01, 0.02, 0.03]; "
     told += "cables.left.tension.max 9000 N instead of 9500; cables.left.length.max 11 m instead of 12; and 1 more"
     assert load(SAID).belief == told
-    assert load(BASE + "believed: {}\n").belief == "the robot as it is"
+    assert load(BASE + "believed: {}\n").belief == "the robot without changes"
 
 
 @pytest.mark.parametrize(

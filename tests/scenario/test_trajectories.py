@@ -213,7 +213,7 @@ def test_every_column_is_used(folder):
         ("0,0,0,1\n", "motion.csv:1:1: trajectory.file: unknown column '0'"),
         ("t,x,y\n0,0,1\n", "motion.csv:1:1: trajectory.file: missing column z; x, y, z go together"),
         ("t,x,y,z,qw\n", "motion.csv:1:1: trajectory.file: missing column qx, qy, qz"),
-        ("t,x,y,z,x\n", "motion.csv:1:9: trajectory.file: column 'x' stands here twice"),
+        ("t,x,y,z,x\n", "motion.csv:1:9: trajectory.file: column 'x' occurs twice"),
         (
             "t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n1,0,0,0,1,1,0,0\n",
             "motion.csv:3:1: trajectory.file: qw, qx, qy, qz: the quaternion's norm is 1.41421",

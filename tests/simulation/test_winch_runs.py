@@ -94,5 +94,5 @@ def test_wrong_robots_are_refused(change, text, tmp_path):
 def test_a_backend_that_knows_no_winches_is_refused(monkeypatch):
     entry = registry().get("backend", "reference")
     monkeypatch.setattr(type(entry), "properties", lambda self, options: {"order": 4})
-    with pytest.raises(PluginError, match=r"'reference' does not know robot\.cable\.model elastic"):
+    with pytest.raises(PluginError, match=r"'reference' does not support robot\.cable\.model elastic"):
         run()

@@ -78,7 +78,9 @@ def run(
     if not robots or not entries or poses < 1 or adversaries < 0:
         raise CdprError("a benchmark needs at least one robot, one solver and one pose")
     if strangers := sorted(set(options or {}) - set(entries)):
-        raise PluginError(f"options for '{strangers[0]}', which is not among the solvers asked: {', '.join(entries)}")
+        raise PluginError(
+            f"options for '{strangers[0]}', which is not among the selected solvers: {', '.join(entries)}"
+        )
     chosen = {name: entry.read_options((options or {}).get(name, {})) for name, entry in entries.items()}
     foes = hard_robots() if adversaries else []
     steps, done = len(robots) * (len(entries) + ORACLE) + len(foes) * (len(entries) + 1), 0

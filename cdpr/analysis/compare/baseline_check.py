@@ -141,7 +141,7 @@ def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
         return ""
     told = ", ".join(f"{key} was {old}, is {new}" for key, old, new in found[:3])
     more = f" and {len(found) - 3} more" if len(found) > 3 else ""
-    return f"the scenario {source} has changed: {told}{more}; save the baseline anew if that is meant"
+    return f"the scenario {source} has changed: {told}{more}; if the change is intended, save the baseline again"
 
 
 def _run(

@@ -77,7 +77,7 @@ def run_design(
         if folder.rows:
             if not resume:
                 count = len(folder.rows)
-                raise OutputError(f"{path}: holds {count} evaluations of this design: --resume goes on with them")
+                raise OutputError(f"{path}: holds {count} evaluations of this design: --resume continues them")
             _expect(folder, versions)
         ask = Evaluations(design, folder, jobs, progress)
         try:

@@ -39,7 +39,7 @@ class Moved(Section):
 class Variable(Section):
     """Variable of a design: one number that sets one key or several."""
 
-    name: Label | None = Field(None, description="heading in tables and figures; the key unless said")
+    name: Label | None = Field(None, description="heading in tables and figures; default: the key")
     key: str | None = Field(None, description="a key of the robot file, as after --set")
     keys: list[Moved] | None = Field(None, min_length=1, description="keys that move together")
     bounds: tuple[Number, Number] = Field(description="lowest and highest value")
@@ -68,7 +68,7 @@ class Variable(Section):
 
 
 class FigureSection(Section):
-    """A figure of a candidate: of one source, and what is asked there."""
+    """Figure of a candidate: one source, and its requirements."""
 
     volume: str | None = Field(None, description="size of a workspace of this kind in the region")
     least: str | None = Field(None, description="least value of a kind of workspace over all poses")
@@ -83,7 +83,7 @@ class FigureSection(Section):
     length: Positive | None = Field(None, description="by which moments are divided", json_schema_extra=unit("m"))
     diameter: NonNegative | None = Field(None, description="of all cables", json_schema_extra=unit("m"))
     axial_stiffness: Positive | None = Field(None, description="E A of all cables", json_schema_extra=unit("N"))
-    direction: str | None = Field(None, description="degree of freedom in which stiffness is asked for")
+    direction: str | None = Field(None, description="degree of freedom of the stiffness")
 
     @model_validator(mode="after")
     def _one_source(self) -> FigureSection:
@@ -181,11 +181,11 @@ class Limit(Section):
 class RegionSection(Section):
     """A box of positions, cut into cells that are looked at in their middles."""
 
-    lower: Position | None = Field(None, description="lowest corner, world; that of the robot's frame unless said")
+    lower: Position | None = Field(None, description="lowest corner, world; default: that of the robot's frame")
     upper: Position | None = Field(None, description="highest corner, likewise")
     cells: Cells | tuple[Cells, Cells, Cells] = Field(10, description="along the longest side, or along x, y, z")
     orientations: list[Orientation] | None = Field(
-        None, min_length=1, max_length=1000, description="attitudes, all of which count; the home's unless said"
+        None, min_length=1, max_length=1000, description="required attitudes; default: the home's"
     )
 
 
@@ -193,7 +193,7 @@ class PoseSection(Section):
     """A pose of the platform's origin."""
 
     position: Position = Field(description="position", json_schema_extra=unit("m"))
-    orientation: Orientation | None = Field(None, description="attitude; the home's unless said")
+    orientation: Orientation | None = Field(None, description="attitude; default: the home's")
 
 
 class OptimizerSection(Section):
@@ -210,7 +210,7 @@ class OptimizerSection(Section):
 class DesignFile(Section):
     """A design: a robot, what of it is varied, and what for."""
 
-    name: str | None = Field(None, max_length=64, description="name of the design; the file's name unless said")
+    name: str | None = Field(None, max_length=64, description="name of the design; default: the file's name")
     robot: str = Field(min_length=1, description="robot file, relative to this file, or name of an example")
     gravity: Vector3 = Field((0.0, 0.0, -9.81), description="gravity, world", json_schema_extra=unit("m/s^2"))
     region: RegionSection | None = Field(None, description="where figures are looked at")

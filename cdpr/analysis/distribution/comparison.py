@@ -25,7 +25,7 @@ SECONDS = 0.02
 REASONS = {
     Status.INFEASIBLE: "says that no tensions within the limits balance the wrench",
     Status.NOT_FOUND: "found no tensions",
-    Status.UNSUPPORTED: "does not support this robot or pose: 'cdpr solvers NAME' tells what it takes",
+    Status.UNSUPPORTED: "does not support this robot or pose: 'cdpr solvers NAME' shows its properties",
     Status.BAD_INPUT: "refused its input",
 }
 
@@ -110,7 +110,7 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
         reason = f"says OK, but leaves {residual:.3g} N unbalanced"
     elif margin < -LIMIT_TOLERANCE * newton(problem.limits):
         true = not contestant.respects_bounds
-        reason = f"{'asks for no limits and' if true else 'says OK, but'} goes {-margin:.4g} N beyond them"
+        reason = f"{'ignores the limits and' if true else 'says OK, but'} goes {-margin:.4g} N beyond them"
     judged = {"residual": residual, "margin": margin}
     return Answer(name, status, reason, true, tension, at_limit=int(at_limit), seconds=seconds, **judged)
 

@@ -21,7 +21,7 @@ class Random(Section):
     normal: tuple[Number, Number] | None = Field(None, description="mean and standard deviation")
     log_uniform: tuple[Number, Number] | None = Field(None, description="lowest and highest, of uniform logarithm")
     count: int = Field(ge=1, le=MAX_COUNT, description="number of values")
-    seed: int | None = Field(None, ge=0, le=MAX_SEED, description="unless said, from the study's and the axis's name")
+    seed: int | None = Field(None, ge=0, le=MAX_SEED, description="default: from the study's and the axis's name")
 
     @model_validator(mode="after")
     def _one_distribution(self) -> Random:

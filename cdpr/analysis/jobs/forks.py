@@ -178,7 +178,7 @@ def fork(descriptors: Sequence[int]) -> Fork:
         pid = server.start(descriptors)
         if pid is not None and pid > 0:
             return Fork(server, pid)
-    raise CdprError("no worker process can be started: its reason stands above, or the system has no room for more")
+    raise CdprError("cannot start a worker process: see the reason above, or the system has no resources for more")
 
 
 def _server() -> _Server:

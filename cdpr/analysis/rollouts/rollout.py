@@ -246,7 +246,7 @@ def _on_cluster(chunks: Iterator[Chunk], address: str, done: Callable[[list[Outc
 
     def end(key: str, found: tuple[list[Outcome], Array] | None, lost: str) -> None:
         if found is None:
-            raise CdprError(f"rollout: the cases from {key} on were {lost}; with out= the same call goes on")
+            raise CdprError(f"rollout: the cases from {key} on were {lost}; with out= the same call continues")
         done(*found)
 
     spread(address, partial(_there, plugin_files()), jobs, end)

@@ -110,7 +110,7 @@ def run_study(
         ended = {key for key, row in folder.rows.items() if row.status in RESULTS}
         waiting = [case for case in study.cases if case.id not in ended]
         if any(not case.text for case in waiting):
-            raise OutputError(f"{out}: its {LEDGER_NAME} lost results since it was read; the same command goes on")
+            raise OutputError(f"{out}: its {LEDGER_NAME} lost results since it was read; the same command continues")
         counts = Counter(folder.rows[key].status for key in ended)
         execute = executor or (lambda cases, **options: run_cases(cases, jobs=jobs, **options))
 

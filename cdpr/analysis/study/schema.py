@@ -34,7 +34,7 @@ class Spaced(Section):
 class Axis(Section):
     """Axis of a study: one key or several, with values from one source."""
 
-    name: str | None = Field(None, max_length=64, description="heading in tables and figures; the key unless said")
+    name: str | None = Field(None, max_length=64, description="heading in tables and figures; default: the key")
     key: str | None = Field(None, description="a key of the scenario, as after --set")
     keys: list[str] | None = Field(None, min_length=1, description="keys that all take the same value")
     values: list[Any] | None = Field(None, min_length=1, description="the values")
@@ -56,11 +56,11 @@ class Axis(Section):
         named = [name for name in ("key", "keys") if getattr(self, name) is not None]
         if given[0] in ("points", "zip"):
             if named:
-                raise ValueError(f"{given[0]} and {named[0]} do not go together: the keys stand in the {given[0]}")
+                raise ValueError(f"{given[0]} and {named[0]}cannot be combined: the keys are in the {given[0]}")
             if given[0] == "points" and self.name is None:
                 raise ValueError("an axis of points needs a name")
             if given[0] == "zip" and self.name is not None:
-                raise ValueError("zip has no name of its own: name the axes in it")
+                raise ValueError("zip cannot have a name: name the axes in it")
         elif len(named) != 1:
             raise ValueError("one of key and keys is expected")
         return self
@@ -81,7 +81,7 @@ class Axis(Section):
 
 
 class Block(Section):
-    """A part of a study with axes of its own."""
+    """Part of a study with its own axes."""
 
     name: str = Field(min_length=1, max_length=64, description="name, a column of the table")
     scenario: str | None = Field(None, description="scenario file instead of the study's, relative to this file")
@@ -92,7 +92,7 @@ class Block(Section):
 class StudyFile(Section):
     """Study: a scenario, and the axes along which it varies."""
 
-    name: str | None = Field(None, max_length=64, description="name of the study; the file's name unless said")
+    name: str | None = Field(None, max_length=64, description="name of the study; default: the file's name")
     scenario: str | None = Field(None, description="scenario file, relative to this file, or name of an example")
     changes: dict[str, Any] = Field({}, description="keys of the scenario and their values, in all cases")
     seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of random values, and with its identity of each case")

@@ -78,7 +78,7 @@ class Proofs:
         part = "anywhere in the box" if self.lacking > 1.0 - ROUNDED else f"in {100 * self.lacking:.3g} % of the box"
         return [
             f"nothing can be proved {part}: the wrench matrix lacks rank there, so the cables exert nothing in some "
-            "direction; cells are asked one by one"
+            "direction; cells are evaluated one by one"
         ]
 
     @property

@@ -159,7 +159,7 @@ def read_folder(folder: Path) -> Folder:
     except OSError as error:
         raise LogError(f"{error.filename}: cannot be read: {error.strerror or error}") from error
     if summary is None:
-        text = f"{len(rows)} of {count} chunks are there; the command that began it goes on with --resume"
+        text = f"{len(rows)} of {count} chunks exist; continue by the original command with --resume"
         raise LogError(f"{folder}: is not finished: {text}")
     try:
         about["limited_by"] = dict(opened(summary, schema.SUMMARY, known["digest"]).limited_by)

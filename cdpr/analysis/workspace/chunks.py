@@ -218,7 +218,7 @@ def _whole(folder: JobFolder, count: int, resume: bool) -> set[int]:
     """Return the numbers of the undamaged chunks in the folder."""
     if folder.rows and not resume:
         raise OutputError(
-            f"{folder.path}: holds {len(folder.rows)} of {count} chunks of this workspace: go on with them, --resume, "
+            f"{folder.path}: holds {len(folder.rows)} of {count} chunks of this workspace: continue by --resume, "
             "or choose another --chunks"
         )
     return {int(key) for key, row in folder.rows.items() if read_chunk(folder.path, int(key), row) is not None}
@@ -233,7 +233,7 @@ def _check_disk(folder: Path, cells: int) -> None:
 def _on_cluster(chunks: Iterator[Chunk], address: str, keep: Callable[[Found], None]) -> None:
     def end(key: str, found: Found | None, lost: str) -> None:
         if found is None:
-            raise CdprError(f"chunk {key} was {lost}; --resume goes on")
+            raise CdprError(f"chunk {key} was {lost}; --resume continues")
         keep(found)
 
     spread(address, partial(run_chunk), {str(chunk.number): chunk for chunk in chunks}, end, AHEAD)

@@ -87,7 +87,7 @@ def compare(
         known = ", ".join(kind.name for kind in KINDS.values() if kind.programs)
         raise CdprError(f"{found.kind.name}: is nothing that linear programs answer; they do {known}")
     if found.question.at_least is not None:
-        raise CdprError("at_least: linear programs tell margins of 0 alone, not how large others are")
+        raise CdprError("at_least: linear programs only verify the sign of margins, not their size")
     found.question.required.corners()  # reject a set with too many corners
     rng = np.random.default_rng(seed)
     if found.proofs is not None and len(found.region.orientations) == 1:
@@ -107,7 +107,7 @@ def compare(
         k = len(edges) + int(np.argmax(other & asked))
         raise LogError(
             f"the file says of the cell at {poses[k, :3].tolist()} m that it is {'not ' * bool(inside[k])}inside, and "
-            "its robot, asked again, says otherwise: the file was changed, or made by another version"
+            "a new evaluation of its robot disagrees: the file was changed, or made by another version"
         )
     return replace(told, bisected=len(edges), told=int(alone.sum()), told_wrong=int(wrong.sum()))
 

@@ -53,10 +53,10 @@ class Required:
         if self.form == "vertices":
             return self.vectors
         if self.form == "ellipsoid" and len(self.vectors):
-            raise CdprError("an ellipsoid has no corners that could be asked one by one: take a box around it")
+            raise CdprError("an ellipsoid has no corners to evaluate one by one: use a box around it")
         if 2 ** len(self.vectors) > MOST_CORNERS:
             raise CdprError(
-                f"the required set has {2 ** len(self.vectors)} corners, at most {MOST_CORNERS} are asked one by one"
+                f"the required set has {2 ** len(self.vectors)} corners, at most {MOST_CORNERS} are evaluated one by one"
             )
         return np.array([np.array(signs) @ self.vectors for signs in product((-1.0, 1.0), repeat=len(self.vectors))])
 

@@ -23,8 +23,8 @@ IDENTIFIER = "cdpr_plant"
 # Names of the standard; source/instance.c uses them, too.
 CATEGORIES = {
     "logStatusError": "what went wrong, and what to do",
-    "logStatusWarning": "what was asked for and cannot be",
-    "logEvents": "with debug logging on: that a simulation goes on with other parameters",
+    "logStatusWarning": "requests that cannot be executed",
+    "logEvents": "with debug logging: a simulation continues with other parameters",
     "logAll": "all of these",
 }
 
@@ -32,7 +32,7 @@ TERMINALS = {
     "desired": "where the controller shall take the platform",
     "platform": "where the platform is and how it moves, and what else pushes it",
     "cables": "what the cables do at the platform",
-    "winches": "what the winches are told, and what they do",
+    "winches": "commands and states of the winches",
 }
 
 # s, a proposal to the host for the duration of a simulation

@@ -322,7 +322,7 @@ def _require_own_tensions(robot: Robot) -> None:
         if not (chain.stretches or chain.immediate):
             raise CdprError(
                 f"cable '{cable.name}' has model {cable.model or robot.cable_model}: it does not stretch, so its drum "
-                "moves with the platform, and winches alone do not tell its tension: set its model to "
+                "moves with the platform, so winches alone do not determine its tension: set its model to "
                 f"{ACTUATED}, or export winches and platform in one, with --with-winch"
             )
 

@@ -274,4 +274,4 @@ def _elf(head: bytes, machine: str) -> bool:
 def _remedy(archive: Archive) -> str:
     if archive.description.sources:
         return f"it holds its sources: 'fmpy compile {archive.path}' (FMPy and a C compiler) adds the binary"
-    return "ask its author for one, or for its sources"
+    return "obtain one, or its sources, from its author"

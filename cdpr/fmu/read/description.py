@@ -122,8 +122,8 @@ def _interface(root: Node, fmi: str) -> Node:
     for other, words in (("ModelExchange", "Model Exchange"), ("ScheduledExecution", "Scheduled Execution")):
         if root.find(other) is not None:
             raise FmuError(
-                f"this FMU (FMI {fmi}) is for {words} only, and brings no solver of its own; cdpr takes "
-                "Co-Simulation: export it again as that"
+                f"this FMU (FMI {fmi}) is for {words} only, without a solver; cdpr supports "
+                "Co-Simulation: export it again as such"
             )
     raise FmuError("modelDescription.xml: has no <CoSimulation>; cdpr takes Co-Simulation FMUs")
 

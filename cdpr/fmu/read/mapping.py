@@ -81,5 +81,5 @@ def resolve(
         shown = ", ".join(idle[:8]) + (f" and {len(idle) - 8} more" if len(idle) > 8 else "")
         notices.append(f"inputs that keep their start value: {shown}")
     if role == "controller" and all(name.startswith("desired_") for name in sides[0].ports):
-        notices.append("nothing of the state goes in: a controller in open loop, or one with a plant of its own inside")
+        notices.append("nothing of the state goes in: a controller in open loop, or one with its own plant inside")
     return Mapping(role, sides[0], sides[1], tuple(notices)), (*inputs.problems, *outputs.problems)

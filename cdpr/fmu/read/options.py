@@ -59,13 +59,13 @@ class FmuFile(_Section):
     )
     isolation: Literal["process", "inproc"] | None = Field(
         None,
-        description="run the FMU in a process of its own, or in this one, which is faster and which it may take down; "
+        description="run the FMU in a separate process, or in this one, which is faster but which it may crash; "
         "unless said, files run in a process and what cdpr has exported itself runs in this one",
     )
     step_timeout: float = Field(
         5.0,
         gt=0.0,
-        description="longest wall time of one control step in a process of its own",
+        description="longest wall time of one control step in a separate process",
         json_schema_extra={"unit": "s"},
     )
     parameters: dict[str, Parameter] = Field(

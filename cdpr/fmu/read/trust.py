@@ -101,7 +101,7 @@ def require_trust(archive: Archive, pinned: str | None) -> None:
             return
         raise FmuError(
             f"{archive.path}: is not the file that the scenario pins: its sha256 is {archive.sha256}, "
-            f"pinned is {pinned}. If the change is meant, pin the new one."
+            f"pinned is {pinned}. If the change is intended, pin the new checksum."
         )
     if _allowed.get() or archive.sha256 in trusted():
         return

@@ -128,7 +128,7 @@ def check_step(archive: Archive, step: float) -> None:
     if about.fmi == "2.0" and about.default_step is not None and step < about.default_step * (1.0 - tolerances.TIME):
         warnings.warn(
             f"{archive.path.name}: the communication step of {step:g} s is shorter than the {about.default_step:g} s "
-            "that it was made for; an FMU of FMI 2 does not tell if its own step is longer, and then nothing moves",
+            "that it was made for; an FMU of FMI 2 does not report a longer step of its own, and then nothing moves",
             stacklevel=2,
         )
 

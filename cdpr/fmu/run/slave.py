@@ -215,7 +215,7 @@ class Slave(Instance):
 
     def _check_running(self) -> None:
         if not self._running:
-            raise BackendDied(f"FMU '{self.plan.name}' has ended; only a reset can make it go on")
+            raise BackendDied(f"FMU '{self.plan.name}' has ended; only a reset restarts it")
 
     def _call(self, name: str, *arguments: Any) -> None:
         if self._fatal or self._instance is None:
@@ -234,7 +234,7 @@ class Slave(Instance):
 
     def _end(self) -> NoReturn:
         self._running = False
-        raise PlantEnded(f"FMU '{self.plan.name}' asked for the end of the simulation{self.last_words}")
+        raise PlantEnded(f"FMU '{self.plan.name}' requested the end of the simulation{self.last_words}")
 
 
 class Slave2(Slave):

@@ -39,12 +39,12 @@ REFUSED = {
     "U_XY": "turns about two axes, for which there is no guide here",
     "U_YZ": "turns about two axes, for which there is no guide here",
     "U_XZ": "turns about two axes, for which there is no guide here",
-    "R_AXIS": "turns about an axis of its own; guides here are along and about the world's axes",
+    "R_AXIS": "rotates about another axis; guides support only world axes",
     "S_QUATERNION": QUATERNION,
     "SPHERICAL": QUATERNION,
     "SPATIAL_QUATERNION": QUATERNION,
     "SPATIAL": QUATERNION,
-    "P_AXIS": "moves along an axis of its own; guides here are along and about the world's axes",
+    "P_AXIS": "moves along another axis; guides support only world axes",
 }
 
 

@@ -109,8 +109,8 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
                 node.done()
     for node, why in (
         (root / "cable" / "mass", "cables here have a linear_density, and the plug-in does not read it either"),
-        (root / "joints" / "passive", "damping of joints that stand for the cables' ends, which are free here"),
-        (limits / "damping", "damping of the joint that stands for a cable"),
+        (root / "joints" / "passive", "damping of joints at the cables' ends, which are free here"),
+        (limits / "damping", "damping of the joint that represents a cable"),
         (limits / "velocity", "a limit of Gazebo's joint, which its engine does not hold it to"),
     ):
         if node.value is not None:
@@ -177,7 +177,7 @@ def _colour(found: Imported, node: Node) -> str | None:
         return None
     if str(value).lower() in COLOURS:
         return str(value).lower()
-    found.left_out.append(f"{node.document.source}:{(node / 'color').line}: color: {value!r} is none that we know")
+    found.left_out.append(f"{node.document.source}:{(node / 'color').line}: color: {value!r} is unknown")
     return None
 
 

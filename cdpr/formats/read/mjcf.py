@@ -130,7 +130,7 @@ def _options(model: Any, mujoco: Any, lines: Lines) -> None:
     weightless = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
     gravity = [0.0, 0.0, 0.0] if weightless else model.opt.gravity.tolist()
     if gravity != usual:
-        text = f"gravity {gravity}: it belongs to scenarios, as world.gravity; unless said it is {usual} m/s^2"
+        text = f"gravity {gravity}: set world.gravity in scenarios; the default is {usual} m/s^2"
         lines.left_out.append(f"{lines.first('option').at}: {text}")
     if model.opt.density or model.opt.viscosity:
         lines.left_out.append(f"{lines.first('option').at}: density, viscosity: platforms move in no medium")

@@ -83,7 +83,7 @@ class Bodies:
                 raise mover.wrong(
                     f"body '{_name(mover)}' is a second moving body, besides '{_name(found)}', on which cables end "
                     f"(site '{site}' of tendon '{_name(cable)}'); robots of one platform alone can be described here: "
-                    "remove the joints of the bodies that stand still, and end cables where they leave their last "
+                    "remove the joints of the bodies at rest, and end cables at their last "
                     "pulley or winch"
                 )
             found = mover
@@ -123,7 +123,7 @@ class Bodies:
             for element in group.all("fixed"):
                 bodies = [self._of.get(("joint", each.attributes.get("joint", ""))) for each in element.children]
                 if bodies and all(body is not None and body is not self.platform for body in bodies):
-                    self._drop(element, "joints that stand still here")
+                    self._drop(element, "joints at rest here")
 
     def _constraint(self, element: Element) -> None:
         sides = list[Element | None]()

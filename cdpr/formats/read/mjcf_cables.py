@@ -151,7 +151,7 @@ class Cables:
         )
         servo = not plain and fixed and model.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
         if not (plain or servo):
-            raise self._wrong(tendon, "its actuator has a gain, a bias or a dynamics of its own: a motor is expected")
+            raise self._wrong(tendon, "its actuator has its own gain, bias or dynamics: expected a motor")
         if servo:
             self._servos.append(tendon)
         gear, gain = float(model.actuator_gear[motor, 0]), float(model.actuator_gainprm[motor, 0])

@@ -26,7 +26,7 @@ REFUSED = {
     "composite": "it makes moving bodies; our cables have no bodies of their own",
     "flexcomp": "it makes moving bodies; our platforms are rigid",
     "deformable": "our platforms are rigid",
-    "plugin": "what a plugin does does not stand in the file",
+    "plugin": "the file does not define the behaviour of a plugin",
 }
 NAMED = ("class", "childclass", "model", "body", "joint", "geom", "site", "tendon", "actuator", "objname", "refname")
 NAMES = ("name", *NAMED)  # attributes that are not numeric, whatever they look like
@@ -149,7 +149,7 @@ def compiled(text: str, lines: Lines) -> tuple[ModuleType, Any]:
         import mujoco
     except ImportError as error:
         raise PluginError(
-            "MJCF says inertias and poses in ways that MuJoCo's compiler knows: pip install 'cdpr[mujoco]'"
+            "only MuJoCo's compiler supports all inertias and poses of MJCF: pip install 'cdpr[mujoco]'"
         ) from error
     mujoco.set_mju_user_warning(lambda text: None)  # MuJoCo would write them to a file in the working folder
     try:

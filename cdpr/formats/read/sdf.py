@@ -101,7 +101,7 @@ def _links(model: Element) -> dict[str, Element]:
     for link in model.all("link"):
         name = link.attribute("name")
         if name in links:
-            raise link.wrong(f"link '{name}' stands here twice")
+            raise link.wrong(f"link '{name}' occurs twice")
         links[name] = link
     return links
 

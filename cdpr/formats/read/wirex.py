@@ -54,7 +54,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     root = parse(content, str(path))
     robots = root.all("robot")
     if len(robots) != 1:
-        raise root.wrong(f"one <robot> is expected, got {len(robots)}: keep one in a file of its own")
+        raise root.wrong(f"one <robot> is expected, got {len(robots)}: keep one per file")
     robot = robots[0]
     chains = robot.child("geometry").all("chain")
     if not chains:
@@ -85,7 +85,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     for key in ("damping", BREAKS):
         cable = next((each.cable for each in parts if each.cable is not None), None)
         if cable is not None and number(cable, key) > 0.0 and key not in found.comments["tension", "max"]:
-            found.left_out.append(f"{cable.at}: {key} of <cable>: its unit, or what it is for, differs")
+            found.left_out.append(f"{cable.at}: {key} of <cable>: its unit or its purpose differs")
     return found
 
 

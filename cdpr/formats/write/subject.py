@@ -61,7 +61,7 @@ class Options:
 # Allowed values of each option with their descriptions; the first is the default.
 CHOICES = {
     "style": {"platform": "pushed by a wrench", "legs": "cables that push and pull"},
-    "version": {"1.9": "the present one", "1.6": "for readers that know no more"},
+    "version": {"1.9": "the present one", "1.6": "for older readers"},
     "pulleys": {
         "keep": "error if unsupported",
         "points": "replaced by points",

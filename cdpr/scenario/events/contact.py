@@ -25,7 +25,7 @@ class Contact(ScenarioEvent):
         0.0, description="it happens where the least clearance is this or less", json_schema_extra=unit("m")
     )
     then: Literal["continue", "stop"] = Field(
-        "continue", description="whether the run records it and goes on, or ends with that sample"
+        "continue", description="reaction: record it and continue, or end the run with that sample"
     )
 
     def follow(self, history: History) -> Iterator[str]:

@@ -31,8 +31,8 @@ class CableFault(CableEvent):
     cable: str | int = Field(description="name of the cable, or its number, counted from 1")
     detected_after: NonNegative = Field(
         0.0,
-        description="how much later the tension distribution knows of it, and reckons with the tension that the cable "
-        "has left; the plant feels it at once",
+        description="delay until the tension distribution detects it, and includes the remaining tension of the cable; "
+        "the plant is affected at once",
         json_schema_extra=unit("s"),
     )
 

@@ -22,12 +22,12 @@ class TensionLimits(CableEvent):
     changes_limits: ClassVar[bool] = True
 
     type: Literal["limits"] = Field(description="the tension limits of one cable or of all change")
-    cable: str | int | None = Field(None, description="name of the cable, or its number from 1; all unless said")
+    cable: str | int | None = Field(None, description="name of the cable, or its number from 1; default: all")
     min: Number | None = Field(
-        None, description="lowest admissible tension; unchanged unless said", json_schema_extra=unit("N")
+        None, description="lowest admissible tension; default: unchanged", json_schema_extra=unit("N")
     )
     max: Number | None = Field(
-        None, description="highest admissible tension; unchanged unless said", json_schema_extra=unit("N")
+        None, description="highest admissible tension; default: unchanged", json_schema_extra=unit("N")
     )
 
     @model_validator(mode="after")

@@ -26,7 +26,7 @@ class Load(ScenarioEvent):
     )
     duration: Positive | None = Field(
         None,
-        description="how long it acts, at least control_step; until the end of the run unless said",
+        description="duration, at least control_step; default: until the end of the run",
         json_schema_extra=unit("s"),
     )
     force: Vector3 = Field(
@@ -48,7 +48,9 @@ class Load(ScenarioEvent):
         """Yield a problem if it is shorter than a control step."""
         if self.duration is not None and self.duration < step * (1.0 - 1e-9):
             held = exact(self.duration)
-            text = f"must be at least control_step, {exact(step)} (s), for it is held so long, got {held}"
+            text = (
+                f"must be at least control_step, {exact(step)} (s), because it is held for a control step, got {held}"
+            )
             yield "duration", text
 
     def wrench_profile(self, step: float) -> WrenchProfile:

@@ -31,12 +31,10 @@ class Target(ScenarioEvent):
     )
     position: Position = Field(
         INITIAL,
-        description="where the platform's origin goes, also where a tool moves; unless said, where it is at this time",
+        description="new position of the platform's origin, also if a tool moves; default: the present one",
         json_schema_extra=unit("m"),
     )
-    orientation: Orientation = Field(
-        INITIAL, description="attitude there; unless said, that of the motion at this time"
-    )
+    orientation: Orientation = Field(INITIAL, description="attitude there; default: that of the motion at this time")
     duration: Positive | None = Field(
         None, description="time that the move takes; this or limits", json_schema_extra=unit("s")
     )

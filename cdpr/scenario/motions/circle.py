@@ -30,10 +30,10 @@ class Circle(Motion):
     duration: Positive = Field(description="time that all turns take", json_schema_extra=unit("s"))
     position: Position = Field(
         INITIAL,
-        description="where it begins, which gives the radius; the initial position unless said",
+        description="start, which determines the radius; default: the initial position",
         json_schema_extra=unit("m"),
     )
-    orientation: Orientation = Field(INITIAL, description="attitude where it begins; the initial one unless said")
+    orientation: Orientation = Field(INITIAL, description="attitude at the start; default: the initial one")
     center: Position = Field(description="centre, in the plane of the beginning", json_schema_extra=unit("m"))
     normal: Vector3 = Field((0.0, 0.0, 1.0), description="direction of the axis, of any length")
     turns: float = Field(

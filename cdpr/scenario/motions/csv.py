@@ -39,7 +39,7 @@ class Csv(Motion):
         "and if wanted qw, qx, qy, qz, vx, vy, vz (m/s), wx, wy, wz (rad/s), ax, ay, az (m/s^2), world axes",
     )
     orientation: Orientation = Field(
-        INITIAL, description="attitude, where the file has no quaternions; the initial one unless said"
+        INITIAL, description="attitude if the file has no quaternions; default: the initial one"
     )
     sha256: str | None = Field(
         None, pattern="^[0-9a-f]{64}$", description="checksum; if given, the file must still have it"

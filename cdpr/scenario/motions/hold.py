@@ -21,10 +21,10 @@ class Hold(Motion):
     type: Literal["hold"] = Field("hold", description="hold one pose")
     position: Position = Field(
         INITIAL,
-        description="position of the platform's origin; the initial one unless said",
+        description="position of the platform's origin; default: the initial one",
         json_schema_extra=unit("m"),
     )
-    orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
+    orientation: Orientation = Field(INITIAL, description="attitude; default: the initial one")
 
     def poses(self) -> list[tuple[Path, Posed]]:
         """Return the pose."""

@@ -24,7 +24,7 @@ class Stop(Section):
     """Pose to stop at, world axes."""
 
     position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
-    orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
+    orientation: Orientation = Field(INITIAL, description="attitude; default: the initial one")
     pause: NonNegative = Field(0.0, description="time to stay there", json_schema_extra=unit("s"))
 
 
@@ -49,7 +49,7 @@ class JerkLimited(Motion):
 
     type: Literal["jerk_limited"] = Field(description="straight moves from stop to stop, as fast as limits allow")
     start: NonNegative = begins()
-    from_: Pose = Field(Pose(), alias="from", description="where it begins; the initial pose unless said")
+    from_: Pose = Field(Pose(), alias="from", description="start; default: the initial pose")
     points: list[Stop] = Field(min_length=1, description="poses to stop at, in their order")
     limits: Limits = Field(description="limits of the translation")
     angular_limits: AngularLimits | None = Field(

@@ -48,7 +48,7 @@ class Motion(Kind):
     files: ClassVar[tuple[str, ...]] = ()
 
     tool: Name | None = Field(
-        None, description="the one of `platform.tools` that moves as this says; the platform's origin unless said"
+        None, description="point among `platform.tools` that follows the motion; default: the platform's origin"
     )
 
     def begins(self, initial: Initial, tools: Mapping[str, Sequence[float] | Array]) -> Initial:
@@ -115,10 +115,10 @@ class Pose(Section):
 
     position: Position = Field(
         INITIAL,
-        description="position of the platform's origin; the initial one unless said",
+        description="position of the platform's origin; default: the initial one",
         json_schema_extra=unit("m"),
     )
-    orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
+    orientation: Orientation = Field(INITIAL, description="attitude; default: the initial one")
 
 
 def begins(text: str = "time at which the motion begins; until then its first pose is held") -> Any:

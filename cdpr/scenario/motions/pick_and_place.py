@@ -23,7 +23,7 @@ class PickAndPlace(Motion):
     duration: Positive = Field(
         description="time that the motion takes: one half to rise, one to sink", json_schema_extra=unit("s")
     )
-    from_: Pose = Field(Pose(), alias="from", description="where it begins; the initial pose unless said")
+    from_: Pose = Field(Pose(), alias="from", description="start; default: the initial pose")
     to: Pose = Field(description="where it ends")
     height: NonNegative = Field(
         description="how far the top lies above the higher end, along world z", json_schema_extra=unit("m")

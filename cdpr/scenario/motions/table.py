@@ -125,7 +125,7 @@ def _header(number: int, line: str) -> list[str]:
             hint = "columns are separated by commas; " if len(names) == 1 else did_you_mean(name, COLUMNS)
             faults.append((*where, f"unknown column {shown(name)}: {hint}allowed: {', '.join(COLUMNS)}"))
         elif name in names[:k]:
-            faults.append((*where, f"column '{name}' stands here twice"))
+            faults.append((*where, f"column '{name}' occurs twice"))
     if not faults:
         for members in GROUPS.values():
             missing = [name for name in members if name not in names]

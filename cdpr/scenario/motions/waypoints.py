@@ -29,7 +29,7 @@ class Waypoint(Section):
         description="time after `start`, greater than the previous point's", json_schema_extra=unit("s")
     )
     position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
-    orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
+    orientation: Orientation = Field(INITIAL, description="attitude; default: the initial one")
     velocity: Vector3 | None = Field(None, description="velocity of the origin", json_schema_extra=unit("m/s"))
     angular_velocity: Vector3 | None = Field(None, description="angular velocity", json_schema_extra=unit("rad/s"))
     acceleration: Vector3 | None = Field(

@@ -15,7 +15,7 @@ from cdpr.ui.cli.progress import Progress, terminating
 
 @click.group("baseline")
 def command() -> None:
-    """Keep runs in small files, and tell later whether they are still the same."""
+    """Save runs as small baseline files, and check later for differences."""
 
 
 @command.command("save")

@@ -50,7 +50,7 @@ def solvers(
     out: str | None,
     as_json: bool,
 ) -> None:
-    """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
+    """Solve the same random problems by all tension solvers and compare coverage, accuracy, jumps and time.
 
     Then problems that are made to mislead, where no answer called OK should be wrong. ROBOTs are robot files or names
     of examples; without any, eight examples are taken. Ctrl-C keeps what has been measured.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 OPTIONS = (
     click.option("--chunks", type=OutPath(), metavar="DIR", help="Folder for as many cells as its disk holds."),
-    click.option("--resume", is_flag=True, help="Go on with --chunks that hold a part of this workspace."),
+    click.option("--resume", is_flag=True, help="Continue --chunks that contain a part of this workspace."),
     click.option("--scheduler", metavar="ADDRESS", help="Compute chunks on a Dask cluster, such as tcp://host:8786."),
 )
 
@@ -77,5 +77,5 @@ def compute(
             if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
                 told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
                 more = () if to.resume else ("--resume",)
-                progress.say(f"{told}; this goes on: {again(click.get_current_context(), *more)}")
+                progress.say(f"{told}; continue by: {again(click.get_current_context(), *more)}")
             raise

@@ -37,7 +37,7 @@ def command(
     out: str | None,
     as_json: bool,
 ) -> None:
-    """Run SCENARIO closed loop on several engines, or take finished RUNs, and tell whether they agree.
+    """Run SCENARIO closed loop on several engines, or take finished RUNs, and compare them.
 
     The engine of highest order judges. One of the same scheme must agree with it but for round-off; of any other half
     the step must take its share of the distance. The exit code is 7 where one disagrees or none could be judged; 0 says
@@ -48,7 +48,7 @@ def command(
     finished = len(what) > 1 or Path(what[0]).is_dir()
     if finished and (changes or refine or solvers or strict or backends != "all"):
         options = "--backends, --solvers, --set, --strict and --refine"
-        raise CdprError(f"finished runs are compared as they are: leave out {options}")
+        raise CdprError(f"finished runs cannot be changed: leave out {options}")
     if finished:
         for name in what:
             if name.endswith((".yaml", ".yml")):

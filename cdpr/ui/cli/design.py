@@ -16,7 +16,7 @@ from cdpr.ui.cli.numbers import Whole
 @click.argument("study", type=click.Path())
 @click.option("--out", type=OutPath(), help="Folder.")
 @click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Candidates at a time (default: one a core).")
-@click.option("--resume", is_flag=True, help="Go on with what the folder of --out holds of this design.")
+@click.option("--resume", is_flag=True, help="Continue the design in the folder of --out.")
 @click.option(
     "--evaluations", type=Whole(1, 10_000_000), metavar="N", help="Candidates (default: as many as the study says)."
 )
@@ -41,7 +41,7 @@ def command(
     candidate keeps all constraints, the exit code is 4.
     """
     if resume and out is None:
-        raise click.UsageError("--resume goes on in the folder of --out, which is missing")
+        raise click.UsageError("--resume continues the folder of --out, which is missing")
     from cdpr.analysis.design import load_design, run_design
     from cdpr.log.run_folder import new_folder
     from cdpr.ui.cli.progress import Progress, terminating
@@ -61,7 +61,7 @@ def command(
                 )
             except KeyboardInterrupt:
                 more = () if resume else ("--resume",)
-                progress.say(f"interrupted; this goes on: {again(context, '--out', str(folder), *more)}")
+                progress.say(f"interrupted; continue by: {again(context, '--out', str(folder), *more)}")
                 raise
         if report:
             from cdpr.ui.report.pages.design import write_design

@@ -22,7 +22,7 @@ MARKS = {"ok": " ", "missing": "-", "wrong": "!"}
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(as_json: bool) -> None:
-    """Tell what is installed, what works, and what to install for what is missing; asks no network.
+    """Check the installation, and show what to install; without network access.
 
     What is not installed is marked -, what is installed and does not work !. The exit code is 3 where a library or a
     plugin does not work, else 8 where a folder cannot be written, else 0: extras that are not there are no fault.

@@ -18,7 +18,7 @@ ROLES = {
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.pass_context
 def command(context: click.Context, as_json: bool) -> None:
-    """List the examples that come with cdpr: their names stand for their files in all commands."""
+    """List the examples of cdpr; all commands accept their names in place of files."""
     if context.invoked_subcommand is not None:
         return
     from cdpr.scenario.examples import examples

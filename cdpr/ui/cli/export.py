@@ -30,7 +30,7 @@ NATIVE = "native"  # a folder with a C++ header and its numbers
     "scenario ros2, a folder of packages, or native, a C++ header and its numbers for real-time programs.",
 )
 @click.option("--style", help="Of SDF: platform, pushed by a wrench, or legs, cables that push and pull. [platform]")
-@click.option("--sdf-version", "version", help="1.9, or 1.6 for readers that know no more. [1.9]")
+@click.option("--sdf-version", "version", help="1.9, or 1.6 for older readers. [1.9]")
 @click.option("--pulleys-as-points", is_flag=True, help="Replace pulleys by points, for MJCF and SDF, which have none.")
 @click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log, or ROBOT.FORMAT.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")

@@ -7,7 +7,7 @@ import click
 from cdpr.ui.cli import LazyGroup
 
 COMMANDS = {
-    "info": "Tell what an FMU is and what it holds.",
+    "info": "Show the metadata of an FMU.",
     "check": "Check an FMU: file, binary, standard and, for a robot, signals.",
     "map": "Print which variables of an FMU are which signals, as YAML for a scenario.",
     "export": "Write a robot as an FMU, for other tools or as a plant of cdpr.",

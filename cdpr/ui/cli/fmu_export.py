@@ -100,9 +100,9 @@ def command(
 
         control = control_of(loaded)
         if loaded.events:
-            click.echo(f"{file}: its events do not go along, {len(loaded.events)} in number", err=True)
+            click.echo(f"{file}: its events are not exported, {len(loaded.events)} in number", err=True)
         if not (controller or with_winch or immediate(robot)):
-            click.echo(f"{file}: its winches do not go along without --with-winch: tensions act at once", err=True)
+            click.echo(f"{file}: its winches are not exported without --with-winch: tensions act at once", err=True)
     model: Model
     if control and controller:
         model = Controller(control)

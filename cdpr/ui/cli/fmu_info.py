@@ -11,7 +11,7 @@ import click
 @click.argument("file", type=click.Path())
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, as_json: bool) -> None:
-    """Tell what the FMU in FILE is and what it holds; its native code is not loaded."""
+    """Show the metadata of the FMU in FILE; its native code is not loaded."""
     from cdpr.fmu.read.archive import open_archive
     from cdpr.fmu.read.describe import describe
     from cdpr.ui.report.text.fmu import lines

@@ -19,7 +19,7 @@ USUAL = (700, 10, 10)  # Python's default thresholds of garbage collection
 LOST = 1.0  # s until an interrupt that Python has lost is noticed
 LOCAL = ("127.0.0.1", "localhost", "::1")
 EXPOSED = (
-    "warning: whoever reaches this address and knows its token can run simulations here, with the plugins that are "
+    "warning: anyone with this address and its token can run simulations here, with the plugins that are "
     "installed, and read and write files as you can; it is not encrypted"
 )
 
@@ -46,7 +46,7 @@ def command(
 ) -> None:
     """Open a window that shows a robot or a scenario, edits it, runs it and steers the run.
 
-    FILE is a scenario, a robot, or the name of an example; the example caroca unless given. The window is a page in
+    FILE is a scenario, a robot, or the name of an example; default: the example caroca. The window is a page in
     the browser; its address, with the token that lets one in, is printed. Ctrl-C ends it.
     """
     from cdpr.ui.cli.progress import terminating

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.command("import")
 @click.argument("file", metavar="FILE|DIR", type=click.Path())
 @click.option("--out", type=OutPath(path_type=Path), default=Path("."), help="Folder to write into. [.]")
-@click.option("--cable-set", metavar="NAME", help="Of a CASPR model; its default unless said.")
+@click.option("--cable-set", metavar="NAME", help="Of a CASPR model. [its default]")
 @click.option("--trajectory", type=click.Path(), metavar="FILE", help="That belongs to a robot of the Gazebo plug-in.")
 @click.option(
     "--tension",

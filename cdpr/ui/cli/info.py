@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def command(
     file: str, pose: str | None, changes: tuple[str, ...], out: str | None, strict: bool, as_json: bool
 ) -> None:
-    """Tell what a robot is and can hold at a pose, and what a scenario's motion asks of it.
+    """Analyse a robot at a pose, and the motion of a scenario.
 
     The pose is the robot's home, or the scenario's initial one, unless --pose is given. Nothing is simulated: a motion
     is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.

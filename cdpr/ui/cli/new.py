@@ -56,7 +56,7 @@ def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
 
 @click.group("new")
 def command() -> None:
-    """Write a robot or a scenario that runs as it is, with a comment on every key, to be changed."""
+    """Write a working robot or scenario file to edit, with a comment on every key."""
 
 
 @command.command("robot")
@@ -83,7 +83,7 @@ def robot(file: str, **given: Any) -> None:
 )
 @sizes
 def scenario(file: str, source: str | None, **given: Any) -> None:
-    """Write a scenario FILE (scenario.yaml unless said; - prints it): a gentle move that its robot can hold."""
+    """Write a scenario FILE (default: scenario.yaml; - prints it): a slow feasible move of its robot."""
     from cdpr.scenario import load_scenario
     from cdpr.scenario.template import RESTS, crowded
     from cdpr.simulation.tried import tried_scenario
@@ -99,7 +99,7 @@ def scenario(file: str, source: str | None, **given: Any) -> None:
     if tried.note:
         click.echo(tried.note, err=True)
     if RESTS in text and file != STDOUT:
-        click.echo(f"{RESTS} 'cdpr info {shlex.quote(file)}' tells more; a trajectory can be written in", err=True)
+        click.echo(f"{RESTS} 'cdpr info {shlex.quote(file)}' shows details; a trajectory can be written in", err=True)
 
 
 def _sizes(given: dict[str, Any]) -> Sizes:

@@ -44,8 +44,12 @@ FIRST = "caroca"  # default example
 @click.option("--out", type=OutPath(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
-@click.option("--statics", is_flag=True, help="Tell the least capacity margin and stiffness along the motion, too.")
-@click.option("--live", "tool", type=click.Choice(list(LINKS)), help="Show the run to this tool while it goes on.")
+@click.option(
+    "--statics", is_flag=True, help="Report the smallest capacity margin and stiffness along the motion, too."
+)
+@click.option(
+    "--live", "tool", type=click.Choice(list(LINKS)), help="Show the run in this tool while it is in progress."
+)
 @click.option("--live-host", "host", help="Where Foxglove is listened for, or ROS 2's Zenoh router is. [127.0.0.1]")
 @click.option(
     "--live-port", "port", type=Whole(0, 65535), help="Its port; 0 takes a free one. [8765; of a router 7447]"

@@ -26,14 +26,14 @@ CELLS = "10"
 @click.option(
     "--safety", type=Real(1.0), default=5.0, show_default=True, metavar="N", help="Breaking load over largest tension."
 )
-@click.option("--broken", is_flag=True, help="Break each cable in turn as well: what the others must bear.")
+@click.option("--broken", is_flag=True, help="Add the loads of the other cables after a break of each cable in turn.")
 @click.option(
     "--wrench-box",
     "box",
     metavar="FX,FY,FZ,MX,MY,MZ",
-    help="Ask all over the workspace, at rest, for these wrenches besides, beyond the weight: half widths (N, N m).",
+    help="Add these wrenches at rest, all over the workspace, besides, beyond the weight: half widths (N, N m).",
 )
-@click.option("--lower", metavar="X,Y,Z", help="Lowest corner of that workspace, m; the frame's unless given.")
+@click.option("--lower", metavar="X,Y,Z", help="Lowest corner of that workspace, m. [the frame's]")
 @click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise.")
 @click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along its longest side, or along each. [10]")
 @click.option("--out", type=OutPath(), help="Page to write, .html, which prints on one sheet.")
@@ -51,7 +51,7 @@ def command(
     out: str | None,
     as_json: bool,
 ) -> None:
-    """Tell what cables, drums and motors must bear: the worst of several scenarios and runs.
+    """Size cables, drums and motors for several scenarios and runs.
 
     A scenario's motion is followed by inverse kinematics and dynamics, with tensions of minimum 2-norm; a run is taken
     as it was. Power of a cable is what it does to the platform; a motor's has the drum's inertia and friction in it.
@@ -59,7 +59,7 @@ def command(
     from cdpr.ui.cli.progress import Progress
 
     if box is None and not lower is upper is cells is None:
-        raise click.UsageError("--lower, --upper and --cells are of the workspace that --wrench-box asks about")
+        raise click.UsageError("--lower, --upper and --cells belong to the workspace of --wrench-box")
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".html" or target.is_dir()):
         raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
@@ -117,7 +117,7 @@ def _duty(what: str, changes: tuple[str, ...]) -> tuple[Duty, Array]:
 
     loaded = load_told(what, changes)
     if not isinstance(loaded, Scenario):
-        raise CdprError(f"{what}: is a robot: a scenario, whose motion asks something of it, or a run is expected")
+        raise CdprError(f"{what}: is a robot; expected a scenario or a run")
     return Duty.of_scenario(loaded, what), np.array(loaded.world.gravity)
 
 

@@ -35,12 +35,12 @@ LEGEND = """\
   keeps limits   an answer lies within the limits
   bounded time   the number of steps has a bound
   warm start     an answer may depend on earlier ones, within the accuracy
-  -              not declared; `cdpr solvers NAME` tells more, `cdpr check solver NAME` checks what is declared"""
+  -              not declared; `cdpr solvers NAME` shows details, `cdpr check solver NAME` checks declarations"""
 
 
 @click.command("solvers")
 @click.argument("name", required=False)
-@click.option("--long", "as_long", is_flag=True, help="Tell all that is known of each.")
+@click.option("--long", "as_long", is_flag=True, help="Show all properties of each.")
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(name: str | None, as_long: bool, as_json: bool) -> None:

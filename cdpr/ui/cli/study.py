@@ -54,7 +54,7 @@ def command(
     """Run all cases of STUDY, a scenario with any of its keys varied, and tabulate what they give.
 
     Cases that end as infeasible, beyond limits or diverged are results. Ctrl-C keeps what has been computed; the same
-    command with the same --out goes on, and tries again what failed, died or hung.
+    command with the same --out continues, and repeats cases that failed, died or hung.
     """
     if jobs is not None and scheduler is not None:
         raise click.UsageError("--jobs does not go with --scheduler: the cluster's workers run a case for each thread")
@@ -96,7 +96,7 @@ def command(
             except (KeyboardInterrupt, CdprError) as stop:
                 if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
                     told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
-                    progress.say(f"{told}; this goes on: {again(context, '--out', str(folder))}")
+                    progress.say(f"{told}; continue by: {again(context, '--out', str(folder))}")
                 raise
         if report:
             from cdpr.ui.report.pages.study import write_study

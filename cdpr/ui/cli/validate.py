@@ -106,7 +106,7 @@ def _tell(name: str, lines: list[str], told: set[str]) -> None:
         click.echo(line, err=True)
     if len(fresh) < len(lines):
         known = len(lines) - len(fresh)
-        click.echo(f"{name}: {known} {'more ' * bool(fresh)}problem{'s' * (known > 1)}, told above", err=True)
+        click.echo(f"{name}: {known} {'more ' * bool(fresh)}problem{'s' * (known > 1)}, reported above", err=True)
 
 
 def _plain(line: str) -> str:

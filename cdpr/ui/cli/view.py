@@ -51,7 +51,7 @@ def command(
     """Write a page that shows a run, several runs, a robot or a scenario's motion in space, and open it.
 
     A run plays, with all that was recorded; several are laid over one another, with their differences; of a scenario
-    the desired motion is followed without simulating it. The page needs no network and can be sent as it is.
+    the desired motion is followed without simulating it. The page is self-contained.
     """
     from cdpr.log.files import replace_markup
 
@@ -92,9 +92,7 @@ def _figure(
     if out is None or Path(out).suffix.lower() not in FIGURES:
         raise click.UsageError(f"--figure needs a file to write: --out NAME with {', '.join(FIGURES)} at its end")
     if len(what) > 1 or not _are_runs(what) or pose is not None or changes:
-        raise click.UsageError(
-            "--figure is of one finished run, as it is: give its folder or log, and no --set or --pose"
-        )
+        raise click.UsageError("--figure needs one finished run: give its folder or log, without --set or --pose")
     path, kind = Path(out), Path(out).suffix.lower()
     _only_over(
         path,
@@ -138,7 +136,7 @@ def _are_runs(what: Sequence[str]) -> bool:
 
 def _runs(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
     if pose is not None or changes:
-        raise CdprError("finished runs are shown as they are: leave out --pose and --set")
+        raise CdprError("finished runs cannot be changed: leave out --pose and --set")
     if len(what) > 1:
         from cdpr.analysis.compare.finished import compare_finished
         from cdpr.ui.report.pages.compare import render as render_comparison

@@ -17,7 +17,7 @@ TABLE = {
     "stiffness": "How stiffly the cables hold the platform.",
     "frequency": "How slowly the platform swings on its cables.",
     "dexterity": "How evenly the cables work in all directions.",
-    "compare": "Ask a linear program about the same poses.",
+    "compare": "Verify the same poses by linear programs.",
     "combine": "Make one of two: and, or, minus.",
     "plot": "Draw it with its robot on a page.",
     "export": "Write a file for ParaView, viewers of meshes, or tables.",

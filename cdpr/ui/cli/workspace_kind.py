@@ -34,16 +34,16 @@ OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays"),
 # Options of some kinds by part of the question.
 SOME = {
     "diameter": click.option(
-        "--cable-diameter", "diameter", type=Real(0.0), metavar="M", help="Of all cables; the robot's unless given."
+        "--cable-diameter", "diameter", type=Real(0.0), metavar="M", help="Of all cables. [the robot's]"
     ),
     "axial_stiffness": click.option(
         "--axial-stiffness",
         type=Real(0.0, min_open=True),
         metavar="N",
-        help="E A of all cables; the robot's unless given.",
+        help="E A of all cables. [the robot's]",
     ),
     "direction": click.option(
-        "--direction", metavar="DOF", help="One of x, y, z, rx, ry, rz, all else free; the softest unless given."
+        "--direction", metavar="DOF", help="One of x, y, z, rx, ry, rz, all others free. [the softest]"
     ),
 }
 
@@ -76,7 +76,7 @@ def command_of(name: str, text: str) -> click.Command:
             click.option(
                 "--oracle",
                 type=click.Choice(ORACLES),
-                help="Ask linear programs about some poses as well, as 'cdpr workspace compare' does.",
+                help="Verify some poses by linear programs, as 'cdpr workspace compare' does.",
             )
         )
 
@@ -109,7 +109,7 @@ def command_of(name: str, text: str) -> click.Command:
         )
         to = chunked.chunked_of(chunks, resume, scheduler, method, jobs, out)
         if oracle is not None and to is not None:
-            raise click.UsageError("--oracle does not go with --chunks: ask 'cdpr workspace compare' of the folder")
+            raise click.UsageError("--oracle does not support --chunks: use 'cdpr workspace compare' on the folder")
         _run(name, file, changes, place, over, asked | {"required": required}, jobs, to, out, as_json, oracle)
 
     unit = f" ({kind.unit})" if kind.unit else ""
@@ -128,14 +128,12 @@ _OPTIONS = (
         "--orientation",
         multiple=True,
         metavar="R,P,Y",
-        help="Attitude: roll, pitch, yaw (rad, or as 30deg); repeatable. The home's unless given.",
+        help="Attitude: roll, pitch, yaw (rad, or as 30deg); repeatable. [the home's]",
     ),
     click.option(
         "--over", type=click.Choice(["all", "any"]), default="all", help="Of several: all or any inside. [all]"
     ),
-    click.option(
-        "--lower", metavar="X,Y,Z", help="Lowest corner of the box that is looked at, m; the frame's unless given."
-    ),
+    click.option("--lower", metavar="X,Y,Z", help="Lowest corner of the evaluated box, m. [the frame's]"),
     click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise."),
     click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
     click.option(
@@ -156,7 +154,7 @@ _OPTIONS = (
         "--length",
         type=Real(0.0, min_open=True),
         metavar="M",
-        help="By what moments are divided in margins; the robot's characteristic length unless given.",
+        help="By what moments are divided in margins; [the robot's characteristic length]",
     ),
     click.option("--at-least", type=Real(), metavar="VALUE", help="From which value on a pose is inside."),
     click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Threads (default: one a core)."),

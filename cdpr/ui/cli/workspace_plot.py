@@ -15,7 +15,7 @@ from cdpr.ui.cli.numbers import number
 @click.command("plot")
 @click.argument("file", type=click.Path())
 @click.option("--slice", "slices", multiple=True, metavar="AXIS=M", help="Such as z=1.0; repeatable. [three]")
-@click.option("--out", type=OutPath(), help="Page to write, .html; beside FILE unless given.")
+@click.option("--out", type=OutPath(), help="Page to write, .html. [beside FILE]")
 def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
     """Draw a workspace FILE on a page: with its robot in space, to be turned, and slices through it.
 

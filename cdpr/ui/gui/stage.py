@@ -137,7 +137,7 @@ class Stage:
             "save_run": self._save_run,
         }
         if what not in doing:
-            raise CdprError(f"'{what[:40]}' is nothing that a window may ask for")
+            raise CdprError(f"'{what[:40]}' is not an allowed request")
         said = call(what, doing[what], arguments)
         self._drawing.change(sim.events)
         return said if isinstance(said, str) or callable(said) else ""

@@ -26,7 +26,7 @@ MOST_CLIENTS = 16
 MOST_BYTES = 2**20  # bytes of a client's message
 TOKEN = "CDPR_LIVE_TOKEN"  # environment variable with a fixed token
 LEAST_TOKEN = 16  # characters
-EXPOSED = "warning: whoever reaches this address and knows its token can steer the run; it is not encrypted"
+EXPOSED = "warning: anyone with this address and its token can steer the run; it is not encrypted"
 
 
 class Foxglove(Sender):

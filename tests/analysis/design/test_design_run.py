@@ -143,7 +143,7 @@ def test_an_interrupted_design_goes_on(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         run_design(design, tmp_path / "out", jobs=2, progress=stop)
-    with pytest.raises(OutputError, match=r"holds \d+ evaluations of this design: --resume goes on with them"):
+    with pytest.raises(OutputError, match=r"holds \d+ evaluations of this design: --resume continues them"):
         run_design(design, tmp_path / "out")
     assert kept(run_design(design, tmp_path / "out", resume=True).folder) == kept(whole.folder)
 
@@ -177,7 +177,7 @@ def test_a_ledger_of_other_candidates_is_refused(tmp_path):
         row["summary"]["values"][0] += 1e-9
 
     edit_lines(ledger, another, 1)
-    with pytest.raises(LogError, match="evaluation 1 is of another candidate than the search asks for now"):
+    with pytest.raises(LogError, match="evaluation 1 is of another candidate than the search requests now"):
         run_design(design, tmp_path / "out", resume=True)
     edit_lines(ledger, lambda row: row["summary"].pop("values"), 1)
     with pytest.raises(LogError, match="evaluation 1 cannot be read"):
@@ -207,7 +207,7 @@ def test_none_is_better_than_the_robot_as_it_is(tmp_path):
     assert found.goals(found.best)[0] < found.goals(found.before)[0]
     assert not found.improved
     done = cdpr_here("design", path, "--out", tmp_path / "out", "--resume", "--evaluations", "8")
-    assert "8 of 8 candidates keep all constraints; none is better than the robot as it is." in done.stdout
+    assert "8 of 8 candidates keep all constraints; none is better than the robot without changes." in done.stdout
     assert 'class="banner warn"' in (tmp_path / "out" / "report.html").read_text()
 
 
@@ -248,7 +248,7 @@ def test_the_command_and_its_page(found, tmp_path):
         assert text in page
     assert page.count("<svg") >= 3
     done = cdpr_here("design", found.design.source, "--resume", code=2)
-    assert "--resume goes on in the folder of --out, which is missing" in done.stderr
+    assert "--resume continues the folder of --out, which is missing" in done.stderr
     done = cdpr_here("design", found.design.source, "--out", found.folder, code=8)
     assert "--resume goes on with them" in done.stderr
 

@@ -341,7 +341,7 @@ def test_an_interrupted_command_says_what_goes_on(tmp_path, monkeypatch):
     for more in ([], ["--resume"]):
         done = cdpr_here("workspace", *words, *more, code=ExitCode.INTERRUPTED)
         line = " ".join(map(str, ["cdpr workspace", *words, "--resume"]))
-        assert done.stderr.endswith(f"interrupted; this goes on: {line}\n")
+        assert done.stderr.endswith(f"interrupted; continue by: {line}\n")
     monkeypatch.undo()
     cdpr_here("workspace", *words, "--resume")
 
@@ -360,7 +360,7 @@ def test_killed_and_interrupted_commands_go_on(tmp_path):
         _, errors = process.communicate(timeout=60)
         if number == signal.SIGINT:
             assert process.returncode == ExitCode.INTERRUPTED
-            assert f"interrupted; this goes on: cdpr workspace static {CAROCA} " in errors
+            assert f"interrupted; continue by: cdpr workspace static {CAROCA} " in errors
             assert "--resume" in errors
             assert "Traceback" not in errors
     assert not (folder / SUMMARY).exists()

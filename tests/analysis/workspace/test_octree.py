@@ -138,7 +138,7 @@ def test_the_command_says_what_was_asked_and_compare_what_was_told_wrong(tmp_pat
     file = tmp_path / "w.npz"
     command = "workspace", "static", "caroca", "--cells", "40", "--method", "octree", "--out", str(file)
     told = cli(*command)
-    assert "of them asked" in told.stdout
+    assert "of them evaluated" in told.stdout
     found = load_workspace(file)
     assert found.about["method"] == "octree"
     assert not found.evaluated.all()

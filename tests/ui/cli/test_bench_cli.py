@@ -140,7 +140,7 @@ def test_page(zoo, tmp_path):
     assert "url(http" not in text
     assert ODD in page.words
     assert "ZeroDivisionError: division by zero at problem 5" in page.words
-    assert "absent was not asked: solver 'absent' needs no_such_package" in page.words
+    assert "absent was not tested: solver 'absent' needs no_such_package" in page.words
     assert all(title in page.words for title in COLUMNS)
 
 

@@ -189,7 +189,7 @@ def test_lies_are_told():
         assert not answer.true
         assert answer.reason.startswith(reason), answer.reason
     for answer, reason in [
-        (told(problem, says(0, good + 900.0 * kernel), respects_bounds=False), "asks for no limits and goes"),
+        (told(problem, says(0, good + 900.0 * kernel), respects_bounds=False), "ignores the limits and goes"),
         (told(problem, says(3)), "does not support"),
         (told(problem, says(2)), "found no tensions"),
         (told(problem, says(77)), "returned 77, which is no status"),

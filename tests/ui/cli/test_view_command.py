@@ -101,7 +101,7 @@ def test_a_motion_that_is_not_feasible_says_so_and_shades_where(tmp_path):
 
 def test_what_cannot_be_shown_is_told(runs, tmp_path):
     done = cdpr_here("view", runs / "one", "--pose", "0,0,1", "--no-open", code=2)
-    assert "finished runs are shown as they are: leave out --pose and --set" in done.stderr
+    assert "finished runs cannot be changed: leave out --pose and --set" in done.stderr
     done = cdpr_here("view", tmp_path / "nothing.yaml", "--no-open", code=2)
     assert "nothing.yaml" in done.stderr
 

@@ -172,7 +172,7 @@ def test_a_mistake_in_a_robot_file_is_told_once(tmp_path):
     files = ("caroca.yaml", "robots/caroca.yaml", "other.yaml")
     said = cdpr_here("validate", *files, cwd=tmp_path, code=2).stderr.splitlines()
     assert sum("mass: must be greater than 0" in line for line in said) == 1
-    assert said[1:] == [f"{name}: 1 problem, told above" for name in files[1:]]
+    assert said[1:] == [f"{name}: 1 problem, reported above" for name in files[1:]]
     rows = json.loads(cdpr_here("validate", *files, "--json", cwd=tmp_path, code=2).stdout)
     assert [len(row["problems"]) for row in rows] == [1, 1, 1]  # each file has its own
 

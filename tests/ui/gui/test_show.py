@@ -175,7 +175,7 @@ def shared():
         ("target", {"position": [0, 0]}, "position"),
         ("set", {"key": "solver.nothing", "value": 1}, "cannot change during a run"),
         ("set", {"key": 3, "value": 1}, "key"),
-        ("fly", {}, "'fly' is nothing that a window may ask for"),
+        ("fly", {}, "'fly' is not an allowed request"),
         ("save_session", {"out": "name.txt"}, "ends in .yaml"),
         ("save_session", {"out": 3}, "the name of a file is expected"),
         ("save_session", {"out": "a\0b.yaml"}, "the name of a file is expected"),

@@ -119,7 +119,7 @@ def test_a_stop_is_possible_however_much_was_done(monkeypatch):
         sim.step(3)
         sim.release(pushes[0])
         sim.stop()
-        with pytest.raises(CdprError, match="stop: a scenario holds 4 events at most, and so many there are"):
+        with pytest.raises(CdprError, match="stop: a scenario holds 4 events at most, which already exist"):
             sim.stop()
 
 

@@ -17,7 +17,7 @@ from cdpr.ui.report.pages.page import banner, figure, page, section, table
 from cdpr.ui.report.text.bench import COLUMNS, MEANING, MISLED, OVERVIEW, Columns, cells, facts, overview_cells
 
 ABOUT = """<h2>What was measured</h2>
-<p>Each solver was asked the same problems: find tensions t with W t = wrench, within the limits, at random poses of a
+<p>Each solver got the same problems: find tensions t with W t = wrench, within the limits, at random poses of a
 robot in a box around its home, tilted by up to 10°, under its weight with a random force and moment of up to a fifth
 of it; every fifth problem carries a payload besides. Whether a problem is feasible, and what the optimum of an
 objective is, was decided by linear programs (HiGHS) and quadratic programs (DAQP). Every answer was judged from
@@ -36,7 +36,7 @@ solver's work space is filled with NaN, 1e30 or 0 before each call. No solver de
 are made from a solution in dyadic rationals, so that they have it exactly, infeasible ones come with a certificate by
 Farkas' lemma.</p>
 <p>The band: a feasible problem counts where all limits could be narrowed by {BAND:g} of the largest tension. Those
-nearer to the edge are feasible, too, and stand in a column of their own, but a solver that calls one infeasible is not
+nearer to the edge are feasible, too, and have a separate column, but a solver that calls one infeasible is not
 called wrong. All infeasible ones count. An answer called OK is judged everywhere: it is bad if it leaves the wrench
 unbalanced by a millionth, or the limits by a millionth of a newton, or of the largest tension where that is less than
 1 N.</p>"""
@@ -113,7 +113,7 @@ def _overview(figures: Mapping[str, Any]) -> str:
         if found:
             rows.append((name, *map(escape, found)))
         else:
-            notes.append(f"<p>{name} was not asked: {escape(row['problem'])}</p>")
+            notes.append(f"<p>{name} was not tested: {escape(row['problem'])}</p>")
     versions = ", ".join(f"{escape(name)} {escape(version)}" for name, version in figures["versions"].items())
     return (
         "<h2>Over all robots</h2>\n<p>From the worst to the best robot; jumps, wrong and bad answers summed, those "

@@ -52,7 +52,7 @@ ABOUT = """<h2>How engines are judged</h2>
 <p>All run the same closed loop; differences are those to the judge, the engine of highest declared order. How large
 they may be is known, not guessed. An engine whose scheme the judge offers, too, is held against the judge running that
 scheme with the same step: two programs for one scheme differ by round-off alone, so that what lies <em>beyond the
-scheme</em> is a fault of the adapter or of the engine. An engine with a scheme of its own runs with three steps;
+scheme</em> is a fault of the adapter or of the engine. An engine with another scheme runs with three steps;
 extrapolated to a vanishing step it must give the judge's solution, within the judge's own estimated error. A tension
 solver that may jump between several answers leaves the pose to be judged. Times inform and are never judged.</p>"""
 

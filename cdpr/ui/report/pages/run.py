@@ -162,7 +162,7 @@ def drawings(run: Run) -> list[Drawing]:
             plots.pose,
             "The platform's origin in world axes, and its attitude as roll, pitch, yaw about the fixed axes "
             "x, y, z: R = R<sub>z</sub>(yaw) R<sub>y</sub>(pitch) R<sub>x</sub>(roll). Near a pitch of ±90° "
-            "roll and yaw cannot be told apart; the orientation error is free of that.",
+            "roll and yaw are not unique; the orientation error is free of that.",
             minor=True,
         ),
         Drawing(

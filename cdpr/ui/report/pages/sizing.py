@@ -20,7 +20,7 @@ def render_sizing(figures: Mapping[str, Any]) -> str:
         if len(head) > 1:
             parts.append(section(key, f"<h2>{title}</h2>\n{table(rows, head)}"))
     parts.append(section("duties", f"<h2>Duties</h2>\n<pre>{escape(chr(10).join(duties(figures)))}</pre>"))
-    title = f"{figures['robot']}: what its cables must bear"
+    title = f"{figures['robot']}: requirements on its cables"
     subtitle = f"Breaking load {figures['safety']:g} times the largest tension"
     links = {"cables": "Cables", "drums": "Power and drums", "duties": "Duties"}
     return page(title, subtitle, banner("good" if sound else "warn", words), links, parts)

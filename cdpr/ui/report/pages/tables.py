@@ -72,7 +72,7 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None 
         *([("Least clearance (m)", _clearance(figures))] if "clearance_min_m" in figures else []),
         *([("Contact of cables", escape(touch))] if touch else []),
         *((escape(title.capitalize()), escape(text)) for title, text in least_of(least)),
-        *([] if least else [("Least capacity margin and stiffness", "not asked for: cdpr run --statics")]),
+        *([] if least else [("Least capacity margin and stiffness", "not computed: use cdpr run --statics")]),
         ("Steps without valid tensions", _bad_steps(run)),
         (
             "Work of cables; of external wrenches (J)",

@@ -26,7 +26,7 @@ def claim(found: Mapping[str, Any]) -> tuple[str, str]:
     more = "" if not found["front"] else f", {len(found['front'])} of them on the Pareto front"
     told = f"{some} of {count} candidates keep{'s' * (some == 1)} all constraints{more}"
     if not found["improved"]:
-        return "warn", f"{told}; none is better than the robot as it is"
+        return "warn", f"{told}; none is better than the robot without changes"
     return "good", told
 
 
@@ -75,7 +75,7 @@ def remarks(found: Mapping[str, Any]) -> list[str]:
             told.append(f"{title}: {row['refused']}")
     if found["refused"]:
         count = found["refused"]
-        told.append(f"{count} candidate{'s' * (count != 1)} refused, as no such robot can be asked")
+        told.append(f"{count} candidate{'s' * (count != 1)} rejected as invalid robots")
     return told
 
 

@@ -53,7 +53,7 @@ def duties(figures: Mapping[str, Any]) -> list[str]:
 
 def lines(figures: Mapping[str, Any]) -> list[str]:
     """Return the result of `Sizing.plain` as lines for a terminal."""
-    told = [f"{figures['robot']}: what its cables must bear, breaking load {figures['safety']:g} times the peak", ""]
+    told = [f"{figures['robot']}: requirements on its cables, breaking load {figures['safety']:g} times the peak", ""]
     for columns in (CABLES, POWERS):
         rows = cells(figures, columns)
         if len(rows[0]) > 1:

@@ -39,7 +39,7 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
     asked, of = figures["evaluated"], math.prod(figures["cells"]) * figures["orientations"]
     if asked < of:
         share = f"{100 * asked / of:.3g} %"
-        told.append(_line("of them asked", f"{asked}, {share}; what the others are is told from these"))
+        told.append(_line("of them evaluated", f"{asked}, {share}; the others are interpolated"))
     if (oracle := figures["oracle"]) is not None:
         apart = f"{len(oracle['different'])} different, {oracle['undecided'] + len(oracle['near'])} undecided"
         told.append(_line(f"asked of {oracle['by']}", f"{oracle['poses']} poses: {apart}"))
