@@ -9,6 +9,6 @@ def require_ideal(robot: Robot, cables: str) -> None:
     """Raise PluginError for a robot on winches; `cables` is the option that does not support them."""
     if not immediate(robot):
         raise PluginError(
-            f"cables: {cables} does not support winches, and robot '{robot.name}' has cable.model {model_of(robot)}: leave "
-            "the backend's option cables at ideal (cdpr's own kernel), or set robot.cable.model to ideal"
+            f"cables: {cables} does not support winches, and robot '{robot.name}' has cable.model "
+            f"{model_of(robot)}: leave the backend's option cables at ideal (cdpr's own kernel), or set robot.cable.model to ideal"
         )

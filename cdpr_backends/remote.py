@@ -84,7 +84,7 @@ class RemoteBackend(Backend):
             text = f"{self._missed} of {self._steps} control steps came more than one step too late, by up to"
             warnings.warn(f"real time: {text} {1e3 * self._latest:.3g} ms", stacklevel=2)
         if self._clipped:
-            text = "commands beyond the limits of tension were clipped to the limits; the log contains the original commands"
+            text = "commands beyond the limits of tension were clipped; the log contains the original commands"
             warnings.warn(f"in {self._clipped} of {self._steps} control steps {text}", stacklevel=2)
 
     def _ask(self, kind: int, duration: float, state: Array) -> None:

@@ -33,8 +33,8 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
         model, key = cable.model or robot.cable_model, "robot.cable.model" if cable.model is None else _own(i)
         if not isinstance(known, tuple | list) or model not in known:
             raise PluginError(
-                f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or set {key} to "
-                f"{COMMANDED}"
+                f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or "
+                f"set {key} to {COMMANDED}"
             )
     from cdpr.mechanics.stability import longest, oscillator, stable
 

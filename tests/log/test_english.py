@@ -1,4 +1,4 @@
-"""Plain English: first words of docstrings, comments and headings; words that are avoided in docstrings, texts and docs."""
+"""Plain English: first words of docstrings, comments and headings; avoided words in docstrings, texts and docs."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def docstrings(tree: ast.Module) -> Iterator[ast.Constant]:
     """Yield the docstrings of a module, its classes and functions, and those of constants."""
     for node in ast.walk(tree):
         for statement in getattr(node, "body", []) if not isinstance(node, ast.Lambda | ast.IfExp) else []:
-            if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
-                if isinstance(statement.value.value, str):
-                    yield statement.value
+            value = statement.value if isinstance(statement, ast.Expr) else None
+            if isinstance(value, ast.Constant) and isinstance(value.value, str):
+                yield value
 
 
 def texts(tree: ast.Module) -> Iterator[tuple[int, str]]:

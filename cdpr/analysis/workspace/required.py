@@ -56,7 +56,7 @@ class Required:
             raise CdprError("an ellipsoid has no corners to evaluate one by one: use a box around it")
         if 2 ** len(self.vectors) > MOST_CORNERS:
             raise CdprError(
-                f"the required set has {2 ** len(self.vectors)} corners, at most {MOST_CORNERS} are evaluated one by one"
+                f"the required set has {2 ** len(self.vectors)} corners, at most {MOST_CORNERS} are allowed"
             )
         return np.array([np.array(signs) @ self.vectors for signs in product((-1.0, 1.0), repeat=len(self.vectors))])
 

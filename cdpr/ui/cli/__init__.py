@@ -29,15 +29,15 @@ SHOWN = 60  # characters shown of an unknown command
 # Name -> one line of help, so that `cdpr --help` imports no command.
 COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
-    "examples": "List the examples that come with cdpr, or copy one.",
-    "view": "Show a run, several, a robot or a motion in a page that plays.",
+    "examples": "List the examples of cdpr, or copy one.",
+    "view": "Show runs, a robot or a motion in an animated page.",
     "gui": "Open a window that edits a scenario, runs it and steers the run.",
     "new": "Write a working robot or scenario file to edit.",
     "info": "Analyse a robot, or the motion of a scenario, without simulating it.",
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
-    "solvers": "List the tension solvers: what they minimise, promise and take.",
-    "workspace": "Find where a robot can hold, exert wrenches, accelerate; how large that is.",
-    "design": "Vary keys of a robot within bounds until it is as good as it gets, under constraints.",
+    "solvers": "List the tension solvers with their objectives and guarantees.",
+    "workspace": "Compute workspaces: feasible poses, wrenches and accelerations.",
+    "design": "Optimise keys of a robot within bounds, under constraints.",
     "size": "Size cables, drums and motors over scenarios and runs.",
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",
@@ -46,12 +46,12 @@ COMMANDS = {
     "study": "Run a scenario with any of its keys varied, on all cores or a cluster.",
     "check": "Check an installed backend, solver or controller against the rules of its role.",
     "bench": "Compare installed tension solvers: coverage, accuracy, jumps, time.",
-    "fmu": "Export FMUs, look at them, map their signals, trust them.",
-    "doctor": "Tell what is installed, what works, and what to install for what is missing.",
-    "plugins": "List backends, controllers and solvers, and what is wrong with any.",
-    "import": "Read a robot of CASPR, Gazebo, WireX or MuJoCo, and write files of ours.",
+    "fmu": "Export, inspect, map and trust FMUs.",
+    "doctor": "Check the installation, and show what to install.",
+    "plugins": "List backends, controllers and solvers, and their problems.",
+    "import": "Import a robot of CASPR, Gazebo, WireX or MuJoCo.",
     "export": "Write a robot for MuJoCo, Gazebo, RViz or ROS 2, or a run as CSV, NumPy, MATLAB or Parquet.",
-    "repair": "Make the log of a killed run whole again.",
+    "repair": "Repair the log of a killed run.",
 }
 
 
@@ -60,7 +60,7 @@ GROUPS = {
     "Start": ("examples", "new", "gui", "doctor"),
     "Run and compare": ("run", "validate", "view", "compare", "study", "baseline"),
     "Analyse a robot": ("info", "tension", "solvers", "workspace", "size", "design"),
-    "Exchange": ("import", "export", "fmu", "schema", "repair"),
+    "Import and export": ("import", "export", "fmu", "schema", "repair"),
     "Plugins": ("plugins", "check", "bench"),
 }
 

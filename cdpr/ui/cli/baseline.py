@@ -21,12 +21,12 @@ def command() -> None:
 @command.command("save")
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True, type=click.Path())
 @click.option("--out", required=True, type=OutPath(), help="Folder for the baselines, one file each.")
-@plugin_option("--backends", "backend", metavar="A,B", help="Which engines, instead of each scenario's own.")
+@plugin_option("--backends", "backend", metavar="A,B", help="Engines, instead of each scenario's own.")
 @change_keys("Change a key of all; repeatable.")
 @plugin_files
-@click.option("--jobs", type=Whole(1), default=1, show_default=True, help="Processes at a time.")
+@click.option("--jobs", type=Whole(1), default=1, show_default=True, help="Number of parallel processes.")
 def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tuple[str, ...], jobs: int) -> None:
-    """Run SCENARIOs and keep what came out."""
+    """Run SCENARIOs and save baselines."""
     from pathlib import Path
 
     from cdpr.analysis.compare import baseline_check
@@ -43,13 +43,13 @@ def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tu
 @command.command("check")
 @click.argument("folder", type=click.Path(exists=True))
 @plugin_files
-@click.option("--jobs", type=Whole(1), default=1, show_default=True, help="Processes at a time.")
+@click.option("--jobs", type=Whole(1), default=1, show_default=True, help="Number of parallel processes.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def check(folder: str, jobs: int, as_json: bool) -> None:
-    """Run the baselines in FOLDER, or one file, anew.
+    """Repeat the baselines in FOLDER, or one file.
 
-    By the same versions on the same type of machine a run must be the same to the bit, otherwise within the bounds that
-    stand in its file. The exit code is 7 where one is not.
+    With the same versions on the same type of machine a run must have the same bits, otherwise it must be within the
+    bounds of its file. The exit code is 7 if one is not.
     """
     from pathlib import Path
 

@@ -30,10 +30,10 @@ def command() -> None:
     type=Whole(0, 1_000_000),
     default=500,
     show_default=True,
-    help="Problems made to mislead, for each of eleven sizes of robots.",
+    help="Adversarial problems for each of eleven sizes of robots.",
 )
-@click.option("--seed", type=Whole(0), default=1, show_default=True, help="Of all that is random.")
-@plugin_option("--solvers", "solver", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@click.option("--seed", type=Whole(0), default=1, show_default=True, help="Seed of all random numbers.")
+@plugin_option("--solvers", "solver", default="all", show_default=True, metavar="A,B|all", help="Names of the solvers.")
 @click.option(
     "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."
 )
@@ -52,8 +52,8 @@ def solvers(
 ) -> None:
     """Solve the same random problems by all tension solvers and compare coverage, accuracy, jumps and time.
 
-    Then problems that are made to mislead, where no answer called OK should be wrong. ROBOTs are robot files or names
-    of examples; without any, eight examples are taken. Ctrl-C keeps what has been measured.
+    Further problems are adversarial: no answer reported as OK should be wrong. ROBOTs are robot files or names of
+    examples; the default is eight examples. Ctrl-C keeps the results so far.
     """
     from pathlib import Path
 

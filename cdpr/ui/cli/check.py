@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def command(role: Role, name: str, as_json: bool) -> None:
     """Check an installed plugin against the rules of its role.
 
-    The exit code is 7 if any check fails. Times inform and are never judged.
+    The exit code is 7 if any check fails. Times are shown but not judged.
     """
     from cdpr.testing import check_plugin
     from cdpr.ui.report.text.aligned import table

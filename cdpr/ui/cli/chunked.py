@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cdpr.model import Robot
 
 OPTIONS = (
-    click.option("--chunks", type=OutPath(), metavar="DIR", help="Folder for as many cells as its disk holds."),
+    click.option("--chunks", type=OutPath(), metavar="DIR", help="Folder for a workspace that may exceed the memory."),
     click.option("--resume", is_flag=True, help="Continue --chunks that contain a part of this workspace."),
     click.option("--scheduler", metavar="ADDRESS", help="Compute chunks on a Dask cluster, such as tcp://host:8786."),
 )

@@ -15,14 +15,16 @@ from cdpr.ui.cli.progress import Progress, terminating
 
 @click.command("compare")
 @click.argument("what", metavar="SCENARIO | RUN RUN...", nargs=-1, required=True, type=click.Path())
-@plugin_option("--backends", "backend", default="all", show_default=True, metavar="A,B|all", help="Which engines.")
-@plugin_option("--solvers", "solver", metavar="A,B", help="Which tension solvers, instead of the scenario's.")
+@plugin_option(
+    "--backends", "backend", default="all", show_default=True, metavar="A,B|all", help="Names of the engines."
+)
+@plugin_option("--solvers", "solver", metavar="A,B", help="Tension solvers, instead of the scenario's.")
 @change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
 @strict_option
 @click.option("--refine", is_flag=True, help="Measure the order of each engine with three physics steps.")
-@click.option("--jobs", type=Whole(1), help="Processes at a time (default: one a core).")
-@click.option("--timeout", type=Real(1.0), help="Seconds that a run may take (default: no limit).")
+@click.option("--jobs", type=Whole(1), help="Number of parallel processes (default: one per core).")
+@click.option("--timeout", type=Real(1.0), help="Time limit of a run, s (default: none).")
 @click.option("--out", type=OutPath(), help="Folder for compare.json, compare.html and the runs.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
@@ -37,11 +39,11 @@ def command(
     out: str | None,
     as_json: bool,
 ) -> None:
-    """Run SCENARIO closed loop on several engines, or take finished RUNs, and compare them.
+    """Run SCENARIO in closed loop on several engines, or compare finished RUNs.
 
-    The engine of highest order judges. One of the same scheme must agree with it but for round-off; of any other half
-    the step must take its share of the distance. The exit code is 7 where one disagrees or none could be judged; 0 says
-    that engines agree.
+    The reference is the engine of highest order. An engine with the same scheme must agree with it except for
+    round-off; for any other engine the difference must shrink with the step as its order predicts. The exit code is 7
+    if an engine disagrees or no comparison was possible, and 0 if the engines agree.
     """
     from pathlib import Path
 

@@ -15,10 +15,10 @@ from cdpr.ui.cli.numbers import Whole
 @click.command("design")
 @click.argument("study", type=click.Path())
 @click.option("--out", type=OutPath(), help="Folder.")
-@click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Candidates at a time (default: one a core).")
+@click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Number of parallel candidates (default: one per core).")
 @click.option("--resume", is_flag=True, help="Continue the design in the folder of --out.")
 @click.option(
-    "--evaluations", type=Whole(1, 10_000_000), metavar="N", help="Candidates (default: as many as the study says)."
+    "--evaluations", type=Whole(1, 10_000_000), metavar="N", help="Number of candidates (default: that of the study)."
 )
 @click.option("--report/--no-report", default=True, help="Write report.html.")
 @plugin_files
@@ -34,11 +34,11 @@ def command(
     report: bool,
     as_json: bool,
 ) -> None:
-    """Look for the best robot of STUDY: keys of a robot file, varied within bounds, goals and constraints.
+    """Search for the best robot of STUDY: keys of a robot file, varied within bounds, goals and constraints.
 
-    The folder holds the best robot (best.yaml), of several goals all that no other dominates (front), every evaluation
-    (evaluations.csv), figures before and after (design.json) and a page. Ctrl-C keeps what has been evaluated. Where no
-    candidate keeps all constraints, the exit code is 4.
+    The folder contains the best robot (best.yaml), for several goals all that no other dominates (front), every
+    evaluation (evaluations.csv), figures before and after (design.json) and a page. Ctrl-C keeps the evaluations so
+    far. The exit code is 4 if no candidate satisfies all constraints.
     """
     if resume and out is None:
         raise click.UsageError("--resume continues the folder of --out, which is missing")

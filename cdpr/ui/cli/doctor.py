@@ -24,8 +24,8 @@ MARKS = {"ok": " ", "missing": "-", "wrong": "!"}
 def command(as_json: bool) -> None:
     """Check the installation, and show what to install; without network access.
 
-    What is not installed is marked -, what is installed and does not work !. The exit code is 3 where a library or a
-    plugin does not work, else 8 where a folder cannot be written, else 0: extras that are not there are no fault.
+    Missing packages are marked -, installed ones with errors !. The exit code is 3 if a library or a plugin does not
+    work, else 8 if a folder cannot be written, else 0: missing extras are not an error.
     """
     from cdpr.ui.cli.health import examine
 

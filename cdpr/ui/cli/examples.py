@@ -38,9 +38,11 @@ def command(context: click.Context, as_json: bool) -> None:
 
 @command.command("copy")
 @click.argument("name")
-@click.option("--to", default=".", show_default=True, type=click.Path(), help="Folder to copy into; made if need be.")
+@click.option(
+    "--to", default=".", show_default=True, type=click.Path(), help="Folder to copy into; created if necessary."
+)
 def copy(name: str, to: str) -> None:
-    """Copy the example NAME, with the robots that it needs, to look at and to change."""
+    """Copy the example NAME, with its robots, for editing."""
     from pathlib import Path
 
     from cdpr.scenario import examples

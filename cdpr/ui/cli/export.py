@@ -26,10 +26,10 @@ NATIVE = "native"  # a folder with a C++ header and its numbers
     "--to",
     type=click.Choice([*TABLES, *TARGETS, PACKAGE, NATIVE]),
     required=True,
-    help="Of a run csv, npz, mat or parquet (the last two need the extra `data`); of a robot mjcf, sdf or urdf; of a "
+    help="For a run csv, npz, mat or parquet (the last two need the extra `data`); of a robot mjcf, sdf or urdf; of a "
     "scenario ros2, a folder of packages, or native, a C++ header and its numbers for real-time programs.",
 )
-@click.option("--style", help="Of SDF: platform, pushed by a wrench, or legs, cables that push and pull. [platform]")
+@click.option("--style", help="For SDF: platform, moved by a wrench, or legs that push and pull. [platform]")
 @click.option("--sdf-version", "version", help="1.9, or 1.6 for older readers. [1.9]")
 @click.option("--pulleys-as-points", is_flag=True, help="Replace pulleys by points, for MJCF and SDF, which have none.")
 @click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log, or ROBOT.FORMAT.")
@@ -49,7 +49,7 @@ def command(
 ) -> None:
     """Write a robot or scenario for MuJoCo, Gazebo, RViz, ROS 2 or real time; a run as CSV, NumPy, MATLAB or Parquet.
 
-    A run is its folder or log; a scenario is exported as it begins, a robot at its home.
+    A run is its folder or log; a scenario is exported at its start, a robot at its home.
     """
     given = {"style": style, "version": version, "pulleys": "points" if pulleys_as_points else None}
     takes = TARGETS[to].options if to in TARGETS else ()

@@ -17,4 +17,4 @@ COMMANDS = {
 
 @click.group("fmu", cls=LazyGroup, table=COMMANDS, prefix="fmu_")
 def command() -> None:
-    """Look at functional mock-up units (FMI 2.0 and 3.0, co-simulation) and make them; no native code runs here."""
+    """Inspect and export functional mock-up units (FMI 2.0 and 3.0, co-simulation); no native code runs here."""

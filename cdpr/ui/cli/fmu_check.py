@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cdpr.model import Robot
 
 AS = click.option(
-    "--as", "role", type=click.Choice(["plant", "winch", "controller"]), help="What the FMU is, instead of a guess."
+    "--as", "role", type=click.Choice(["plant", "winch", "controller"]), help="Role of the FMU (default: detected)."
 )
 
 
@@ -31,8 +31,8 @@ AS = click.option(
 def command(file: str, robot: str | None, role: Role | None, as_json: bool) -> None:
     """Check the FMU in FILE: its file, its binary, the letter of the standard and, for a robot, its signals.
 
-    What a scenario says of the signals of that FMU is followed. The exit code is 2 if any check fails. Native code is
-    not loaded.
+    Signals that a scenario assigns to that FMU are used. The exit code is 2 if any check fails. Native code is not
+    loaded.
     """
     from cdpr.fmu.read.archive import open_archive
     from cdpr.fmu.read.describe import check

@@ -17,13 +17,13 @@ DEFAULT_STEP = 0.001  # s, for robots without a scenario
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option("--out", "-o", required=True, type=OutPath(path_type=Path), help="The FMU to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Version of the standard.")
-@click.option("--with-winch", is_flag=True, help="Winches and cables inside: commands come in, not tensions.")
+@click.option("--with-winch", is_flag=True, help="With winches and cables: inputs are commands, not tensions.")
 @click.option("--only-winch", is_flag=True, help="Winches and cables alone: commands and lengths in, tensions out.")
 @click.option(
     "--controller", is_flag=True, help="Controller and solver alone: state and desired motion in, tensions out."
 )
 @click.option("--with-controller", is_flag=True, help="Controller and solver inside, with the plant.")
-@click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used. Only in FMI 3.")
+@click.option("--source-only", is_flag=True, help="Without a binary: compile it on the target. Only for FMI 3.")
 @click.option(
     "--platform",
     "platforms",
@@ -55,12 +55,12 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Write a robot as an FMU for co-simulation: its platform on its cables, as the backend `reference` moves it.
+    """Write a robot as an FMU for co-simulation: its platform on its cables, as simulated by the backend `reference`.
 
-    Initial state, gravity and step are those of the scenario; for a robot, its home pose at rest, Earth's gravity and
-    1 ms. All are parameters of the FMU. The C++ source is inside in FMI 3. The binary for this platform is compiled
+    Initial state, gravity and step are those of the scenario; for a robot, its home pose at rest, Earth's gravity and 1
+    ms. All are parameters of the FMU. FMUs of FMI 3 contain the C++ source. The binary for this platform is compiled
     from it by $CXX, c++ or zig; those for others by zig (pip install 'cdpr[cross]'), for Windows also by
-    x86_64-w64-mingw32-g++. The FMU joins the list of trusted ones (cdpr fmu trust).
+    x86_64-w64-mingw32-g++. The FMU is added to the list of trusted ones (cdpr fmu trust).
     """
     from cdpr.scenario import Scenario, World
     from cdpr.ui.cli.load import load_told

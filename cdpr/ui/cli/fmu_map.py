@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, robot: str, role: Role | None, as_json: bool) -> None:
-    """Print which variables of the FMU in FILE are which signals, as YAML to paste into a scenario.
+    """Print the variables of the FMU in FILE by signal, as YAML for a scenario.
 
-    What a scenario says of the signals of that FMU is followed. What cannot be told for certain is left to you, and the
-    exit code is then 2. Native code is not loaded.
+    Signals that a scenario assigns to that FMU are used. The exit code is 2 if signals are ambiguous: assign them
+    yourself. Native code is not loaded.
     """
     from cdpr.fmu.read.archive import open_archive
     from cdpr.fmu.read.describe import guess_role

@@ -9,12 +9,12 @@ import click
 
 @click.command("trust")
 @click.argument("file", required=False, type=click.Path())
-@click.option("--remove", is_flag=True, help="Take FILE, or the FMU with that sha256, off the list.")
+@click.option("--remove", is_flag=True, help="Remove FILE, or the FMU with that sha256, from the list.")
 @click.option("--json", "as_json", is_flag=True, help="Print the list as JSON.")
 def command(file: str | None, remove: bool, as_json: bool) -> None:
-    """Let the native code of the FMU in FILE run on this account from now on; without FILE, list what may.
+    """Allow the native code of the FMU in FILE on this account from now on; without FILE, list the trusted FMUs.
 
-    Native code can do whatever you can. What is trusted is the content: a changed file must be trusted anew.
+    Native code has your permissions. Trust belongs to the content: a changed file must be trusted again.
     """
     import re
 

@@ -44,10 +44,10 @@ def command(
     port: int | None,
     show: bool,
 ) -> None:
-    """Open a window that shows a robot or a scenario, edits it, runs it and steers the run.
+    """Open a window that shows and edits a robot or a scenario, runs it and steers the run.
 
-    FILE is a scenario, a robot, or the name of an example; default: the example caroca. The window is a page in
-    the browser; its address, with the token that lets one in, is printed. Ctrl-C ends it.
+    FILE is a scenario, a robot, or the name of an example; default: the example caroca. The window is a page in the
+    browser; its address, with the access token, is printed. Ctrl-C ends it.
     """
     from cdpr.ui.cli.progress import terminating
 

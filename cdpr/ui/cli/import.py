@@ -19,16 +19,18 @@ if TYPE_CHECKING:
 @click.command("import")
 @click.argument("file", metavar="FILE|DIR", type=click.Path())
 @click.option("--out", type=OutPath(path_type=Path), default=Path("."), help="Folder to write into. [.]")
-@click.option("--cable-set", metavar="NAME", help="Of a CASPR model. [its default]")
-@click.option("--trajectory", type=click.Path(), metavar="FILE", help="That belongs to a robot of the Gazebo plug-in.")
+@click.option("--cable-set", metavar="NAME", help="Cable set of a CASPR model. [its default]")
+@click.option(
+    "--trajectory", type=click.Path(), metavar="FILE", help="Trajectory file for a robot of the Gazebo plug-in."
+)
 @click.option(
     "--tension",
     metavar="MIN,MAX",
     callback=lambda context, option, text: _pair(text),
-    help="Lowest and highest tension, N, of cables whose file limits none.",
+    help="Lowest and highest tension, N, of cables without limits in the file.",
 )
-@click.option("--seconds", type=Real(1.0), default=10.0, help="CPU time that reading a file may take. [10]")
-@click.option("--force", is_flag=True, help="Replace files that are there.")
+@click.option("--seconds", type=Real(1.0), default=10.0, help="Limit of the CPU time for reading a file. [10]")
+@click.option("--force", is_flag=True, help="Replace existing files.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     file: str,
@@ -43,8 +45,8 @@ def command(
     """Read a robot and its motions from another program's file, and write robot and scenario files.
 
     Supported are CASPR, WireX, MuJoCo (MJCF) and Gazebo (the plug-in's YAML, or SDF with legs); the format is detected
-    by the content of FILE. In a folder all readable files are imported, and a table lists the others with reasons. Every
-    number has a comment with its source; the head of the file lists omitted content.
+    by the content of FILE. In a folder all readable files are imported, and a table lists the others with reasons.
+    Every number has a comment with its source; the head of the file lists omitted content.
     """
     from cdpr.formats.read.bring import import_any, write
 

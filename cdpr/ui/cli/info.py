@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.command("info")
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option(
-    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad, or as 30deg)."
+    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Evaluated pose: position (m) and roll, pitch, yaw (rad, or as 30deg)."
 )
 @change_keys("Change any key of the file.")
 @click.option("--out", type=OutPath(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
@@ -29,8 +29,8 @@ def command(
 ) -> None:
     """Analyse a robot at a pose, and the motion of a scenario.
 
-    The pose is the robot's home, or the scenario's initial one, unless --pose is given. Nothing is simulated: a motion
-    is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
+    The pose is --pose, by default the robot's home, or the scenario's initial one. Nothing is simulated: a motion is
+    evaluated by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
     """
     loaded = load_told(file, changes, strict=strict)
     # imported only after the file is valid, because it is slow

@@ -12,9 +12,7 @@ if TYPE_CHECKING:
     from cdpr.model import Robot
     from cdpr.scenario import Scenario
 
-strict_option = click.option(
-    "--strict", is_flag=True, help="Refuse what is only warned of otherwise, with exit code 2."
-)
+strict_option = click.option("--strict", is_flag=True, help="Turn warnings into errors, with exit code 2.")
 
 
 def load_told(file: str, changes: tuple[str, ...], *, strict: bool = False) -> Scenario | Robot:

@@ -36,18 +36,20 @@ def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
             "--frame", callback=_lengths, metavar="W,D,H", help="Width, depth, height of the frame (m): 4,3,2.5."
         ),
         click.option(
-            "--platform", callback=_lengths, metavar="W,D,H", help="The same of the platform (m): 0.4,0.3,0.2."
+            "--platform", callback=_lengths, metavar="W,D,H", help="The same for the platform (m): 0.4,0.3,0.2."
         ),
         click.option("--mass", type=AnyReal(), metavar="KG", help="Mass of the platform (kg): 20."),
         click.option(
             "--cables",
             type=AnyWhole(),
             metavar="N",
-            help="8 or 7 from all sides; suspended 8 or 6, or 3 or 4 of a point; planar 4. Default: 8, planar 4.",
+            help="8 or 7 from all sides; suspended 8 or 6, or 3 or 4 to a point; planar 4. Default: 8, planar 4.",
         ),
-        click.option("--suspended", is_flag=True, default=None, help="Eight cables from above; 3, 4 and 6 always are."),
-        click.option("--crossed/--straight", default=None, help="Let cables cross at the platform, the default."),
-        click.option("--planar", is_flag=True, default=None, help="A robot in the plane of x and z."),
+        click.option(
+            "--suspended", is_flag=True, default=None, help="Eight cables from above; 3, 4 and 6 cables always are."
+        ),
+        click.option("--crossed/--straight", default=None, help="Cross the cables at the platform, the default."),
+        click.option("--planar", is_flag=True, default=None, help="Planar robot in x and z."),
     ]
     for option in reversed(options):
         command = option(command)
@@ -65,8 +67,8 @@ def command() -> None:
 def robot(file: str, **given: Any) -> None:
     """Write a robot FILE (default: robot.yaml; - prints it): a box in a frame, on cables from its corners.
 
-    Tension limits follow from the mass. Sizes at which the cables cannot hold the platform are refused. Cables touch
-    neither each other nor the platform in most of the static workspace; a warning reports sizes at which they do.
+    Tension limits follow from the mass. Sizes for which the cables cannot balance the weight are rejected. Cables touch
+    neither each other nor the platform in most of the static workspace; otherwise a warning is shown.
     """
     from cdpr.scenario import load_robot
     from cdpr.scenario.template import crowded, robot_text
@@ -79,7 +81,7 @@ def robot(file: str, **given: Any) -> None:
 @command.command("scenario")
 @click.argument("file", default="scenario.yaml", type=click.Path())
 @click.option(
-    "--robot", "source", type=click.Path(), help="Robot file or example; without it a new robot is written in."
+    "--robot", "source", type=click.Path(), help="Robot file or example; by default the scenario contains a new robot."
 )
 @sizes
 def scenario(file: str, source: str | None, **given: Any) -> None:

@@ -11,10 +11,10 @@ import click
 @click.argument("run", type=click.Path())
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(run: str, as_json: bool) -> None:
-    """Make the log of a killed run whole again.
+    """Repair the log of a killed run.
 
-    RUN is the folder of a run, or a log. The rows up to the first damage are kept, and what stands behind them as
-    log.mcap.torn. Where nothing is wrong, nothing is done.
+    RUN is the folder of a run, or a log. The rows up to the first damage are kept, and the rest is saved as
+    log.mcap.torn. An intact log is not changed.
     """
     from cdpr.log.repair import repair
 

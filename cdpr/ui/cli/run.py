@@ -40,7 +40,7 @@ FIRST = "caroca"  # default example
 @plugin_option("--controller", "controller", metavar="NAME", help="Controller, instead of the scenario's.")
 @change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
-@click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
+@click.option("--trust-fmu", is_flag=True, help="Allow the native code of any FMU in the scenario.")
 @click.option("--out", type=OutPath(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
@@ -50,13 +50,13 @@ FIRST = "caroca"  # default example
 @click.option(
     "--live", "tool", type=click.Choice(list(LINKS)), help="Show the run in this tool while it is in progress."
 )
-@click.option("--live-host", "host", help="Where Foxglove is listened for, or ROS 2's Zenoh router is. [127.0.0.1]")
+@click.option("--live-host", "host", help="Address of the server for Foxglove, or of ROS 2's Zenoh router. [127.0.0.1]")
 @click.option(
-    "--live-port", "port", type=Whole(0, 65535), help="Its port; 0 takes a free one. [8765; of a router 7447]"
+    "--live-port", "port", type=Whole(0, 65535), help="Its port; 0 selects a free one. [8765; for a router 7447]"
 )
 @click.option("--live-rate", "rate", type=Real(*RATES), help="Messages of each topic, Hz. [60]")
-@click.option("--live-speed", "speed", type=Real(*SPEEDS), help="Times real time, at most. [1]")
-@click.option("--live-no-token", is_flag=True, help="Let programs, though not web pages, join without the token.")
+@click.option("--live-speed", "speed", type=Real(*SPEEDS), help="Largest real-time factor. [1]")
+@click.option("--live-no-token", is_flag=True, help="Admit programs, but not web pages, without the token.")
 @strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
@@ -81,7 +81,7 @@ def command(
 ) -> None:
     """Simulate SCENARIO, a file or the name of an example, and write log, summary and report.
 
-    Without any, the example caroca runs.
+    The default is the example caroca.
     """
     from cdpr.ui.cli.progress import terminating
 

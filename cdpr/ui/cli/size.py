@@ -24,9 +24,14 @@ CELLS = "10"
 @click.argument("what", metavar="SCENARIO...|RUN...", nargs=-1, required=True, type=click.Path())
 @change_keys("Change any key of the scenarios.")
 @click.option(
-    "--safety", type=Real(1.0), default=5.0, show_default=True, metavar="N", help="Breaking load over largest tension."
+    "--safety",
+    type=Real(1.0),
+    default=5.0,
+    show_default=True,
+    metavar="N",
+    help="Ratio of breaking load to largest tension.",
 )
-@click.option("--broken", is_flag=True, help="Add the loads of the other cables after a break of each cable in turn.")
+@click.option("--broken", is_flag=True, help="Repeat the analysis with each cable broken in turn.")
 @click.option(
     "--wrench-box",
     "box",
@@ -34,10 +39,9 @@ CELLS = "10"
     help="Add these wrenches at rest, all over the workspace, besides, beyond the weight: half widths (N, N m).",
 )
 @click.option("--lower", metavar="X,Y,Z", help="Lowest corner of that workspace, m. [the frame's]")
-@click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise.")
-@click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along its longest side, or along each. [10]")
-@click.option("--out", type=OutPath(), help="Page to write, .html, which prints on one sheet.")
-@plugin_files
+@click.option("--upper", metavar="X,Y,Z", help="Highest corner, m.")
+@click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each side. [10]")
+@click.option("--out", type=OutPath(), help="Output page, .html, which prints on one sheet.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     what: tuple[str, ...],
@@ -53,8 +57,9 @@ def command(
 ) -> None:
     """Size cables, drums and motors for several scenarios and runs.
 
-    A scenario's motion is followed by inverse kinematics and dynamics, with tensions of minimum 2-norm; a run is taken
-    as it was. Power of a cable is what it does to the platform; a motor's has the drum's inertia and friction in it.
+    A scenario's motion is evaluated by inverse kinematics and dynamics, with tensions of minimum 2-norm; of a run the
+    recorded values are used. The power of a cable is that on the platform; a motor's power includes inertia and
+    friction of the drum.
     """
     from cdpr.ui.cli.progress import Progress
 

@@ -26,7 +26,7 @@ COLUMNS = {
 }
 
 LEGEND = """\
-  objective      what is made least or largest: min_norm the 2-norm, mid_range the distance from the middle of the
+  objective      minimised or maximised quantity: min_norm the 2-norm, mid_range the distance from the middle of the
                  limits, one_norm the sum, max_slack the smallest distance to a limit, ...
   exact          answers balance the wrench to round-off
   max r          largest m - n that is supported
@@ -44,9 +44,9 @@ LEGEND = """\
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(name: str | None, as_long: bool, as_json: bool) -> None:
-    """List the tension solvers that are installed: what they minimise, what they promise, what they take.
+    """List the installed tension solvers with their objectives, guarantees and supported problems.
 
-    All of it is what the plugins declare.
+    All properties are declared by the plugins.
     """
     from cdpr.plugins.registry import registry
     from cdpr.ui.report.text.aligned import table

@@ -24,7 +24,7 @@ ROWS = 40  # printed rows of the table
 @click.argument("study", type=click.Path())
 @plugin_files
 @change_keys("Change a key in all cases; repeatable.")
-@click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Cases at a time (default: one a core).")
+@click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Number of parallel cases (default: one per core).")
 @click.option(
     "--timeout",
     type=Real(0.0, min_open=True),
@@ -33,7 +33,7 @@ ROWS = 40  # printed rows of the table
     metavar="S",
     help="Seconds after which a case counts as hung.",
 )
-@click.option("--out", type=OutPath(), help="Folder; one that holds a part of this study is completed.")
+@click.option("--out", type=OutPath(), help="Folder; an unfinished study in it is continued.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, such as tcp://host:8786.")
 @click.option("--dry-run", is_flag=True, help="Check all cases and list them; run none.")
 @click.option("--report/--no-report", default=True, help="Write study.html.")
@@ -51,9 +51,9 @@ def command(
     report: bool,
     as_json: bool,
 ) -> None:
-    """Run all cases of STUDY, a scenario with any of its keys varied, and tabulate what they give.
+    """Run all cases of STUDY, a scenario with any of its keys varied, and tabulate the results.
 
-    Cases that end as infeasible, beyond limits or diverged are results. Ctrl-C keeps what has been computed; the same
+    Cases that end as infeasible, beyond limits or diverged are results. Ctrl-C keeps the computed results; the same
     command with the same --out continues, and repeats cases that failed, died or hung.
     """
     if jobs is not None and scheduler is not None:

@@ -26,9 +26,11 @@ if TYPE_CHECKING:
 @click.command("tension")
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option(
-    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad, or as 30deg)."
+    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Evaluated pose: position (m) and roll, pitch, yaw (rad, or as 30deg)."
 )
-@click.option("--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="What the cables exert on the platform (N, N m), world.")
+@click.option(
+    "--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="Wrench of the cables on the platform (N, N m), world axes."
+)
 @plugin_option(
     "--solver",
     "solver",
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
     metavar="NAME",
     multiple=True,
     default=[SOLVER],
-    help=f"Repeatable, or several with commas; all for all. [{SOLVER}]",
+    help=f"Repeatable, or several with commas; `all` for all. [{SOLVER}]",
 )
 @change_keys("Change any key of the file.")
 @click.option("--out", type=OutPath(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
@@ -53,9 +55,10 @@ def command(
 ) -> None:
     """Distribute one wrench at one pose among the cables, with one solver, several or all, and compare the answers.
 
-    The wrench is force and moment about the platform's origin, world axes; by default what holds the weight. The pose
-    is the robot's home, or the scenario's initial one, unless --pose is given. Every answer is checked. With
-    redundant cables there is a picture: all admissible tensions, or the range of each with more than two too many.
+    The wrench is force and moment about the platform's origin, world axes; by default the one that holds the weight.
+    The pose is --pose, by default the robot's home, or the scenario's initial one. Every answer is checked. For
+    redundant cables there is a picture: all admissible tensions, or the range of each with more than two redundant
+    cables.
     """
     from cdpr.scenario import Scenario
     from cdpr.ui.cli.load import load_told

@@ -22,21 +22,21 @@ FIGURES = {".pdf": b"%PDF-1.4\n%\xac\xdc", ".svg": b"<?xml", ".png": b"\x89PNG"}
 @click.option(
     "--pose",
     metavar="X,Y,Z[,R,P,Y]",
-    help="Of a robot: look here, position (m) and roll, pitch, yaw (rad, or as 30deg).",
+    help="Pose of a robot: position (m) and roll, pitch, yaw (rad, or as 30deg).",
 )
 @change_keys("Change any key of the file.")
 @plugin_files
 @click.option(
     "--figure",
     metavar="NAME[,NAME]",
-    help="Of a run: instead of the page a figure for print, of these quantities (tension, position_error, ...); needs "
+    help="For a run: instead of the page a figure for print, of these quantities (tension, position_error, ...); needs "
     "--out FILE.pdf, .svg or .png.",
 )
-@click.option("--width", metavar="WIDTH", help="Of the figure: ieee (the default), ieee-wide or such as '88 mm'.")
-@click.option("--cables", metavar="A,B", help="In the figure: names or numbers of the cables that are drawn.")
 @click.option(
-    "--out", type=OutPath(), help="File for the page (default: view.html in the user's cache, over the last)."
+    "--width", metavar="WIDTH", help="Width of the figure: ieee (the default), ieee-wide or a length such as '88 mm'."
 )
+@click.option("--cables", metavar="A,B", help="Names or numbers of the cables in the figure.")
+@click.option("--out", type=OutPath(), help="File for the page (default: view.html in the user's cache, overwritten).")
 @click.option("--open/--no-open", "show", default=True, help="Open the page in the browser.")
 def command(
     what: tuple[str, ...],
@@ -50,8 +50,8 @@ def command(
 ) -> None:
     """Write a page that shows a run, several runs, a robot or a scenario's motion in space, and open it.
 
-    A run plays, with all that was recorded; several are laid over one another, with their differences; of a scenario
-    the desired motion is followed without simulating it. The page is self-contained.
+    A run is animated with all recorded quantities; several are superimposed, with their differences; a scenario's
+    desired motion is shown without a simulation. The page is self-contained.
     """
     from cdpr.log.files import replace_markup
 

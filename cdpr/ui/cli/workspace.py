@@ -7,20 +7,20 @@ import click
 from cdpr.ui.cli import LazyGroup
 
 TABLE = {
-    "static": "Where the cables can hold the platform at rest.",
-    "wrench-feasible": "Where they can exert all wrenches of a set besides.",
-    "dynamic": "Where they can give the platform all accelerations of a set.",
-    "closure": "Where they can pull against each other in all directions.",
-    "payload": "How much more than the platform they can hold.",
-    "stable": "Where it returns to its place once it was moved.",
-    "ifcow": "Where no cable touches another, the platform or an obstacle.",
-    "stiffness": "How stiffly the cables hold the platform.",
-    "frequency": "How slowly the platform swings on its cables.",
-    "dexterity": "How evenly the cables work in all directions.",
+    "static": "Poses at which the cables can balance the weight at rest.",
+    "wrench-feasible": "Poses at which they can exert all additional wrenches of a set.",
+    "dynamic": "Poses at which they can exert all accelerations of a set on the platform.",
+    "closure": "Poses at which they can pull against each other in all directions.",
+    "payload": "Largest additional mass that they can hold.",
+    "stable": "Poses to which the platform returns after a displacement.",
+    "ifcow": "Poses at which no cable touches another, the platform or an obstacle.",
+    "stiffness": "Stiffness of the platform on its cables.",
+    "frequency": "Lowest frequency of the platform on its cables.",
+    "dexterity": "Ratio of the smallest to the largest singular value of the wrench matrix.",
     "compare": "Verify the same poses by linear programs.",
-    "combine": "Make one of two: and, or, minus.",
-    "plot": "Draw it with its robot on a page.",
-    "export": "Write a file for ParaView, viewers of meshes, or tables.",
+    "combine": "Combine two workspaces: and, or, minus.",
+    "plot": "Draw a workspace with its robot on a page.",
+    "export": "Convert a workspace for ParaView, mesh viewers, or tables.",
 }
 
 # Commands for files; the others are kinds.
@@ -41,4 +41,4 @@ class Kinds(LazyGroup):
 
 @click.group("workspace", cls=Kinds, table=TABLE, prefix="workspace_")
 def command() -> None:
-    """Find where a robot can hold its platform, exert wrenches, or accelerate, and keep it as a file."""
+    """Compute the poses at which a robot can hold its platform, exert wrenches or accelerate, and save them."""

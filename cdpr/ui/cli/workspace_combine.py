@@ -14,9 +14,9 @@ from cdpr.ui.cli.names import OutPath
 @click.option("--out", type=OutPath(), help="File, .npz.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(first: str, how: str, second: str, out: str | None, as_json: bool) -> None:
-    """Make one workspace of the files FIRST and SECOND, which are of the same cells and attitudes.
+    """Combine the workspaces FIRST and SECOND, which have the same cells and attitudes.
 
-    Inside are the cells that are in both (and), in one at least (or), in the first alone (minus).
+    The result contains the cells in both (and), in at least one (or), or only in the first (minus).
     """
     from cdpr.analysis.workspace.combine import combine
     from cdpr.analysis.workspace.result import load_workspace

@@ -23,12 +23,12 @@ ORACLES = ("lp",)  # independent methods to evaluate poses
 @click.argument("file", type=click.Path())
 @click.option("--oracle", type=click.Choice(ORACLES), default=ORACLES[0], help="Linear programs, by HiGHS. [lp]")
 @click.option("--count", type=Whole(1, 10**6), default=200, show_default=True, metavar="N", help="Poses.")
-@click.option("--seed", type=Whole(0, 2**63 - 1), default=0, show_default=True, metavar="N", help="Of their choice.")
+@click.option("--seed", type=Whole(0, 2**63 - 1), default=0, show_default=True, metavar="N", help="Seed of the poses.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, oracle: str, count: int, seed: int, as_json: bool) -> None:
     """Verify poses of a workspace FILE by linear programs, half of them bisected onto its boundary.
 
-    Exit code 7 where both are certain of a pose, and differ.
+    The exit code is 7 if certain results differ.
     """
     from cdpr.analysis.workspace.oracle import compare
     from cdpr.analysis.workspace.result import load_workspace
@@ -48,7 +48,7 @@ def command(file: str, oracle: str, count: int, seed: int, as_json: bool) -> Non
             click.echo(f"  within 1e-9 of the end  {len(told.near)} that differ")
         click.echo(f"  different               {len(told.different)}")
         if told.told:
-            click.echo(f"  interpolated         {told.told} cells, of which {told.told_wrong} are wrong")
+            click.echo(f"  interpolated            {told.told} cells, of which {told.told_wrong} are wrong")
         for each in told.different[:10]:
             click.echo(f"  at {each['position']}: {each['value']:.3g} here, {each['program']:.3g} there")
     if told.different:

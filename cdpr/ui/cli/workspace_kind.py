@@ -34,7 +34,7 @@ OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays"),
 # Options of some kinds by part of the question.
 SOME = {
     "diameter": click.option(
-        "--cable-diameter", "diameter", type=Real(0.0), metavar="M", help="Of all cables. [the robot's]"
+        "--cable-diameter", "diameter", type=Real(0.0), metavar="M", help="Diameter of all cables, m. [the robot's]"
     ),
     "axial_stiffness": click.option(
         "--axial-stiffness",
@@ -43,7 +43,7 @@ SOME = {
         help="E A of all cables. [the robot's]",
     ),
     "direction": click.option(
-        "--direction", metavar="DOF", help="One of x, y, z, rx, ry, rz, all others free. [the softest]"
+        "--direction", metavar="DOF", help="Direction: x, y, z, rx, ry or rz, all others free. [the softest]"
     ),
 }
 
@@ -113,7 +113,7 @@ def command_of(name: str, text: str) -> click.Command:
         _run(name, file, changes, place, over, asked | {"required": required}, jobs, to, out, as_json, oracle)
 
     unit = f" ({kind.unit})" if kind.unit else ""
-    run.__doc__ = f"{text}\n\n    Told is the {kind.value}{unit}. {_more(kind.needs)}"
+    run.__doc__ = f"{text}\n\n    The value is the {kind.value}{unit}. {_more(kind.needs)}"
     made: Any = run
     for option in reversed([*_OPTIONS[:-2], *options, *chunked.OPTIONS, *_OPTIONS[-2:]]):
         made = option(made)
@@ -131,33 +131,36 @@ _OPTIONS = (
         help="Attitude: roll, pitch, yaw (rad, or as 30deg); repeatable. [the home's]",
     ),
     click.option(
-        "--over", type=click.Choice(["all", "any"]), default="all", help="Of several: all or any inside. [all]"
+        "--over",
+        type=click.Choice(["all", "any"]),
+        default="all",
+        help="With several attitudes: all or any must be inside. [all]",
     ),
     click.option("--lower", metavar="X,Y,Z", help="Lowest corner of the evaluated box, m. [the frame's]"),
-    click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise."),
+    click.option("--upper", metavar="X,Y,Z", help="Highest corner, m."),
     click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
     click.option(
         "--method",
         type=click.Choice(["grid", "octree", "hull", "rays", "turns", "certify"]),
         default="grid",
-        help="All cells; those that decide; the boundary from a point; free lines; turns; boxes proved. [grid]",
+        help="All cells; only necessary ones; boundary from a point; free lines; rotations; proved boxes. [grid]",
     ),
     click.option(
         "--undecided",
         type=Real(0.0, 1.0),
         metavar="SHARE",
-        help="Of the box, up to which certify need not decide. [0.02]",
+        help="Share of the box that certify may leave undecided. [0.02]",
     ),
-    click.option("--about", type=click.Choice(["rx", "ry", "rz"]), help="The world's axis of turns. [rz]"),
-    click.option("--rays", type=Whole(4, 10**6), metavar="N", help="In how many directions hull looks. [2562]"),
+    click.option("--about", type=click.Choice(["rx", "ry", "rz"]), help="World axis of the rotations of turns. [rz]"),
+    click.option("--rays", type=Whole(4, 10**6), metavar="N", help="Number of directions of hull. [2562]"),
     click.option(
         "--length",
         type=Real(0.0, min_open=True),
         metavar="M",
-        help="By what moments are divided in margins; [the robot's characteristic length]",
+        help="Length by which moments are divided in margins, m. [the robot's characteristic length]",
     ),
-    click.option("--at-least", type=Real(), metavar="VALUE", help="From which value on a pose is inside."),
-    click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Threads (default: one a core)."),
+    click.option("--at-least", type=Real(), metavar="VALUE", help="Required value for a pose to be inside."),
+    click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Number of threads (default: one per core)."),
     click.option("--out", type=OutPath(), help="File, .npz."),
     click.option("--json", "as_json", is_flag=True, help="Print JSON."),
 )

@@ -14,12 +14,12 @@ from cdpr.ui.cli.numbers import number
 
 @click.command("plot")
 @click.argument("file", type=click.Path())
-@click.option("--slice", "slices", multiple=True, metavar="AXIS=M", help="Such as z=1.0; repeatable. [three]")
-@click.option("--out", type=OutPath(), help="Page to write, .html. [beside FILE]")
+@click.option("--slice", "slices", multiple=True, metavar="AXIS=M", help="Slice, such as z=1.0; repeatable. [three]")
+@click.option("--out", type=OutPath(), help="Output page, .html. [beside FILE]")
 def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
-    """Draw a workspace FILE on a page: with its robot in space, to be turned, and slices through it.
+    """Draw a workspace FILE on a page: with its robot in space, which can be rotated, and slices through it.
 
-    A page needs no network and no program beside a browser.
+    The page is self-contained.
     """
     from cdpr.analysis.workspace.result import load_workspace
     from cdpr.log.files import replace_markup
