@@ -10,5 +10,6 @@ def require_ideal(robot: Robot, cables: str) -> None:
     if not immediate(robot):
         raise PluginError(
             f"cables: {cables} does not support winches, and robot '{robot.name}' has cable.model "
-            f"{model_of(robot)}: leave the backend's option cables at ideal (cdpr's own kernel), or set robot.cable.model to ideal"
+            f"{model_of(robot)}: leave the backend's option cables at ideal (cdpr's own kernel), "
+            "or set robot.cable.model to ideal"
         )

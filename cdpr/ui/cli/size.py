@@ -36,12 +36,13 @@ CELLS = "10"
     "--wrench-box",
     "box",
     metavar="FX,FY,FZ,MX,MY,MZ",
-    help="Add these wrenches at rest, all over the workspace, besides, beyond the weight: half widths (N, N m).",
+    help="Add these wrenches at rest, all over the workspace, in addition to the weight: half widths (N, N m).",
 )
 @click.option("--lower", metavar="X,Y,Z", help="Lowest corner of that workspace, m. [the frame's]")
 @click.option("--upper", metavar="X,Y,Z", help="Highest corner, m.")
 @click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each side. [10]")
 @click.option("--out", type=OutPath(), help="Output page, .html, which prints on one sheet.")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     what: tuple[str, ...],
