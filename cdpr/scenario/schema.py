@@ -108,8 +108,8 @@ class ScenarioSection(Section):
     trajectory: AnyMotion = Field(Hold(), description="the desired motion")
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,
-        description="directions in which the cables are asked to exert the wrench that the controller wants; in others "
-        "they exert what comes of it, and the platform is free to move. All of robot.dof unless said",
+        description="directions in which the cables exert the controller's wrench; in others their wrench is not "
+        "controlled, and the platform is free to move. Default: all of robot.dof",
     )
     controller: ControllerSection = Field(ControllerSection(), description="the controller and its options")
     solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")

@@ -235,7 +235,7 @@ def test_a_plugin_without_log_is_told():
         ((Column("length", 1, "m", ""),), "column 'length': a run has something of that name already"),
         ((Column("cables", 1, "m", ""),), "column 'cables': a run has something of that name already"),
         ((Column("a", 1, "m", ""), Column("a", 2, "m", "")), "column 'a' is declared twice"),
-        ((Column("a", 1, "m", "", owner="solver"),), "column 'a': where it stands and whose it is"),
+        ((Column("a", 1, "m", "", owner="solver"),), "column 'a': a plugin cannot set its topic or owner"),
         ([Column("a", 1, "m", "")], r"columns must be a tuple of cdpr\.plugins\.Column, got \["),
         (("a",), r"columns must be a tuple of cdpr\.plugins\.Column"),
     ],

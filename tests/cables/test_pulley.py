@@ -183,5 +183,5 @@ def test_plants_with_cables_of_their_own_refuse_it(backend, cables):
     if registry().get("backend", backend).missing:
         pytest.skip(f"{backend} is not installed")
     changes = {f"backend_options.{backend}.cables": cables}
-    with pytest.raises(PluginError, match="lets all cables leave the frame at their anchors"):
+    with pytest.raises(PluginError, match="requires exits at the anchors"):
         build(load_scenario(ROOT / "scenarios" / "cogiro_pulleys.yaml", backend=backend, overrides=changes))

@@ -60,7 +60,7 @@ def test_an_fmu_may_put_out_commands(files):
 
 
 def test_it_may_end_the_run(files):
-    with pytest.raises(PlantEnded, match=r"t = 0\.002 s: FMU '.*' asked for the end") as caught:
+    with pytest.raises(PlantEnded, match=r"t = 0\.002 s: FMU '.*' requested the end") as caught:
         run(options(files[3], parameters={**GAINS, "mode": ENDS}))
     assert caught.value.exit_code == ExitCode.OK
     assert caught.value.run.status == "ended"

@@ -151,7 +151,7 @@ def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(clus
     _, errors = process.communicate(timeout=60)
     assert process.returncode == ExitCode.BACKEND_DIED
     assert "is gone; the cases that had ended are kept" in errors
-    assert f"this goes on: cdpr study {study} " in errors
+    assert f"continue by: cdpr study {study} " in errors
     assert f" --out {out}\n" in errors
     assert "Traceback" not in errors
     done = run(study, out)

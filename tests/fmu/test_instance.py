@@ -107,7 +107,7 @@ def test_closed_it_leaves_nothing_and_is_not_called(files, isolation):
 def test_it_may_end_the_simulation(files, fmi, isolation):
     fmu = running(files[fmi], isolation, mode=ENDS)
     fmu.instance.step(2)
-    with pytest.raises(PlantEnded, match="asked for the end"):
+    with pytest.raises(PlantEnded, match="requested the end"):
         fmu.instance.step(1)
     fmu.start({})  # and go on from the start
     fmu.instance.step(2)

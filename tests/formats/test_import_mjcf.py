@@ -276,7 +276,7 @@ def test_controls_that_push_make_legs(tmp_path):
         (
             ACTUATOR,
             '<general tendon="right" dyntype="integrator"/>',
-            "a gain, a bias or a dynamics of its own",
+            "its own gain, bias or dynamics",
         ),
         (ACTUATOR, f'{ACTUATOR}<motor tendon="right"/>', "two motors pull it"),
         (RIGHT, RIGHT.replace('class="rope"', 'stiffness="5"'), "it is a spring of itself"),
@@ -300,7 +300,7 @@ def test_controls_that_push_make_legs(tmp_path):
         ),
         ("<option", '<equality><weld name="w" body1="load"/></equality><option', "<weld> 'w'"),
         (BODY, f'<replicate count="1000000000">{BODY}</replicate>', "<replicate>: it makes copies"),
-        ("<freejoint/>", "<freejoint/><plugin/>", "<plugin>: what a plugin does"),
+        ("<freejoint/>", "<freejoint/><plugin/>", "<plugin>: the file does not define the behaviour of a plugin"),
         ("<freejoint/>", "<freejoint/><joint/>", "MuJoCo does not compile it"),
         (BODY, '<geom size="1e200" density="1e200"/>', ":12: size of <geom>: numbers of at most 1e+12 are"),
         (BODY, '<geom size="1e4" density="1e12"/>', ":10: it makes no robot that our checks accept: platform.mass"),

@@ -85,7 +85,7 @@ REFUSED = {
     "winches on slides, tendons of three sites (Yang51st, cdpr_8_6)": (
         model(world=WINCHES, through='<site site="w{k}"/>'),
         r"model\.xml:3: body 'box' is a second moving body, besides 'winch0', on which cables end .*remove the joints "
-        "of the bodies that stand still, and end cables where they leave their last pulley or winch",
+        "of the bodies at rest, and end cables at their last pulley or winch",
     ),
     "the same without the slides": (
         model(world=WINCHES.replace('<joint type="slide" axis="0 0 1"/>', ""), through='<site site="w{k}"/>'),

@@ -85,4 +85,4 @@ def test_pairs_of_g_words_share_a_line_where_linuxcnc_lets_them(folder):
             said = ""
         except LineError as fault:  # arcs lack their centres, which is another fault
             said = str(fault)
-        assert allowed != ("exclude each other" in said or "stands here twice" in said), (line, said)
+        assert allowed != ("exclude each other" in said or "occurs twice" in said), (line, said)

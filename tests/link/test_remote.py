@@ -313,7 +313,7 @@ def test_commands_never_leave_their_limits(tmp_path):
 def test_commands_that_are_not_sent_are_told(tmp_path):
     """A cable that breaks is asked for nothing, which the limits do not allow."""
     broken = {"events": [{"type": "cable_break", "time": 0.03, "cable": "cable_1"}]}
-    told = r"in 20 of 50 control steps commands beyond the limits .* were sent as the limits"
+    told = r"in 20 of 50 control steps commands beyond the limits .* were clipped"
     with pytest.warns(UserWarning, match=told):
         run = cdpr.simulate(scenario(tmp_path, PLANT + "hello(); follow()", "remote_plant", **broken))
     assert run.tension[-1, 0] == 0.0

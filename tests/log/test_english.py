@@ -16,9 +16,9 @@ PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
 FOLDERS = (*PACKAGES, "benchmarks", "docs", "examples", "scenarios")
 # A docstring begins with a noun phrase or an imperative.
 FIRST = re.compile(r"(What|Whatever|Who|Whose|Which|Where|Wherever|Whether|From|One that)\b")
-# Words of an old dialect of this project; `[a-z]` keeps names of code and quoted commands out.
+# Words of an old dialect of this project. `told` may be a name in code.
 AVOIDED = re.compile(
-    r"\b(told|asks for|asked for|heeds?|hush|of those that|of that which|unless (said|told)|as told|"
+    r"(?<!`)\b(told(?![:`])|asks for|asked for|heeds?|hush|of those that|of that which|unless (said|told)|as told|"
     r"bears?|goes along|go along|comes? of it|takes its time|whoever|anyone's|one's own|stranger's?)\b",
     re.IGNORECASE,
 )

@@ -255,7 +255,7 @@ def test_what_cannot_be_exported_is_told(arguments, said, tmp_path, monkeypatch,
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("spherical", "its events do not go along, 1 in number"), ("winch", "do not go along without --with-winch")],
+    [("spherical", "its events are not exported, 1 in number"), ("winch", "are not exported without --with-winch")],
 )
 def test_what_stays_behind_is_told(name, said, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))

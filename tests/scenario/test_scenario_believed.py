@@ -136,7 +136,7 @@ def test_the_exits_of_cables_are_believed_too():
         ("believed:\n  dof: [x, y, z]", 2, "believed.dof: must be the robot's, [x, y, z, rx, ry, rz]"),
         ("believed:\n  cables: 3", 2, "believed.cables: a list expected, got 3"),
         ("believed:\n  cables:\n  - 3", 3, "believed.cables[0]: a mapping (name: which cable, and what differs)"),
-        ("believed:\n  cables:\n  - {frame: [1, 2, 3]}", 3, "believed.cables[0].name: required but not given: which"),
+        ("believed:\n  cables:\n  - {frame: [1, 2, 3]}", 3, "believed.cables[0].name: required but not given: name"),
         (
             "believed:\n  cables:\n  - {name: lef}",
             3,

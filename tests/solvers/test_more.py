@@ -185,7 +185,7 @@ def test_options_in_the_benchmark():
     command = ["bench", "solvers", str(ROBOTS / "twelve.yaml"), "--solvers", "daqp", "--set"]
     for change, text in {
         "daqp.nwsr=3": "nwsr",
-        "osqp.time=1": "not among the solvers",
+        "osqp.time=1": "not among the selected solvers",
         "daqp": "SOLVER.KEY=VALUE",
     }.items():
         answer = CliRunner().invoke(main, [*command, change])

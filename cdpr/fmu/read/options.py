@@ -60,7 +60,7 @@ class FmuFile(_Section):
     isolation: Literal["process", "inproc"] | None = Field(
         None,
         description="run the FMU in a separate process, or in this one, which is faster but which it may crash; "
-        "unless said, files run in a process and what cdpr has exported itself runs in this one",
+        "default: process, but inproc for FMUs that cdpr has exported itself",
     )
     step_timeout: float = Field(
         5.0,

@@ -116,7 +116,10 @@ def test_a_changed_scenario_is_told_as_that(kept):
     path.write_text(path.read_text().replace("kp: 100 ", "kp: 90 "))
     (found,) = baseline_check.check(kept / "kept")
     assert found.outcome == "differs"
-    assert "caroca.yaml has changed: controller.kp was 100.0, is 90.0; save the baseline anew" in found.detail
+    assert (
+        "caroca.yaml has changed: controller.kp was 100.0, is 90.0; if the change is intended, save the baseline again"
+        in found.detail
+    )
     path.write_text("robot: 7\n")
     (found,) = baseline_check.check(kept / "kept")
     assert "has changed and is wrong now" in found.detail

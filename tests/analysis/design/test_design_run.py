@@ -250,7 +250,7 @@ def test_the_command_and_its_page(found, tmp_path):
     done = cdpr_here("design", found.design.source, "--resume", code=2)
     assert "--resume continues the folder of --out, which is missing" in done.stderr
     done = cdpr_here("design", found.design.source, "--out", found.folder, code=8)
-    assert "--resume goes on with them" in done.stderr
+    assert "--resume continues them" in done.stderr
 
 
 @pytest.mark.parametrize(("kind", "package"), [("differential_evolution", "scipy"), ("cma", "cma")])

@@ -147,7 +147,7 @@ def test_threads_and_programs_agree():
         ("cogiro_pulleys", "static", {}, "something else than a point, as 'cable_1' does"),
         ("cogiro", "closure", {}, "nothing is proved of closure, but of static"),
         ("cogiro", "static", {"at_least": 5.0}, "not how large they are"),
-        ("cogiro", "wrench-feasible", {"required": ellipsoid([9, 9, 9, 1, 1, 1])}, "take a box around it"),
+        ("cogiro", "wrench-feasible", {"required": ellipsoid([9, 9, 9, 1, 1, 1])}, "use a box around it"),
         ("cogiro", "static", {"undecided": 1.0}, "a share from 0 to below 1"),
     ],
 )

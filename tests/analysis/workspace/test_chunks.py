@@ -161,10 +161,10 @@ def test_it_goes_on_where_it_stopped(robot, place, whole, tmp_path, jobs):
     stopped_after(1, robot, place, folder)
     assert [file.name for file in (folder / CHUNKS).iterdir()] == ["000000.npz"]
     assert not (folder / SUMMARY).exists()
-    with pytest.raises(LogError, match="is not finished: 1 of 3 chunks are there"):
+    with pytest.raises(LogError, match="is not finished: 1 of 3 chunks exist"):
         load_workspace(folder)
     first = chunk_path(folder, 0).stat().st_ino
-    with pytest.raises(OutputError, match="holds 1 of 3 chunks of this workspace: go on with them, --resume"):
+    with pytest.raises(OutputError, match="holds 1 of 3 chunks of this workspace: continue by --resume"):
         chunks(robot, place, folder)
     seen = []
     chunks(robot, place, folder, resume=True, jobs=jobs, progress=lambda done, total: seen.append(done))

@@ -125,8 +125,8 @@ def test_what_goes_on_is_the_whole_command(tmp_path, monkeypatch):
     (tmp_path / "p.py").write_text(PLUGIN)
     words = ["--jobs", "2", "--set", "world.gravity=[0, 0, -1]", "--plugin", str(tmp_path / "p.py"), "--no-report"]
     result = study(tmp_path, *words, "--out", str(tmp_path / "a b"))
-    (line,) = [line for line in result.output.splitlines() if "this goes on: " in line]
-    said = shlex.split(line.partition("this goes on: ")[2])
+    (line,) = [line for line in result.output.splitlines() if "continue by: " in line]
+    said = shlex.split(line.partition("continue by: ")[2])
     assert said[:2] == ["cli", "study"]
     assert said[2:] == [
         *("--plugin", str(tmp_path / "p.py"), str(tmp_path / "s.yaml"), "--set", "world.gravity=[0, 0, -1]"),

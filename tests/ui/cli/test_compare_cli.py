@@ -153,7 +153,7 @@ def test_a_trap_ends_with_seven(tmp_path):
         ((CAROCA, "--solvers", "qq"), 3, "no solver is named 'qq'"),
         (("missing.yaml",), 2, "missing.yaml"),
         ((CAROCA, "--set", "simulation.duration=-1"), 2, "simulation.duration"),
-        ((str(SCENARIOS), "--refine"), 2, "finished runs are compared as they are"),
+        ((str(SCENARIOS), "--refine"), 2, "finished runs cannot be changed"),
         ((str(SCENARIOS),), 2, "one run alone"),
         ((CAROCA, str(SCENARIOS)), 2, "is not a run: give either one SCENARIO"),
     ],

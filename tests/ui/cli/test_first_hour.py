@@ -220,7 +220,7 @@ def test_a_scenario_without_a_move_says_so(here):
     (here / "four.yaml").write_text(text[:lower] + ("" if "\nhome:" in text[:lower] else home))
     done = CliRunner().invoke(cli, ["new", "scenario", "s.yaml", "--robot", "four.yaml"])
     assert done.exit_code == 0
-    assert f"{RESTS} 'cdpr info s.yaml' tells more" in done.stderr
+    assert f"{RESTS} 'cdpr info s.yaml' shows details" in done.stderr
     told = (here / "s.yaml").read_text()
     assert told.startswith(f"# {RESTS}")
     assert "trajectory" not in told

@@ -125,7 +125,7 @@ def test_a_form_is_edited_applied_and_undone(looker):
         ('{"do": 1}', "a message is an object"),
         ('{"do": "run", "fast": NaN}', "no JSON"),
         ('{"do": "step", "n": 1e400}', "whole number"),
-        ('{"do": "__init__"}', "nothing that a window may ask for"),
+        ('{"do": "__init__"}', "not an allowed request"),
         ('{"do": "edit"}', "missing"),
         ('{"do": "edit", "path": 3, "value": 1}', "a key such as"),
         ('{"do": "edit", "path": "../../etc", "value": 1}', "a key such as"),

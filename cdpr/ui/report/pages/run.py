@@ -153,8 +153,8 @@ def drawings(run: Run) -> list[Drawing]:
             "Tracking errors",
             plots.errors,
             "Desired minus actual, world axes. The orientation error is the rotation vector that turns the "
-            "actual into the desired attitude. An error that stays at rest points to a load or a mass that "
-            "the controller does not know; one that follows the acceleration points to an inertia.",
+            "actual into the desired attitude. An error that remains at rest indicates an unknown load or "
+            "mass; one that follows the acceleration indicates a wrong inertia.",
         ),
         Drawing(
             "Pose",
@@ -195,10 +195,10 @@ def drawings(run: Run) -> list[Drawing]:
             "Tension distribution",
             plots.distribution,
             "Margin: the smallest distance of a tension from its limits, negative outside. Residual: the "
-            "norm of W t − w, with wrench matrix W, tensions t and the wrench w that the controller asked "
-            "for; moments are divided by the characteristic length, {length} m. Its axis is logarithmic, "
-            "with zero drawn at 10<sup>−16</sup>. Near round-off the cables deliver what was asked; where "
-            "the residual rises, the platform gets another wrench.",
+            "norm of W t − w, with wrench matrix W, tensions t and the required wrench w; "
+            "moments are divided by the characteristic length, {length} m. Its axis is logarithmic, "
+            "with zero drawn at 10<sup>−16</sup>. Near round-off the cables exert the required wrench; a larger "
+            "residual means another wrench.",
             minor=True,
         ),
         Drawing(
