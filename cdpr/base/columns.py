@@ -210,7 +210,7 @@ def check_declared(columns: object) -> None:
         if column.places or column.owner:
             raise ValueError(f"column '{column.name}': a plugin cannot set its topic or owner")
         if column.name in ours:
-            raise ValueError(f"column '{column.name}': a run has something of that name already; call it otherwise")
+            raise ValueError(f"column '{column.name}': a run has something of that name already; choose another name")
         if column.name in (other.name for other in columns[:i]):
             raise ValueError(f"column '{column.name}' is declared twice")
 

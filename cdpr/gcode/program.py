@@ -214,7 +214,7 @@ class _Reader:
             dialect += f", and files for 3D printers, where it is filament, are of {REPRAPFIRMWARE}"
         if not re.fullmatch(IGNORABLE, name):
             return dialect
-        return f"{dialect}; to pass over it, as if it moved nothing, write ignore: [{name}]"
+        return f"{dialect}; to skip it, as if without motion, write ignore: [{name}]"
 
     def _modes(self, codes: set[float], others: dict[str, float]) -> None:
         for code in codes:

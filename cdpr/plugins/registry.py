@@ -180,7 +180,7 @@ class Registry:
         known = None if other is None else (other.distribution, other.version)
         if known not in (None, (entry.distribution, entry.version)):
             where = "" if not distribution else f"{distribution}: "
-            raise PluginError(f"{where}class {info.name}: there is a {role} of that name already; call it otherwise")
+            raise PluginError(f"{where}class {info.name}: there is a {role} of that name already; choose another name")
         return replace(self, plugins={**self.plugins, role: {**names, info.name: entry}}), info.name
 
     def _by_alias(self, role: Role, name: str) -> Registered | None:

@@ -24,5 +24,5 @@ class Actuators(PluginOptions, FmuFile):
         "cables too; once a physics step the plant moves under the tensions, and the FMU follows with its new state",
     )
     check_step: bool = Field(
-        True, description="refuse a physics step with which plant and FMU would swing each other up, as far as is known"
+        True, description="reject a physics step for which the coupling of plant and FMU is known to be unstable"
     )

@@ -93,7 +93,7 @@ def tell(found: Problems, problems: Problems) -> None:
         if each.path[:1] == ROBOT:
             problems.add(each.mark, (KEY, *each.path[1:]), each.text)
         else:
-            problems.add(each.mark, each.path, f"as the controller believes the robot to be: {each.text}")
+            problems.add(each.mark, each.path, f"for the nominal model: {each.text}")
 
 
 def alone(thought: Iterable[Problem], true: Iterable[Problem]) -> tuple[Problem, ...]:
@@ -131,7 +131,7 @@ class _Overlay:
         for item, entry in enumerate(given):
             path: Path = (*source, item)
             if not isinstance(entry, dict):
-                self._say(path, f"a mapping (name: which cable, and what differs) expected, got {shown(entry)}")
+                self._say(path, f"a mapping (name of a cable, and its different values) expected, got {shown(entry)}")
                 continue
             name = entry.get("name")
             if name is None and len(given) == len(base):
@@ -168,7 +168,7 @@ def _same_robot(document: Document, twin: Document, found: Problems) -> None:
     """Report cables or degrees of freedom that differ from the robot's."""
     free, believed = (each.get((*ROBOT, "dof")) or list(DOF_NAMES) for each in (document, twin))
     if free != believed:
-        text = f"must be the robot's, {_value(free)}: what is believed has the same cables and degrees of freedom"
+        text = f"must be the robot's, {_value(free)}: the nominal model has the same cables and degrees of freedom"
         found.add(twin.mark((*ROBOT, "dof")), (*ROBOT, "dof"), text)
     cables = [each.get(CABLES) for each in (document, twin)]
     if not all(isinstance(each, list) for each in cables):

@@ -66,7 +66,9 @@ class RobotChecks(Checks):
         turns = [name for name in dof if name.startswith("r")]
         given = self.document.get(platform)
         if turns and isinstance(given, dict) and given.get("inertia") is None and not self.problems.has(inertia):
-            self.say(inertia, "required but not given: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2), for the platform turns")
+            self.say(
+                inertia, "required but not given: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2), because the platform rotates"
+            )
         section = self.section(PlatformSection, platform)
         moments = section.inertia if section else None
         if moments is not None and not set(turns) <= set(moments_about(moments)):  # a zero moment is required
@@ -140,7 +142,7 @@ class RobotChecks(Checks):
         reserved = names_of_exports(first)
         for name in platform.tools if platform else ():
             if name in reserved:
-                text = "frames, links and sites of exports have this name already; call it otherwise"
+                text = "frames, links and sites of exports have this name already; choose another name"
                 self.say((*self.root, "platform", "tools", name), text)
 
     def _coincident(self) -> None:

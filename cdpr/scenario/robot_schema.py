@@ -257,7 +257,7 @@ class RobotSection(Section):
     )
     home: Home | None = Field(None, description="pose at which `cdpr info` describes the robot and runs begin")
     cable: CablesSection = Field(
-        CablesSection(), description="what all cables have in common; a cable's own values come first"
+        CablesSection(), description="common values of all cables; a cable's own values take precedence"
     )
     winch: WinchSection | None = Field(None, description="winch of every cable without its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")

@@ -27,7 +27,7 @@ class World(Section):
         json_schema_extra=unit("m/s^2"),
     )
     obstacles: tuple[ObstacleSection, ...] = Field(
-        (), description="what cables should not touch; looked at by workspaces, without effect on the motion"
+        (), description="obstacles of the cables; for workspaces and clearances, without effect on the motion"
     )
 
 
@@ -97,11 +97,11 @@ class ScenarioSection(Section):
     robot: RobotSection = Field(description="robot file, relative to this file, or the robot itself")
     believed: RobotSection | None = Field(
         None,
-        description="the robot as controller and tension solver believe it to be, where that is not what it is: keys "
+        description="nominal model of controller and tension solver, if it differs from the robot: keys "
         "of the robot with other values; of cables those that differ, each with its name",
     )
-    world: World = Field(World(), description="what surrounds the robot")
-    simulation: Simulation = Field(description="the engine and its times")
+    world: World = Field(World(), description="surroundings of the robot")
+    simulation: Simulation = Field(description="engine, times and steps")
     initial: Initial = Field(
         description="state of the platform at time 0; default: at rest at the robot's home, if it has one"
     )
@@ -123,7 +123,7 @@ class ScenarioSection(Section):
         None, description="winches as an FMU between the commands and the cables, in place of robot.cable.model"
     )
     events: list[AnyEvent] = Field(
-        [], max_length=MAX_EVENTS, description="what happens to the robot during the run: pushes, faults, stops"
+        [], max_length=MAX_EVENTS, description="events during the run: pushes, faults, stops"
     )
     log: Log | None = Field(None, description="kept samples of a run; default: all")
     backend_options: dict[str, dict[str, Any]] = Field(

@@ -26,15 +26,15 @@ SCENARIO_KEYS = {"robot", "simulation", "initial", "trajectory"}
 STUDY_KEYS = {"axes", "blocks"}
 DESIGN_KEYS = {"vary", "goal", "goals"}
 HINTS = {
-    "robot": "a scenario names it with 'robot: FILE': 'cdpr new scenario --robot FILE' writes one",
+    "robot": "use it in a scenario by 'robot: FILE': 'cdpr new scenario --robot FILE' writes one",
     "study": "cdpr study runs it",
     "design": "cdpr design runs it",
 }
 NAMED = {
-    ("study", "scenario"): "a study names it with 'scenario: FILE'",
-    ("design", "robot"): "a design names it with 'robot: FILE'",
-    ("study", "design"): "cdpr design runs it; a study says what it varies under 'axes', not 'vary'",
-    ("design", "study"): "cdpr study runs it; a design says what it varies under 'vary', not 'axes'",
+    ("study", "scenario"): "use it in a study by 'scenario: FILE'",
+    ("design", "robot"): "use it in a design by 'robot: FILE'",
+    ("study", "design"): "cdpr design runs it; a study has 'axes', not 'vary'",
+    ("design", "study"): "cdpr study runs it; a design has 'vary', not 'axes'",
 }
 
 

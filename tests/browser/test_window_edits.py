@@ -109,7 +109,7 @@ def test_a_window_on_a_file_that_is_wrong_shows_why_until_it_is_mended(files, re
     ],
 )
 def test_a_point_that_is_dragged_is_an_edit(page, handle, key, before):
-    page.get_by_role("button", name="points to drag").click()
+    page.get_by_role("button", name="Drag points").click()
     page.get_by_label(handle).focus()
     page.keyboard.down("ArrowUp")
     page.keyboard.up("ArrowUp")

@@ -57,7 +57,7 @@ def test_a_robot_is_imported_by_hand_and_keyboard(page, theirs):
     ]
     dialog.get_by_label("Trajectory (Gazebo)").fill("way.yaml")
     page.keyboard.press("Enter")
-    page.get_by_role("heading", name="What was read").wait_for()
+    page.get_by_role("heading", name="Result").wait_for()
     dialog = page.locator("dialog[open]")
     assert page.evaluate("document.activeElement.className") == "brought"  # so that arrows scroll it
     said = dialog.inner_text()
@@ -85,17 +85,17 @@ def test_what_cannot_be_read_is_told_and_what_was_chosen_stays(page, theirs):
     dialog.get_by_label("Choose files").set_input_files([payload("a.xml", "<bodies_system><links>")])
     dialog.get_by_label("Cable set (CASPR)").fill("all")
     dialog.get_by_role("button", name="Read").click()
-    assert problem(dialog).startswith("a.xml:1: this is no sound XML")
+    assert problem(dialog).startswith("a.xml:1: invalid XML")
     assert dialog.get_by_label("Cable set (CASPR)").input_value() == "all"
     assert dialog.get_by_label("Choose files").evaluate("(node) => node.files[0].name") == "a.xml"
     page.evaluate("cdpr.exchange.most = 10")
     dialog.get_by_role("button", name="Read").click()
-    assert "MiB at most are taken: say their path instead" in problem(dialog)
+    assert "MiB at most are taken: enter their path instead" in problem(dialog)
     dialog.get_by_label("Or their path").fill(str(theirs))  # what was said last is meant
     assert dialog.get_by_label("Choose files").evaluate("(node) => node.files.length") == 0
     dialog.get_by_label("Cable set (CASPR)").fill("")
     dialog.get_by_role("button", name="Read").click()
-    page.get_by_role("heading", name="What was read").wait_for()
+    page.get_by_role("heading", name="Result").wait_for()
     page.keyboard.press("Escape")
     assert page.locator("dialog[open]").count() == 0
     page.evaluate("() => { cdpr.link.open = () => {}; cdpr.link.socket.close(); }")
@@ -117,9 +117,9 @@ def test_an_import_that_hangs_is_given_up_with_its_dialog(page, theirs, monkeypa
         assert dialog.get_by_role("button", name="Reading …").is_disabled()
         page.wait_for_timeout(300)  # ms: it is being read
         page.keyboard.press("Escape")
-        page.locator(".messages li", has_text="reading it was given up").wait_for(state="attached")
+        page.locator(".messages li", has_text="reading it was stopped").wait_for(state="attached")
     opened(page, "Import…").get_by_role("button", name="Read").click()
-    page.get_by_role("heading", name="What was read").wait_for()
+    page.get_by_role("heading", name="Result").wait_for()
 
 
 def test_what_is_exported_is_downloaded(page, files):
@@ -157,7 +157,7 @@ def test_names_and_texts_of_others_are_texts(page):
     dialog = opened(page, "Import…")
     dialog.get_by_label("Choose files").set_input_files([payload(EVIL, SUCCESSOR.replace("Turquoise", "<b>x</b>"))])
     dialog.get_by_role("button", name="Read").click()
-    page.get_by_role("heading", name="What was read").wait_for()
+    page.get_by_role("heading", name="Result").wait_for()
     said = page.locator("dialog[open]").inner_text()
     assert EVIL in said
     assert "'<b>x</b>' is unknown" in said
@@ -182,4 +182,4 @@ def test_on_a_phone_dialogs_fit(visit, theirs):
         assert page.locator("dialog[open]").evaluate("(node) => node.scrollWidth <= node.clientWidth")
         if dialog.get_by_role("button", name="Read").is_visible():
             dialog.get_by_role("button", name="Read").tap()
-            page.get_by_role("heading", name="What was read").wait_for()
+            page.get_by_role("heading", name="Result").wait_for()

@@ -105,7 +105,7 @@ def test_packages_for_ros_2_are_of_scenarios(tmp_path):
     assert "20 files" in done.stdout  # 7 of them of the controller in C++
     assert (tmp_path / "out" / "cdpr_caroca" / "package.xml").is_file()
     again = cdpr_here("export", ROOT / "scenarios" / "caroca.yaml", "--to", "ros2", "--out", tmp_path / "out", code=8)
-    assert "is there already, and is no empty folder" in again.stderr
+    assert "exists already and is not empty" in again.stderr
     robot = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "ros2", code=2)
     assert "ros2 is for scenarios" in robot.stderr
     assert "'cdpr new scenario --robot FILE' writes one" in robot.stderr

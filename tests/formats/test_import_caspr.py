@@ -92,14 +92,14 @@ REFUSED = {
         {},
         "bodies.xml:10: link 2 'arm' is a second moving body",
     ),
-    "two turns": ({"joint": "U_XY"}, {}, "bodies.xml:6: joint U_XY turns about two axes"),
+    "two turns": ({"joint": "U_XY"}, {}, "bodies.xml:6: joint U_XY rotates about two axes"),
     "quaternion": ({"joint": "SPATIAL"}, {}, "bodies.xml:6: joint SPATIAL has a quaternion among its coordinates"),
     "unknown joint": ({"joint": "HELICAL"}, {}, "bodies.xml:6: joint type 'HELICAL' is not known"),
     "no body's inertia": ({"inertia": (1, 1, 5, 0, 0, 0)}, {}, "bodies.xml:8: no rigid body has this inertia"),
     "actuated": (
         {"joint": 'SPATIAL_EULER_XYZ" actuated="True'},
         {},
-        "bodies.xml:6: the joint is actuated itself: platforms here are moved by their cables alone",
+        "bodies.xml:6: the joint is actuated: only cables may move a platform",
     ),
     "ref": ({"ref": "link"}, {}, "bodies.xml:8: ref of <inertia>: com or joint is expected, got 'link'"),
     "coordinates": ({"q": [1.0, 2.0]}, {}, "bodies.xml:6: q_initial of <joint>: 6 numbers are expected"),
@@ -146,14 +146,14 @@ REFUSED = {
     "limits": (
         {},
         {"rows": [cable(0), cable(1), cable(2).replace(">1.5", ">900")]},
-        "cables.xml:6: it makes no robot that our checks accept: tension.min[2]",
+        "cables.xml:6: the robot is invalid: tension.min[2]",
     ),
     "limits of all": (
         {},
         {"rows": [cable(0).replace(">1.5", ">-1")]},
-        "cables.xml:4: it makes no robot that our checks accept: tension.min",
+        "cables.xml:4: the robot is invalid: tension.min",
     ),
-    "mass": ({"mass": -5}, {}, "bodies.xml:7: it makes no robot that our checks accept: platform.mass"),
+    "mass": ({"mass": -5}, {}, "bodies.xml:7: the robot is invalid: platform.mass"),
     "no default set": ({}, {"default": "al"}, "cable set 'al', the default, is not there; did you mean 'all'?"),
     "empty set": ({}, {"rows": []}, "cables.xml:3: cable set 'all' holds no cable"),
 }
@@ -204,8 +204,8 @@ def test_sets_of_cables_are_chosen(tmp_path):
             '<!DOCTYPE a [<!ATTLIST link_rigid n CDATA "xxx">]><bodies_system/>',
             "bodies.xml:1: it declares a default for the attribute 'n' of <link_rigid>: write it where it is",
         ),
-        ("<bodies_system><links>", "this is no sound XML: no element found"),
-        ('<?xml version="1.0"?>\n<bodies_system', "bodies.xml:2: this is no sound XML: unclosed token"),
+        ("<bodies_system><links>", "invalid XML: no element found"),
+        ('<?xml version="1.0"?>\n<bodies_system', "bodies.xml:2: invalid XML: unclosed token"),
         ("<bodies_system>" + "<a>" * 100, "within each other, are no robot"),
         ("<bodies_system><links/></bodies_system>", "a <link_rigid> is expected within <links>, got none"),
     ],
@@ -235,10 +235,10 @@ def test_a_folder_tells_what_could_not_be_read(tmp_path):
     (tmp_path / "in" / "other.xml").write_text("<html/>")
     taken = {each.source.rpartition("/")[2]: each for each in import_folder(tmp_path / "in")}
     assert list(taken) == ["Bad_bodies.xml", "alone_cables.xml", "good_bodies.xml", "other.xml"]
-    assert "turns about two axes" in taken["Bad_bodies.xml"].error
+    assert "rotates about two axes" in taken["Bad_bodies.xml"].error
     assert "needs a file of its bodies as well, alone_bodies.xml" in taken["alone_cables.xml"].error
     assert list(taken["good_bodies.xml"].files) == ["good.yaml"]
-    assert "is in no format that is known" in taken["other.xml"].error
+    assert "unknown format" in taken["other.xml"].error
 
 
 def test_the_inertia_of_the_case_is_one(tmp_path):

@@ -56,7 +56,7 @@ def test_the_thesiss_inertia_is_that_of_its_generator(tmp_path):
     wanted = [50 / 12 * (b * b + c * c), 50 / 12 * (a * a + c * c), 50 / 12 * (a * a + b * b)]
     assert np.allclose(np.diag(robot.platform.inertia), wanted)
     assert robot.platform.shape.size == pytest.approx((a, b, c))
-    assert [text for text in taken.left_out if "inertial: its generator does not read it" in text]
+    assert [text for text in taken.left_out if "inertial: its generator ignores it" in text]
     assert [text for text in taken.left_out if "global_frame" in text]
     bare = THESIS.replace("lower: [-0.2, -0.15, -0.125], upper: [0.2, 0.15, 0.125],", "").replace("9", "0")
     _, taken = robot_of(tmp_path, bare, "bare.yaml")
@@ -129,7 +129,7 @@ def test_a_trajectory_belongs_to_a_robot(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("mass: 15", "mass: -15"), "it makes no robot that our checks accept: platform.mass: must be greater than 0"),
+        (("mass: 15", "mass: -15"), "the robot is invalid: platform.mass: must be greater than 0"),
         (
             ("mass: 15", "mass: heavy"),
             "robot.yaml:7: platform.mass: a number of at most 1e+12 is expected, got 'heavy'",
@@ -240,7 +240,7 @@ def test_chains_of_wirex(tmp_path):
         ({'motionpattern="3R3T"': 'motionpattern="2R3T"'}, "motionpattern: '2R3T' is none that our robots have"),
         ({'x="-2"': 'x="left"'}, "crane.wcrfx:2: x of <base>: a number is expected, of at most 1e+12, got 'left'"),
         ({'f_max="700"': 'f_max="0"', 'breaking_load="9000"': ""}, "no largest tension above 0 N"),
-        ({"</models>": ""}, "this is no sound XML"),
+        ({"</models>": ""}, "invalid XML"),
         ({"<robot ": "<robot/><robot "}, "one <robot> is expected, got 2"),
     ],
 )

@@ -53,7 +53,7 @@ def test_no_process_to_read_in_is_an_error(monkeypatch, call):
 
     before = os.listdir("/proc/self/fd")
     monkeypatch.setattr(os, call, fails)
-    with pytest.raises(CdprError, match=r"a\.xml: no process can be started to read it: Resource temporarily"):
+    with pytest.raises(CdprError, match=r"a\.xml: cannot start a process to read it: Resource temporarily"):
         bounded(forever, "a.xml")
     assert os.listdir("/proc/self/fd") == before
 
@@ -66,7 +66,9 @@ def test_its_memory_is_limited(monkeypatch):
 
 
 def test_a_process_that_dies_is_told():
-    with pytest.raises(FormatError, match=r"a\.xml: the process that reads it was ended by SIGKILL: nothing is taken"):
+    with pytest.raises(
+        FormatError, match=r"a\.xml: the process that reads it was ended by SIGKILL: nothing was imported"
+    ):
         bounded(lambda: os.kill(os.getpid(), signal.SIGKILL), "a.xml")
 
 

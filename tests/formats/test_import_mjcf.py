@@ -246,7 +246,7 @@ def test_controls_that_push_make_legs(tmp_path):
         ("<freejoint/>", '<joint/><joint axis="0 1 0"/>', "turns with the hinge before it"),
         ("<freejoint/>", '<joint type="hinge"/><joint type="slide"/>', "this slide turns with the hinge"),
         ("<freejoint/>", '<joint type="slide"/><joint type="slide"/>', "a second slide along z"),
-        ("<freejoint/>", '<joint type="ball"/><joint type="slide"/>', "no guide of ours does that"),
+        ("<freejoint/>", '<joint type="ball"/><joint type="slide"/>', "no equivalent guide"),
         (
             '<site site="b2"/><site site="a2"/>',
             '<site site="b2"/><geom geom="floor2"/><site site="a2"/>',
@@ -259,7 +259,7 @@ def test_controls_that_push_make_legs(tmp_path):
         ),
         ('<site site="b2"/>', '<site site="a1"/>', "tendon 'right': both of its sites are on the frame"),
         ('<site site="a2"/>', '<site site="b1"/>', "both of its sites are on body 'load'"),
-        (ACTUATOR, "", ":19: tendon 'right': no motor pulls it"),
+        (ACTUATOR, "", ":19: tendon 'right': it has no motor"),
         (ACTUATOR, '<motor tendon="right" gear="-1"/>', "neither its control nor its force is limited"),
         (ACTUATOR, '<motor tendon="right" ctrllimited="true" ctrlrange="0 5"/>', "it only pushes"),
         (
@@ -303,10 +303,10 @@ def test_controls_that_push_make_legs(tmp_path):
         ("<freejoint/>", "<freejoint/><plugin/>", "<plugin>: the file does not define the behaviour of a plugin"),
         ("<freejoint/>", "<freejoint/><joint/>", "MuJoCo does not compile it"),
         (BODY, '<geom size="1e200" density="1e200"/>', ":12: size of <geom>: numbers of at most 1e+12 are"),
-        (BODY, '<geom size="1e4" density="1e12"/>', ":10: it makes no robot that our checks accept: platform.mass"),
+        (BODY, '<geom size="1e4" density="1e12"/>', ":10: the robot is invalid: platform.mass"),
         ('euler="0 0 90"', 'euler="0 0 ninety"', ":10: MuJoCo does not compile it"),
         ("<mujoco", '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco', "entities are not resolved"),
-        ("<mujoco", "<mujocoinclude", "this is no sound XML"),
+        ("<mujoco", "<mujocoinclude", "invalid XML"),
     ],
 )
 def test_what_is_refused_is_told_with_its_line(tmp_path, old, new, said):

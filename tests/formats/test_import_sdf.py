@@ -123,7 +123,7 @@ def test_the_first_generator_wrote_the_velocity_as_the_effort(tmp_path):
             "got '1e16': of slide 'cable0' it is the largest tension, N",
         ),
         ("<mass>150</mass>", "<mass>-150</mass>", "our checks accept"),
-        ("</sdf>", "", "this is no sound XML"),
+        ("</sdf>", "", "invalid XML"),
         ("<parent>frame</parent>", "<parent>virt_Y0</parent>", "is no leg"),
     ],
 )

@@ -91,10 +91,10 @@ def test_a_position_is_where_a_tool_goes(tmp_path, joint, q, said, kind):
         assert np.allclose(at, wanted, atol=1e-9)
         assert np.allclose(R, x @ yy @ z, atol=1e-9)
     assert np.allclose(np.array(scenario.initial.position) + x @ yy @ z @ OFFSET, y[0], atol=1e-12)
-    told = [each for each in taken.warnings if "how the platform is turned is not said" in each]
+    told = [each for each in taken.warnings if "the attitude of the platform is not defined" in each]
     assert told == (
         [
-            "robot_operational_spaces.xml:2: position 'tip': how the platform is turned is not said: it keeps the "
+            "robot_operational_spaces.xml:2: position 'tip': the attitude of the platform is not defined: it keeps the "
             "attitude of q_initial"
         ]
         if said
@@ -164,8 +164,8 @@ def test_coordinates_are_of_the_set_that_is_the_default_one(tmp_path):
 @pytest.mark.parametrize(
     ("joint", "chosen", "said"),
     [
-        ("T_XYZ", None, "what its coordinates are is not said: the model has no operational set"),
-        ("T_XYZ", spaces(space(), space(), default=""), "is not said: of a, b none is the default"),
+        ("T_XYZ", None, "its coordinates are not defined: the model has no operational set"),
+        ("T_XYZ", spaces(space(), space(), default=""), "its coordinates are not defined: of a, b none is the default"),
         ("T_XYZ", spaces(space(), default="z"), "its coordinates are of operational set 'z', which is not there"),
         (
             "T_XYZ",

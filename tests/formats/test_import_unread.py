@@ -101,7 +101,7 @@ def with_unknown(text, k, kind):
 WHOLE = {
     "cable_set": "cable set 'other': ",
     "plugin": "plugin 'libcdpr_plugin.so'",
-    "joint": "no cable ends on it|fixed where the model puts it",
+    "joint": "no cable ends on it|fixed at its position in the model",
     "freejoint": "no cable ends on it",
     # numbers of legs, with whatever stands behind them
     **dict.fromkeys(["mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "xyz", "effort", "velocity"], "of the legs"),

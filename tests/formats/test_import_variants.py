@@ -50,7 +50,9 @@ def test_grippers_are_fixed_and_other_bodies_left_out(tmp_path):
     robot, taken = imported(tmp_path, text)
     assert robot.platform.mass == 3.0
     assert robot.home[:3].tolist() == [0.1, 0.2, 1.3]
-    assert [text for text in taken.warnings if "body 'g' moves on its own (j): fixed where the model puts it" in text]
+    assert [
+        text for text in taken.warnings if "body 'g' moves on its own (j): fixed at its position in the model" in text
+    ]
     assert [text for text in taken.left_out if "body 'cube' moves on its own" in text]
     assert [text for text in taken.left_out if "<weld> '': between bodies on which no cable ends" in text]
     held = text.replace('<weld body1="cube"/>', '<weld body1="p" body2="cube"/>')

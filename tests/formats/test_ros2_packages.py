@@ -180,7 +180,7 @@ def test_manifests_name_what_is_imported(folder):
 
 def test_nothing_is_overwritten_and_the_bytes_are_the_same(folder, tmp_path):
     scenario = cdpr.load_scenario(SCENARIO)
-    with pytest.raises(OutputError, match="no empty folder"):
+    with pytest.raises(OutputError, match="not empty"):
         write_ros2(scenario, folder)
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "below"):

@@ -236,9 +236,7 @@ def test_what_moves_nothing_is_told_once(folder):
     text = 'M104 S200\nT0\nM117 Printing; G1\nG92 E0\nG10\nG1 X10 E5\nG11\nM106 S255\necho "G1 X5"\nG1 X20 E9\nM84\n'
     scenario = read(folder, text, PRINTER)
     (told,) = [str(warning) for warning in scenario.warnings if "trajectory.file" in str(warning)]
-    assert told.endswith(
-        "trajectory.file: passed over, as if they moved nothing: E, G10, M84, M104, M106, M117, M118, T"
-    )
+    assert told.endswith("trajectory.file: skipped, as if without motion: E, G10, M84, M104, M106, M117, M118, T")
     same(points(folder, text, PRINTER), [10, 100, 1200], [20, 100, 1200])
     milled = "G17 G20 G40 G49 G54 G64 G80 G90 G94\nG21\nT1 M6\nM3 S1000\nM8\n" + HEAD + "M66 P0 L2\nM5 M9\nG1 X5\n"
     (told,) = [str(one) for one in read(folder, milled).warnings if "trajectory.file" in str(one)]
@@ -331,8 +329,12 @@ def test_a_feed_beyond_the_limits_is_told(folder):
         ("O1\nO2\nF1 G1 X1", 2, "O2 begins a subprogram"),
         ("O1 G1 X1", 1, "parameters, expressions and O words are not computed here"),
         ("F1 G1 X1 R2", 1, "R2 means nothing here; the dialect is linuxcnc"),
-        ("F1 G1 X1 E2", 1, "files for 3D printers, where it is filament, are of reprapfirmware; to pass over it"),
-        ("F1 G1 X1 A2", 1, "A2 means nothing here; the dialect is linuxcnc; to pass over it"),
+        (
+            "F1 G1 X1 E2",
+            1,
+            "files for 3D printers, where it is filament, are of reprapfirmware; to skip it, as if without motion",
+        ),
+        ("F1 G1 X1 A2", 1, "A2 means nothing here; the dialect is linuxcnc; to skip it, as if without motion"),
         ("G28", 1, "G28 is not known here, only G0, G1, G2"),
         ("M98 P1", 1, "M98 runs or changes what is not known here"),
         ("#1=2", 1, "parameters, expressions and O words are not computed here"),
@@ -432,7 +434,7 @@ def test_so_many_moves_are_too_many(folder):
 
 def test_files_that_are_not_there_or_lead_nowhere(folder):
     (found,) = refused(folder, "F1 G1 X0 Y100 Z1200\n")
-    assert "nothing in it leads away from the initial position; to stay, use type: hold" in found
+    assert "it contains no move from the initial position; to stay, use type: hold" in found
     (found,) = refused(folder, HEAD, ", sha256: " + 64 * "0")
     assert "trajectory.sha256: 'a.ngc' has changed: its checksum is" in found
     (folder / "b.ngc").write_text(HEAD)

@@ -48,12 +48,12 @@ def test_commands_of_other_firmware_are_skipped_where_ignore_names_them(folder):
     for dialect in ("", PRINTER):
         scenario = read(folder, text, f"{dialect}, ignore: [{names}]")
         (told,) = [str(one) for one in scenario.warnings if "trajectory.file" in str(one)]
-        assert told.endswith(f"passed over, as if they moved nothing: {names}")
+        assert told.endswith(f"skipped, as if without motion: {names}")
         same(points(folder, text, f"{dialect}, ignore: [{names}]"), [0, 0, 1000], [5, 0, 1000])
         found = refused(folder, text, dialect)
         assert len(found) == 4
         assert found[1].startswith("a.ngc:2:1: ")
-        assert found[1].endswith("as if it moved nothing, write ignore: [EXCLUDE_OBJECT_START]")
+        assert found[1].endswith("as if without motion, write ignore: [EXCLUDE_OBJECT_START]")
 
 
 @pytest.mark.parametrize("number", ["O0001", "o1 (part)", "N10 O0001", ":0001", "O1"])
@@ -61,7 +61,7 @@ def test_a_program_number_is_skipped_and_reported(folder, number):
     text = f"%\n{number}\nG21 G17 G40 G49 G80 G90\nG0 X1 Y1\nG1 X5 F100\nM30\n%\n"
     same(points(folder, text), [1, 1, 1200], [5, 1, 1200])
     (told,) = [str(one) for one in read(folder, text).warnings if "trajectory.file" in str(one)]
-    assert told.endswith("passed over, as if they moved nothing: O1")
+    assert told.endswith("skipped, as if without motion: O1")
 
 
 @pytest.mark.parametrize("line", ["G0 G80 X1 Y1", "G80 G0 X1 Y1", "G90 G17 G40 G80 G00 G21 X1 Y1"])

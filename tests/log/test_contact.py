@@ -114,7 +114,7 @@ def test_it_may_stop_the_run(run, monkeypatch, way):
     (event,) = ended.events
     assert (event.kind, event.time, event.until) == ("contact", run.time[first], None)
     assert ended.summary()["infeasible_steps"] == 0
-    assert "Stopped where cables came too near to something" in render(ended)
+    assert "Stopped: clearance of cables too small" in render(ended)
 
 
 def test_blocks_stay_whole():
@@ -201,7 +201,7 @@ def test_the_command_line_ends_with_the_code_of_the_scenario(tmp_path):
     value = least["margin"]["value"]
     assert f"  capacity margin     {value:.4g} N, at rest, at " in result.output
     page = (tmp_path / "run" / "report.html").read_text()
-    assert "Least clearance (m)" in page
+    assert "Smallest clearance (m)" in page
     assert f"{value:.4g} N, at rest, at " in page
 
 

@@ -131,7 +131,7 @@ def without_control():
     [
         (Pinv, r"controller: a name or a class derived from cdpr\.plugins\.Controller is expected, got .*Pinv"),
         (object(), "controller: a name or a class"),
-        (named_as_ours(), "class static: there is a controller of that name already; call it otherwise"),
+        (named_as_ours(), "class static: there is a controller of that name already; choose another name"),
         (without_control(), "controller: class Half lacks control"),
         (type("Odd", (Hover,), {"Options": dict}), "Odd.*must derive from cdpr.plugins.PluginOptions"),
         (type("Bad", (Hover,), {"__init__": lambda self, *_: 1 / 0}), "'Bad' cannot be made: ZeroDivisionError"),

@@ -87,7 +87,7 @@ def test_a_design_is_told_from_a_study(tmp_path, monkeypatch):
         load_study("design_box")
     with pytest.raises(ScenarioError, match=r"this is a design file; cdpr design runs it; .* under 'axes'"):
         load_study(SCENARIOS / "studies" / "design_box.yaml")
-    with pytest.raises(ScenarioError, match="this is a robot file; a design names it with 'robot: FILE'"):
+    with pytest.raises(ScenarioError, match="this is a robot file; use it in a design by 'robot: FILE'"):
         load_design(SCENARIOS / "robots" / "poor_box.yaml")
 
 

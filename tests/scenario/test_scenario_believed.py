@@ -199,9 +199,7 @@ def test_events_fit_both():
     event = "events:\n- {type: limits, time: 0.5, max: 60, cable: cable_2}\n"
     load(BASE + event)
     told = problem(BASE + event + "believed: {tension: {min: 70}}\n")
-    assert (
-        "events[0]: as the controller believes the robot to be: cable 'cable_2' would have the limits 70 to 60" in told
-    )
+    assert "events[0]: for the nominal model: cable 'cable_2' would have the limits 70 to 60" in told
 
 
 def test_numbers_of_a_file_are_those_of_the_robot():

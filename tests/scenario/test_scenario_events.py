@@ -59,7 +59,7 @@ def test_the_resolved_scenario_holds_them():
         ("{type: snap, time: 1}", "events[0].type", "unknown type 'snap': allowed: wrench, sine, cable_break"),
         ("{type: cable_brake, time: 1}", "events[0].type", "did you mean 'cable_break'?"),
         ("{type: cable_break, time: 1}", "events[0].cable", "required but not given: name of the cable, or its number"),
-        ("{type: cable_break, cable: left}", "events[0].time", "required but not given: when it happens"),
+        ("{type: cable_break, cable: left}", "events[0].time", "required but not given: time of the event"),
         ("{type: cable_break, time: -1, cable: left}", "events[0].time", "must be at least 0 (s), got -1"),
         (
             "{type: cable_break, time: 1, cable: lift}",
@@ -82,7 +82,7 @@ def test_the_resolved_scenario_holds_them():
         ("{type: limits, time: 1, min: -1}", "events[0]", "min must be at least 0 (N), got -1: a cable cannot push"),
         ("{type: limits, time: 1, max: 45}", "events[0]", "cable 'cable_2' would have the limits 50 to 45 (N)"),
         ("{type: limits, time: 1, cable: left, max: 0}", "events[0]", "cable 'left' would have the limits 40 to 0 (N)"),
-        ("{type: target, time: 1, duration: 1}", "events[0]", "position (m) or orientation is missing, or both"),
+        ("{type: target, time: 1, duration: 1}", "events[0]", "position (m), orientation, or both are required"),
         ("{type: target, time: 1, position: [1, 0, 1]}", "events[0]", "duration (s) or limits is expected, not both"),
         ("{type: target, time: 1, position: [1, 0, 1], duration: 1e-4}", "events[0].duration", "or it is a jump"),
         (
@@ -159,7 +159,7 @@ def test_what_is_wrong_is_said_where_it_stands(event, key, text):
         (
             ["{type: emergency_stop, time: 1}", "{type: target, time: 2, position: [1, 0, 1], duration: 1}"],
             "events[1]",
-            "the robot is stopped at 1 s: it goes nowhere afterwards",
+            "the robot is stopped at 1 s: it cannot move afterwards",
         ),
     ],
 )

@@ -155,7 +155,7 @@ def test_a_missing_scenario_names_its_neighbour(folder):
 
 def test_files_of_the_other_kind(folder):
     assert refusal(folder / "robots" / "tripod.yaml").endswith(
-        "this is a robot file; a scenario names it with 'robot: FILE': 'cdpr new scenario --robot FILE' writes one"
+        "this is a robot file; use it in a scenario by 'robot: FILE': 'cdpr new scenario --robot FILE' writes one"
     )
     assert refusal(folder / "a.yaml", load_robot).endswith("this is a scenario file; a robot file is expected")
 

@@ -80,7 +80,7 @@ def test_what_the_sections_describe():
     [
         (ARCH, "height: 0.5", "height: -1", "trajectory.height", "must be at least 0 (m), got -1"),
         (ARCH, "height: 0.5", "height: 1, vertical: 0.5", "trajectory.vertical", "must be at most 0.49, got 0.5"),
-        (ARCH, ", height: 0.5", "", "trajectory.height", "required but not given: how far the top lies"),
+        (ARCH, ", height: 0.5", "", "trajectory.height", "required but not given: height of the top"),
         (CIRCLE, "center", "centre", "trajectory.centre", "did you mean 'center'?"),
         (CIRCLE, "[0.5, 0.1, 1.2]", "[0.5, 0.1, 1.3]", "trajectory.center", "nearest in it: [0.5, 0.1, 1.2]"),
         (CIRCLE, "[0.5, 0.1, 1.2]", "[0, 0.1, 1.2]", "trajectory.center", "the circle has no radius"),

@@ -218,7 +218,7 @@ WRONG = {
     "two numbers": ({"type": "hold"}, {"tools": {"a": [1.0, 2.0]}}, "tools.a: 3 numbers expected (m), got 2"),
     "no list": ({"type": "hold"}, {"tools": {"a": 1.0}}, "tools.a: 3 numbers expected (m), got 1"),
     "a text": ({"type": "hold"}, {"tools": {"a": [1.0, "x", 2.0]}}, "tools.a[1]: a number expected (m), got 'x'"),
-    "a taken name": ({"type": "hold"}, {"tools": {"platform": NOZZLE}}, "have this name already; call it otherwise"),
+    "a taken name": ({"type": "hold"}, {"tools": {"platform": NOZZLE}}, "have this name already; choose another name"),
     "a cable's end": ({"type": "hold"}, {"tools": {"cable_1_frame": NOZZLE}}, "have this name already"),
     "no name": ({"type": "hold"}, {"tools": {"a b": NOZZLE}}, "write a_b"),
     "far": ({"type": "hold"}, {"tools": {"a": [1e9, 0.0, 0.0]}}, "must lie between"),

@@ -221,7 +221,7 @@ def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose a
     there = {name for name in taken.files if os.path.lexists(folder / name)}
     for name in taken.files:
         if name in there and not force:
-            raise OutputError(f"'{folder / name}' is there already: it is not written over; {otherwise}")
+            raise OutputError(f"'{folder / name}' exists already and is not overwritten; {otherwise}")
     written: list[Path] = []
     if not taken.files:
         return written
@@ -268,7 +268,7 @@ def _reader(path: Path, content: bytes) -> ModuleType:
         parse(content, str(path))  # report invalid XML as such
     names = ", ".join(each.name for each in FORMATS)
     ours = "; our own robots and scenarios need no import" if path.suffix in (".yaml", ".yml") else ""
-    raise FormatError(f"{path}: is in no format that is known; there are {names}{ours}")
+    raise FormatError(f"{path}: unknown format; supported are {names}{ours}")
 
 
 def _read(reader: ModuleType, path: Path, content: bytes, choice: Choice) -> Imported:
@@ -315,14 +315,14 @@ def _taken(path: Path, found: Imported) -> Taken:
             load_robot(folder / robot)
         except CdprError as error:
             place = _place(path, found, error)
-            raise FormatError(f"{place}: it makes no robot that our checks accept: {_first(error)}") from None
+            raise FormatError(f"{place}: the robot is invalid: {_first(error)}") from None
         for motion, files in zip(found.motions, motions, strict=True):
             for each, text in files.items():
                 (folder / each).write_text(text, encoding="utf-8")
             try:
                 load_scenario(folder / next(iter(files)))
             except CdprError as error:
-                taken.left_out.append(f"{path}: motion '{motion.name}': our checks refuse it: {_first(error)}")
+                taken.left_out.append(f"{path}: motion '{motion.name}'is invalid: {_first(error)}")
             else:
                 taken.files |= files
     head = _head(found, path.parent)  # rewritten, because more may be left out now

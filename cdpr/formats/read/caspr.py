@@ -150,7 +150,7 @@ def _only_link(bodies: Element) -> Element:
         second = moving[1]
         raise second.wrong(
             f"link {second.attributes.get('num', '?')} '{second.attributes.get('name', '')}' is a second moving body; "
-            "robots of one platform alone can be described here"
+            "only robots with one platform are supported"
         )
     if moving[0].name != "link_rigid":
         raise moving[0].wrong(f"a <{moving[0].name}> is no rigid body; <link_rigid> alone can be described here")

@@ -17,10 +17,10 @@ from cdpr.formats.read.xml import Element
 SPRING = "cable_linear_spring"
 TAUT = ("cable_ideal", SPRING)
 REFUSED = {
-    "cable_passive_linear_spring": "a passive spring, which nobody commands, is none of our cables",
-    "cable_vsd_torsion_spring": "a stiffness that depends on the tension is none that our cables have",
-    "cable_vsd_flexure_linear": "a stiffness that depends on the tension is none that our cables have",
-    "cable_vsd_polynomial": "a stiffness that depends on the tension is none that our cables have",
+    "cable_passive_linear_spring": "a passive spring, which is not supported",
+    "cable_vsd_torsion_spring": "a stiffness that depends on the tension, which is not supported",
+    "cable_vsd_flexure_linear": "a stiffness that depends on the tension, which is not supported",
+    "cable_vsd_polynomial": "a stiffness that depends on the tension, which is not supported",
 }
 SCREWED = "screw_base_rotating_pulley"
 PULLEY = "base_rotating_pulley"
@@ -122,7 +122,7 @@ def _cable(element: Element, name: str, centre: list[float]) -> dict[str, Any]:
 def _end(end: Element, called: str, shift: list[float]) -> dict[str, Any]:
     """Return an end of a cable: `frame` or `platform`, and the `exit` of a pulley."""
     if end.name == SCREWED:
-        raise end.wrong(f"{called} winds on a {SCREWED}, which moves its exit along the drum: none of our parts does")
+        raise end.wrong(f"{called} winds on a {SCREWED}, which moves its exit along the drum, which is not supported")
     if end.name == PULLEY:
         given = {key: end.child(word) for word, key in PULLEYS.items()}
         exit_ = {"type": Pulley.kind(), "radius": given["radius"].number(), "axis": given["axis"].vector(3)}

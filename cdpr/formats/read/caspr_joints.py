@@ -36,9 +36,9 @@ FIXED = "S_FIXED_XYZ"
 AXES = ("x", "y", "z")
 QUATERNION = "has a quaternion among its coordinates; the same joint with three angles is known"
 REFUSED = {
-    "U_XY": "turns about two axes, for which there is no guide here",
-    "U_YZ": "turns about two axes, for which there is no guide here",
-    "U_XZ": "turns about two axes, for which there is no guide here",
+    "U_XY": "rotates about two axes, for which there is no guide",
+    "U_YZ": "rotates about two axes, for which there is no guide",
+    "U_XZ": "rotates about two axes, for which there is no guide",
     "R_AXIS": "rotates about another axis; guides support only world axes",
     "S_QUATERNION": QUATERNION,
     "SPHERICAL": QUATERNION,
@@ -127,7 +127,7 @@ def joint(link: Element) -> Joint:
     if type_ not in KINDS:
         raise element.wrong(f"joint type '{type_}' is not known; there are {', '.join(KINDS)}")
     if element.attributes.get("actuated", "false").strip().lower() == "true":
-        raise element.wrong("the joint is actuated itself: platforms here are moved by their cables alone")
+        raise element.wrong("the joint is actuated: only cables may move a platform")
     if (number := parent.child("num").number()) != 0.0:
         raise parent.wrong(f"the parent is link {number:g}; the world, 0, is expected of a single body")
     x, y, z = parent.child("location").vector(3)

@@ -113,7 +113,7 @@ class Spaces:
         if wanted is not None:
             raise element.wrong(f"its coordinates are of operational set '{wanted}', which is not there")
         known = f"of {', '.join(sets)} none is the default" if sets else "the model has no operational set"
-        raise element.wrong(f"what its coordinates are is not said: {known}")
+        raise element.wrong(f"its coordinates are not defined: {known}")
 
 
 def spaces(roots: list[Element], link: Element, cables: list[str]) -> Spaces:
@@ -159,7 +159,7 @@ def _held(marker: Element, axes: tuple[str, ...], joint: Joint, reach: Array) ->
             raise marker.wrong("it says where a point is and not how the platform is turned, and its joint only turns")
         held[3:] = joint.parts(joint.initial)[1]
         if turning:
-            told = "how the platform is turned is not said: it keeps the attitude of q_initial"
+            told = "the attitude of the platform is not defined: it keeps that of q_initial"
     home = np.array(joint.at) + rotations.matrix(joint.quaternion(joint.initial)) @ reach
     held[:3] = np.array(joint.at) if not set(axes) & set(AXES) else home
     place = f"{Path(marker.file).name}:{marker.line}"

@@ -31,7 +31,7 @@ WITHOUT_EFFECT = {
     "controllers": "gains of the plug-in's joints; our controllers have their own",
     "sim_cables": "whether Gazebo simulates cables as legs",
     "filepath": "a path of its author's machine",
-    "global_frame": "the plug-in does not read it either: anchors are in the world",
+    "global_frame": "the plug-in ignores it, too: anchors are in the world",
 }
 
 
@@ -108,10 +108,10 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
                 found.left_out += [text] if text not in found.left_out else []
                 node.done()
     for node, why in (
-        (root / "cable" / "mass", "cables here have a linear_density, and the plug-in does not read it either"),
+        (root / "cable" / "mass", "cables here have a linear_density, and the plug-in ignores it, too"),
         (root / "joints" / "passive", "damping of joints at the cables' ends, which are free here"),
         (limits / "damping", "damping of the joint that represents a cable"),
-        (limits / "velocity", "a limit of Gazebo's joint, which its engine does not hold it to"),
+        (limits / "velocity", "a limit of Gazebo's joint, which its engine ignores"),
     ):
         if node.value is not None:
             found.left_out.append(f"{path}:{node.line}: {'.'.join(map(str, node.path))}: {why}")
@@ -137,7 +137,7 @@ def _body(
         found.comments["platform", "inertia"] = "kg m^2, of the box from lower to upper, as the thesis's generator"
         if "inertial" in platform:
             node = platform / "inertial"
-            found.left_out.append(f"{platform.document.source}:{node.line}: inertial: its generator does not read it")
+            found.left_out.append(f"{platform.document.source}:{node.line}: inertial: its generator ignores it")
             node.done()
         centred = all(abs(low[k] + high[k]) <= CENTRED * (high[k] - low[k]) for k in range(3))
         return _sound(found, platform / "lower", inertia, mass, anchors), [a, b, c] if centred else None

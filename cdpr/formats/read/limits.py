@@ -68,7 +68,7 @@ def bounded(call: Callable[[], Result], path: str, seconds: float = SECONDS) -> 
         with suppress(ChildProcessError):
             code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
     if content is None:
-        raise FormatError(f"{path}: reading it takes more than {longest:g} s, and was given up")
+        raise FormatError(f"{path}: reading it takes more than {longest:g} s, and was stopped")
     result: Result = _result(content, path, code, seconds)
     return result
 
@@ -84,7 +84,7 @@ def _forked(path: str) -> tuple[int, int, int]:
             os.close(end)
         reason = error.strerror or error
         raise CdprError(
-            f"{path}: no process can be started to read it: {reason}; close other programs, or raise "
+            f"{path}: cannot start a process to read it: {reason}; close other programs, or raise "
             "`ulimit -u` and `ulimit -n`"
         ) from error
 
@@ -93,10 +93,10 @@ def _result(content: bytes, path: str, code: int, seconds: float) -> Any:
     if not content:
         if code == -signal.SIGXCPU:
             raise FormatError(
-                f"{path}: reading it takes more than {seconds:g} s of CPU time, and was given up; a robot takes less "
+                f"{path}: reading it takes more than {seconds:g} s of CPU time, and was stopped; a robot takes less "
                 "than one. If the file is sound, allow more (--seconds N; in Python seconds=N)"
             )
-        raise FormatError(f"{path}: the process that reads it {processes.ended(code)}: nothing is taken")
+        raise FormatError(f"{path}: the process that reads it {processes.ended(code)}: nothing was imported")
     kind, value = pickle.loads(content)
     if kind == "error":
         raise value

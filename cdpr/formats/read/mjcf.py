@@ -133,4 +133,4 @@ def _options(model: Any, mujoco: Any, lines: Lines) -> None:
         text = f"gravity {gravity}: set world.gravity in scenarios; the default is {usual} m/s^2"
         lines.left_out.append(f"{lines.first('option').at}: {text}")
     if model.opt.density or model.opt.viscosity:
-        lines.left_out.append(f"{lines.first('option').at}: density, viscosity: platforms move in no medium")
+        lines.left_out.append(f"{lines.first('option').at}: density, viscosity: not supported")

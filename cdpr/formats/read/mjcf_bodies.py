@@ -82,7 +82,7 @@ class Bodies:
             if found is not None:
                 raise mover.wrong(
                     f"body '{_name(mover)}' is a second moving body, besides '{_name(found)}', on which cables end "
-                    f"(site '{site}' of tendon '{_name(cable)}'); robots of one platform alone can be described here: "
+                    f"(site '{site}' of tendon '{_name(cable)}'); only robots with one platform are supported: "
                     "remove the joints of the bodies at rest, and end cables at their last "
                     "pulley or winch"
                 )
@@ -110,7 +110,9 @@ class Bodies:
             names = ", ".join(_name(joint) or joint.attributes.get("type", "unnamed") for joint in joints)
             what = f"{joints[0].at}: body '{_name(body)}' moves on its own ({names})"
             if self._on_platform(body):
-                self._lines.warnings.append(f"{what}: fixed where the model puts it; the body is part of the platform")
+                self._lines.warnings.append(
+                    f"{what}: fixed at its position in the model; the body is part of the platform"
+                )
             else:
                 self._lines.left_out.append(f"{what}: no cable ends on it; it is not part of the robot")
 

@@ -65,7 +65,7 @@ class Body:
         self._place, self._axes = place, axes
         at, R = self._data.xpos[number].copy(), self._rotation(number)
         self._shift, self._turn = R.T @ (place - at), R.T @ axes
-        self.begins = "the pose in which the model is written"
+        self.begins = "the pose of the model file"
         self._fixed = self._data.site_xpos.copy()
         self.size = min(1.0, float(np.abs([*self._fixed, place, self.centre]).max()))
         self._fixed_geoms = self._data.geom_xpos.copy(), self._data.geom_xmat.copy().reshape(-1, 3, 3)
@@ -112,7 +112,7 @@ class Body:
             raise self._lines.root.wrong("no body moves: a platform has a joint, such as <freejoint/>")
         if len(moving) > 1:
             first, second = self._name(moving[0]), self._name(moving[1])
-            text = f"body '{second}' is a second moving body, besides '{first}'; robots of one platform alone"
+            text = f"body '{second}' is a second moving body, besides '{first}'; only robots with one platform"
             raise self._lines.of("body", second).wrong(f"{text} can be described here")
         return moving[0]
 
@@ -131,7 +131,7 @@ class Body:
             axis, at = self._data.xaxis[joint], self._joint(joint)
             along = int(np.argmax(np.abs(axis)))
             if kind not in ("slide", "hinge"):
-                raise at.wrong(f"a {kind} joint besides others: no guide of ours does that")
+                raise at.wrong(f"a {kind} joint besides others: no equivalent guide")
             if np.abs(np.delete(axis, along)).max() > ALONG:
                 raise at.wrong(f"its axis is {axis.tolist()}: x, y or z of the world is expected")
             if any(name.startswith("r") for name in found):
@@ -204,7 +204,7 @@ class Body:
                 if np.any(value):
                     self._lines.left_out.append(f"{self._joint(joint).at}: {word} of a joint: guides of ours have none")
         if np.any(model.body_gravcomp[[k for k in range(model.nbody) if self._is_part(k)]]):
-            self._lines.left_out.append(f"{self.element.at}: gravcomp: platforms weigh what they weigh")
+            self._lines.left_out.append(f"{self.element.at}: gravcomp: not supported")
 
     def _move(self, q: Array) -> None:
         self._data.qpos[:] = q

@@ -47,7 +47,7 @@ class Cables:
         motors = [int(tendon) for tendon, _ in model.actuator_trnid]
         for tendon in range(model.ntendon):
             if tendon not in motors:
-                raise self._wrong(tendon, f"no motor pulls it, and nothing says its tensions: {REMEDY}")
+                raise self._wrong(tendon, f"it has no motor and no tension limits: {REMEDY}")
         if (twice := next((k for k, tendon in enumerate(motors) if tendon in motors[:k]), None)) is not None:
             raise self._wrong(motors[twice], "two motors pull it: one is expected")
         self._servos, self._unlimited = list[int](), list[int]()
@@ -202,7 +202,7 @@ class Cables:
                 self._lines.left_out.append(f"{at}: {word} of tendon '{self._tendon(tendon)}': ideal cables have none")
         if model.tendon_limited[tendon]:
             at = self._element(tendon).at
-            text = "range of a tendon holds the body there; here it is the cable's `length`, which nothing holds it to"
+            text = "range of a tendon holds the body there; here it is the cable's `length`, without effect"
             self._lines.left_out.append(f"{at}: {text}")
 
     def _tendon(self, tendon: int) -> str:

@@ -47,7 +47,7 @@ class _Included:
                 self.splice(child, depth)
                 children.append(child)
         if self.elements > MAX_ELEMENTS:
-            raise element.wrong(f"with its included files it has more than {MAX_ELEMENTS} elements, and is no robot")
+            raise element.wrong(f"with its included files it has more than {MAX_ELEMENTS} elements")
         element.children = children
 
     def _load(self, include: Element, depth: int) -> Element:

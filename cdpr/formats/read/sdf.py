@@ -87,7 +87,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     found.comments["home", "position"] = f"m, pose of link '{PLATFORM}', line {platform.line}"
     found.comments["tension", "max"] = "N, effort of each slide"
     found.comments["cables",] = f"m: where legs meet the links '{FRAME}' and '{PLATFORM}'"
-    found.warnings.append(f"{model.file}:{model.line}: the smallest tension is 0 N: SDF says none")
+    found.warnings.append(f"{model.file}:{model.line}: the smallest tension is 0 N: SDF has no lower limit")
     _tell(found, model)
     return found
 
@@ -125,7 +125,7 @@ def _legs(
     """Return the cables, their largest tensions, N, comments, and the radii of the drawn legs, m."""
     slides = [joint for joint in model.all("joint") if joint.attributes.get("type") == SLIDE]
     if not slides:
-        raise model.wrong("no joint is prismatic: of cables SDF says nothing where they are no legs")
+        raise model.wrong("no joint is prismatic: only cables as legs are supported in SDF")
     beside: dict[str, list[tuple[str, Element]]] = {}
     for joint in model.all("joint"):
         if joint.attributes.get("type") in HINGES:

@@ -265,9 +265,9 @@ class _Tree:
         try:
             self.parser.Parse(content, True)
         except expat.ExpatError as error:
-            raise self._wrong(f"this is no sound XML: {expat.ErrorString(error.code)}") from None
+            raise self._wrong(f"invalid XML: {expat.ErrorString(error.code)}") from None
         except (ValueError, LookupError) as error:  # unknown encoding
-            raise self._wrong(f"this is no sound XML: {error}") from None
+            raise self._wrong(f"invalid XML: {error}") from None
 
     def _wrong(self, text: str) -> FormatError:
         return refuse(self.file, self.parser.CurrentLineNumber, text)

@@ -19,11 +19,9 @@ class Contact(ScenarioEvent):
         description="cables touch, or come too near to, each other, their platform or one of world.obstacles"
     )
     time: NonNegative = Field(
-        0.0, description="from the first sample at or after this time on it may happen", json_schema_extra=unit("s")
+        0.0, description="start of the monitoring: the first sample at or after this time", json_schema_extra=unit("s")
     )
-    clearance: NonNegative = Field(
-        0.0, description="it happens where the least clearance is this or less", json_schema_extra=unit("m")
-    )
+    clearance: NonNegative = Field(0.0, description="smallest clearance that is reported", json_schema_extra=unit("m"))
     then: Literal["continue", "stop"] = Field(
         "continue", description="reaction: record it and continue, or end the run with that sample"
     )

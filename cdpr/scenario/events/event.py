@@ -118,7 +118,8 @@ class ScenarioEvent(Kind):
     files: ClassVar[tuple[str, ...]] = ()
 
     time: NonNegative = Field(
-        description="when it happens: it acts from the first sample at or after this time", json_schema_extra=unit("s")
+        description="time of the event: it acts from the first sample at or after this time",
+        json_schema_extra=unit("s"),
     )
 
     def named(self, names: Sequence[str | None]) -> Self:

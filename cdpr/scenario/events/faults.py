@@ -61,10 +61,10 @@ class CableFault(CableEvent):
         time = first_sample(self.time, step) * step
         learns = first_sample(self.time + self.detected_after, step)
         known = learns * step
-        text = f"cable '{self.cable}' {self._happening(tension)}" + ("" if known > time else ", known at once")
+        text = f"cable '{self.cable}' {self._happening(tension)}" + ("" if known > time else ", detected at once")
         yield Event(time, self.type, text, cable=str(self.cable))
         if known > time and learns < samples:
-            yield Event(known, "detected", f"the distribution learns that cable '{self.cable}' is {self.fate}")
+            yield Event(known, "detected", f"the distribution detects that cable '{self.cable}' is {self.fate}")
 
     @abstractmethod
     def _happening(self, tension: Mapping[str, float]) -> str:
@@ -99,7 +99,8 @@ class CableJam(CableFault):
         "without power, until the cable breaks"
     )
     time: Positive = Field(
-        description="when it happens: it acts from the first sample at or after this time", json_schema_extra=unit("s")
+        description="time of the event: it acts from the first sample at or after this time",
+        json_schema_extra=unit("s"),
     )
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:

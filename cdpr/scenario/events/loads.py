@@ -21,7 +21,7 @@ class Load(ScenarioEvent):
 
     time: NonNegative = Field(
         0.0,
-        description="when it begins: it acts from the first sample at or after this time",
+        description="start: it acts from the first sample at or after this time",
         json_schema_extra=unit("s"),
     )
     duration: Positive | None = Field(

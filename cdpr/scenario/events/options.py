@@ -19,7 +19,7 @@ class SetOption(ScenarioEvent):
     """Change of a controller or solver option, if its plugin declares it changeable."""
 
     type: Literal["set"] = Field(description="an option of controller or solver gets another value")
-    key: str = Field(description="which option, such as controller.kp; the plugin must let it change during a run")
+    key: str = Field(description="option, such as controller.kp; the plugin must allow changes during a run")
     value: Any = Field(description="its value from then on")
 
     def check_options(self, options: Options) -> Iterator[tuple[Path, str]]:

@@ -38,7 +38,7 @@ class EmergencyStop(ScenarioEvent):
     def follow(self, history: History) -> Iterator[str]:
         """Yield a problem if the robot is already stopped."""
         if history.stopped is not None:
-            yield f"the robot is stopped already at {exact(history.stopped)} s; one emergency stop is allowed"
+            yield f"the robot has stopped already at {exact(history.stopped)} s; only one emergency stop is allowed"
         history.stopped = self.time
 
     def redirect(self, motion: Trajectory, step: float) -> Trajectory:
@@ -63,7 +63,7 @@ class EmergencyStop(ScenarioEvent):
         yield Event(first_sample(self.time, step) * step, self.type, text)
         if self.category != 2:
             off = first_sample(self._power_off(step), step) * step
-            yield Event(off, "power_off", "the drives are without power: no tensions but in jammed cables")
+            yield Event(off, "power_off", "the drives have no power: only jammed cables have tension")
 
     def _power_off(self, step: float) -> float:
         """Return the time of the power cut, s."""

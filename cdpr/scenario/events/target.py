@@ -49,7 +49,7 @@ class Target(ScenarioEvent):
     def _complete(self) -> Target:
         given = self.model_fields_set  # including null, which is reported separately
         if not given & {"position", "orientation"}:
-            raise ValueError("position (m) or orientation is missing, or both: where to go")
+            raise ValueError("position (m), orientation, or both are required")
         if len(given & {"duration", "limits"}) != 1:
             raise ValueError("duration (s) or limits is expected, not both: how fast to go")
         if "angular_limits" in given and "limits" not in given:
@@ -73,7 +73,7 @@ class Target(ScenarioEvent):
     def follow(self, history: History) -> Iterator[str]:
         """Yield a problem if the robot is already stopped."""
         if history.stopped is not None:
-            yield f"the robot is stopped at {exact(history.stopped)} s: it goes nowhere afterwards"
+            yield f"the robot is stopped at {exact(history.stopped)} s: it cannot move afterwards"
 
     def redirect(self, motion: trajectory.Trajectory, step: float) -> trajectory.Trajectory:
         """Return the motion that is redirected at the first sample."""

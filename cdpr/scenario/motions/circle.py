@@ -40,7 +40,7 @@ class Circle(Motion):
         1.0,
         ge=-MAX_TURNS,
         le=MAX_TURNS,
-        description="how many times round, also in part; right-handed about the normal, negative the other way",
+        description="number of turns, also fractional; right-handed about the normal, negative in the other direction",
     )
     turning: bool = Field(False, description="whether the platform turns with the path or keeps its attitude")
 
@@ -66,7 +66,7 @@ class Circle(Motion):
     def stay(self, guide: Guide, report: Report) -> None:
         """Report violations of the guide along the path; its plane determines them."""
         if guide.held[:3].sum() > 1:
-            text = "so no circle can be passed; others move as they say: quintic, waypoints, jerk_limited"
+            text = "so no circle is possible; choose quintic, waypoints or jerk_limited"
             report.say(("type",), f"{guide.free}, {text}")
             return
         normal = np.array(self.normal)

@@ -44,7 +44,7 @@ class Gcode(Motion):
     )
     dialect: Literal["linuxcnc", "reprapfirmware"] = Field(
         "linuxcnc",
-        description="whose words they are: for linuxcnc G0 is as fast as the limits allow and G4 P is in s, for "
+        description="dialect: for linuxcnc G0 is as fast as the limits allow and G4 P is in s, for "
         "reprapfirmware G0 is G1 and G4 P is in ms",
     )
     units: Literal["mm", "inch", "m"] = Field("mm", description="of the file's lengths until a G20 or G21")
@@ -54,13 +54,13 @@ class Gcode(Motion):
     limits: Limits = Field(description="limits of the translation; a feed beyond `velocity` is kept at it")
     tolerance: NonNegative = Field(
         0.0,
-        description="how far lines and corners may be missed to pass without a stop, where there is no G61 or G64 P; "
+        description="allowed deviation from lines and corners to pass without a stop, where there is no G61 or G64 P; "
         "0 stops at each",
         json_schema_extra=unit("m"),
     )
     ignore: list[WordName] = Field(
         [],
-        description="words to skip as if they moved nothing, such as G28, A or EXCLUDE_OBJECT_START; a G word with the "
+        description="words to skip as if without motion, such as G28, A or EXCLUDE_OBJECT_START; a G word with the "
         "coordinates of its line, a command with its whole line",
     )
     sha256: str | None = Field(
@@ -135,7 +135,7 @@ class Gcode(Motion):
             self._tell(error, report)
             return
         if path.course is None:
-            report.say(FILE, "nothing in it leads away from the initial position; to stay, use type: hold")
+            report.say(FILE, "it contains no move from the initial position; to stay, use type: hold")
 
     def ends(self) -> float:
         """Return the end time, s, which depends on the limits."""
@@ -144,7 +144,7 @@ class Gcode(Motion):
     def remarks(self, initial: Initial) -> Iterator[tuple[Path, str]]:
         """Yield remarks on skipped words, and on feeds above the limits."""
         if self.program.passed_over:
-            yield FILE, f"passed over, as if they moved nothing: {', '.join(self.program.passed_over)}"
+            yield FILE, f"skipped, as if without motion: {', '.join(self.program.passed_over)}"
         path = self._path(initial.position)
         if path.course is None:
             return

@@ -26,7 +26,7 @@ class PickAndPlace(Motion):
     from_: Pose = Field(Pose(), alias="from", description="start; default: the initial pose")
     to: Pose = Field(description="where it ends")
     height: NonNegative = Field(
-        description="how far the top lies above the higher end, along world z", json_schema_extra=unit("m")
+        description="height of the top above the higher end, along world z", json_schema_extra=unit("m")
     )
     vertical: float = Field(
         0.2,

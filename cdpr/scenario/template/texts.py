@@ -18,8 +18,8 @@ from cdpr.scenario.template.commented import commented
 from cdpr.scenario.template.new_robot import Sizes, robot_data
 from cdpr.scenario.template.new_scenario import scenario_data
 
-MOVES = "A gentle move from home, then rest."
-RESTS = "At rest, for no pose near its start was found that cables hold in all degrees of freedom."
+MOVES = "A slow move from home, then rest."
+RESTS = "No motion generated: no nearby pose found at which the cables control all degrees of freedom."
 WRITTEN = "Written by cdpr new scenario; lengths in m, times in s, angles in rad."
 
 

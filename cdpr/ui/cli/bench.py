@@ -81,7 +81,7 @@ def solvers(
         if out is not None:
             click.echo(Path(out) / "bench.html")
     if figures["interrupted"]:
-        click.echo("interrupted: not all was measured", err=True)
+        click.echo("interrupted: incomplete measurement", err=True)
         raise click.exceptions.Exit(ExitCode.INTERRUPTED)
 
 

@@ -130,7 +130,7 @@ def _write(file: str, text: str, then: str, warning: str | None) -> None:
     try:
         create(Path(file), text)
     except FileExistsError:
-        raise OutputError(f"'{file}' is there already: it is not written over; choose another name") from None
+        raise OutputError(f"'{file}' exists already and is not overwritten: choose another name") from None
     except FileNotFoundError:
         raise OutputError(f"cannot write '{file}': there is no folder '{Path(file).parent}'; make it first") from None
     except OSError as error:

@@ -44,7 +44,7 @@ class Exchange:
             self._incoming.give_up(reader)
             return
         if not self._going.acquire(blocking=False):
-            reader.tell(said("error", f"{do}: another import or export is going on: wait for it", about=do))
+            reader.tell(said("error", f"{do}: another import or export is in progress: wait for it", about=do))
             return
         # Threads inherit the daemon flag, even those that start processes, and this window's thread is a daemon.
         self._thread = Thread(target=self._guarded, args=(do, words, reader), name="exchange", daemon=False)

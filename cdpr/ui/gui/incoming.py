@@ -87,7 +87,7 @@ class Incoming:
         elif path:
             every = self._apart(reader, {"path": named(path), **given})
         else:
-            raise CdprError("choose files, or say the name or path of one")
+            raise CdprError("choose files, or enter a path")
         if len(every) == 1 and every[0].error:
             raise CdprError(every[0].error)
         self._read[reader] = every
@@ -108,7 +108,7 @@ class Incoming:
         every = self._read.get(reader, [])
         merged = Taken("", {name: text for each in every for name, text in each.files.items()})
         if not merged.files:
-            raise CdprError("nothing was read that could be written: import it again")
+            raise CdprError("there is nothing to write: import the file again")
         if open not in list(merged.files):
             raise CdprError(f"open: one of {', '.join(merged.files)} is expected, got {shown(open)}")
         folder = Path(named(out) if out else ".")
@@ -136,7 +136,7 @@ class Incoming:
             given = {"trajectory": motions[0], **given}  # it belongs to the other file
         trajectory = given.get("trajectory")
         if trajectory is not None and trajectory not in files:
-            raise CdprError(f"trajectory: {shown(trajectory)} is none of the files: choose it, too")
+            raise CdprError(f"trajectory: {shown(trajectory)} is not among the files: choose it, too")
         robots = [name for name in files if name != trajectory]
         if not robots:
             raise CdprError("trajectory: a trajectory alone is no robot: choose the robot's file, too")
@@ -162,16 +162,16 @@ class Incoming:
                 out, _ = process.communicate(json.dumps(asked).encode(), longest)
             except subprocess.TimeoutExpired:
                 process.kill()
-                text = f"reading it takes more than {longest:g} s, and was given up"
+                text = f"reading it takes more than {longest:g} s, and was stopped"
                 raise CdprError(f"{asked['path']}: {text}") from None
             finally:
                 with self._lock:
                     self._process = None
         if self._given_up:
-            raise CdprError(f"{asked['path']}: reading it was given up")
+            raise CdprError(f"{asked['path']}: reading it was stopped")
         if process.returncode:
             how = processes.ended(process.returncode)
-            raise CdprError(f"{asked['path']}: the process that reads it {how}: nothing is taken")
+            raise CdprError(f"{asked['path']}: the process that reads it {how}: nothing was imported")
         answer = json.loads(out)
         if "fault" in answer:
             fault = RuntimeError(answer["fault"])
@@ -237,11 +237,11 @@ def _received(files: Any, body: bytes) -> dict[str, bytes]:
         if name in found:
             raise CdprError(f"two files are called {shown(name)}: rename one, or import them one by one")
         if type(size) is not int or not 0 <= size <= len(body) - start:
-            raise CdprError(f"{name}: its size is not that of what came")
+            raise CdprError(f"{name}: the received size differs from the announced one")
         found[name] = body[start : start + size]
         start += size
     if start != len(body):
-        raise CdprError("more came than the files that were said")
+        raise CdprError("received more data than announced")
     return found
 
 

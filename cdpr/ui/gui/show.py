@@ -74,7 +74,7 @@ class Show:
     def command(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
         """Queue a command, executed between two steps; `tell` receives its messages."""
         if self._jobs.qsize() > MOST_JOBS:
-            tell("error", f"{do}: is left out: {MOST_JOBS} things are still to be done")
+            tell("error", f"{do}: rejected: {MOST_JOBS} requests are pending")
             return
         self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, tell), tell))
 
@@ -130,7 +130,7 @@ class Show:
     def _none(self) -> None:
         self._scenario = None
         self._end()
-        self._go_to("failed", "nothing is simulated: the form says what is wrong")
+        self._go_to("failed", "nothing is simulated: correct the errors in the form")
 
     def _leave(self) -> None:
         self._guarded(self._end, self._to_all)
@@ -182,7 +182,7 @@ class Show:
     @property
     def _there(self) -> Stage:
         if self._stage is None:
-            raise CdprError("nothing is simulated: mend what is wrong and apply it, or reset")
+            raise CdprError("nothing is simulated: correct the errors and apply, or reset")
         return self._stage
 
     @property

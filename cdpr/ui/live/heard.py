@@ -26,7 +26,7 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
     if topic not in KNOWN:
         raise CdprError(unheard(topic))
     if encoding not in ("json", "cdr"):
-        raise CdprError(f"{topic}: messages in JSON and CDR are heard, not in {shown(encoding)}")
+        raise CdprError(f"{topic}: messages must be JSON or CDR, not {shown(encoding)}")
     try:
         message = _json(bounded(data)) if encoding == "json" else decode(KINDS[topic], bounded(data))
         if not isinstance(message, dict):
@@ -38,7 +38,7 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
 
 def unheard(topic: str) -> str:
     """Return the message for an unknown topic."""
-    return f"{topic or shown(topic)}: nobody listens there; {did_you_mean(topic, KNOWN)}{', '.join(KNOWN)} are heard"
+    return f"{topic or shown(topic)}: unknown topic; {did_you_mean(topic, KNOWN)}topics are {', '.join(KNOWN)}"
 
 
 def _json(data: bytes) -> object:

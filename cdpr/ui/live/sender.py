@@ -90,7 +90,7 @@ class Sender(ABC):
         """Report a refusal to the user and, if supported, to all clients; count refusals beyond a limit."""
         more = self._more() if monotonic() - self._second >= 1.0 else 0
         if more:
-            self._tell(f"{more} more requests were refused")
+            self._tell(f"{more} more requests were rejected")
         with self._telling:
             self._refused += 1
             if self._refused > TOLD:
@@ -135,14 +135,14 @@ class Sender(ABC):
         if self._thread is not None:
             self._thread.join()
         if more := self._more():
-            self._say(f"{more} more requests were refused")
+            self._say(f"{more} more requests were rejected")
         self._shut()
 
     def ask(self, request: Request) -> str:
         """Send a request to the simulation; return "" or the reason of its refusal."""
         self.requests.put(request, awaited=True)
         if not request.done.wait(ANSWERS) and request.take():
-            return "the simulation does not answer, and does not do it: it is busy, over, or has not begun"
+            return "the simulation does not answer, and the request is discarded: it is busy, over, or has not begun"
         request.done.wait()
         return request.answer
 

@@ -82,7 +82,7 @@ def test_a_wrong_order(diverged):
     assert f"{ENGINES[0]}: unlike: order 0.42 instead of 1" in html[html.index("</header>") :]
     said = list(lines(found.figures))
     assert any("0.420 of 1  unlike" in line for line in said)
-    assert "the error of the truth itself is at most about 1e-09 m" in " ".join(" ".join(said).split())
+    assert "the error of the reference is at most about 1e-09 m" in " ".join(" ".join(said).split())
 
 
 @pytest.mark.parametrize(

@@ -207,14 +207,14 @@ def test_none_is_better_than_the_robot_as_it_is(tmp_path):
     assert found.goals(found.best)[0] < found.goals(found.before)[0]
     assert not found.improved
     done = cdpr_here("design", path, "--out", tmp_path / "out", "--resume", "--evaluations", "8")
-    assert "8 of 8 candidates keep all constraints; none is better than the robot without changes." in done.stdout
+    assert "8 of 8 candidates satisfy all constraints; none is better than the robot without changes." in done.stdout
     assert 'class="banner warn"' in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_nothing_keeps_the_constraints(tmp_path):
     path = write_design(tmp_path, BOX + ONE.replace("at_most: 4.2", "at_most: 1"), "evaluations: 15")
     done = cdpr_here("design", path, "--out", tmp_path / "out", code=ExitCode.INFEASIBLE)
-    assert "None of 15 candidates keeps all constraints; the one nearest to it is shown" in done.stdout
+    assert "None of 15 candidates satisfies all constraints; the nearest one is shown" in done.stdout
     assert "best: does not keep width <= 1" in done.stdout
     rows = records(tmp_path / "out")[1:]
     least = min(float(row["violation"]) for row in rows)

@@ -242,7 +242,7 @@ def test_a_missing_plugin_is_told_before_anything_runs(tmp_path):
 
 
 def test_other_kinds_of_files(tmp_path):
-    with pytest.raises(ScenarioError, match="this is a scenario file; a study names it with 'scenario: FILE'"):
+    with pytest.raises(ScenarioError, match="this is a scenario file; use it in a study by 'scenario: FILE'"):
         load_study(ROOT / "scenarios" / "caroca.yaml")
     path = write_study(tmp_path, "axes: [{key: controller.kp, values: [1]}]")
     with pytest.raises(ScenarioError, match="this is a study file; cdpr study runs it"):

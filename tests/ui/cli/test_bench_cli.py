@@ -165,7 +165,7 @@ def test_interrupted_run_is_written_and_said(monkeypatch, tmp_path):
     monkeypatch.setattr(benchmark, "registry", lambda: found)
     result = solvers(POINT, "--poses", "20", "--out", tmp_path, code=130)
     assert re.search(r"^a +100 %", result.stdout, re.MULTILINE)
-    assert "interrupted: not all was measured" in result.stderr
+    assert "interrupted: incomplete measurement" in result.stderr
     assert "Interrupted" in Page((tmp_path / "bench.html").read_text()).words
 
 

@@ -56,7 +56,13 @@ def test_page_needs_nothing_else(compared):
     html = (compared[1] / "compare.html").read_text()
     assert html.index("The engines agree") < html.index('id="verdict"') < html.index("<svg xmlns")
     assert not re.search(r'(?:src|href)="(?!#)', html.replace("http://www.w3.org", ""))
-    for title in ("Differences from the judge", "Differences beyond the scheme", "Pose", "Tensions", "Measured orders"):
+    for title in (
+        "Differences from the reference",
+        "Differences beyond the scheme",
+        "Pose",
+        "Tensions",
+        "Measured orders",
+    ):
         assert title in html
     assert ENGINES[0] in html
     assert "NaN" not in html[: html.index("<script")]

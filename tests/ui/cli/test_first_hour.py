@@ -225,7 +225,7 @@ def test_a_scenario_without_a_move_says_so(here):
     assert told.startswith(f"# {RESTS}")
     assert "trajectory" not in told
     run("new", "scenario", "moves.yaml", "--robot", "r.yaml")
-    assert (here / "moves.yaml").read_text().startswith("# A gentle move from home")
+    assert (here / "moves.yaml").read_text().startswith("# A slow move from home")
 
 
 @pytest.fixture(scope="module")

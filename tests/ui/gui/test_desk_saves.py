@@ -37,7 +37,7 @@ def test_what_others_changed_is_not_written_over(folder: Path) -> None:
     assert (folder / "caroca.yaml").read_text().endswith("# mine\n")
     form = desk.form()
     assert "changed by another program" in form["unsaved"]
-    assert "Revert reads it anew" in form["warnings"][0]["text"]
+    assert "use Revert to reload it" in form["warnings"][0]["text"]
     desk.revert()
     form = desk.form()
     assert not form["modified"]

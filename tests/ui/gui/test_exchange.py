@@ -124,7 +124,7 @@ def test_what_is_uploaded_is_shown_then_written_and_opened(looker, tmp_path):
     looker.send(do="undo")
     assert looker.get("form")["file"] == str(CAROCA)
     looker.send(do="take", out=str(out / "again"), open="crane.yaml")
-    assert "nothing was read that could be written" in failed(looker, "take")
+    assert "there is nothing to write" in failed(looker, "take")
 
 
 @pytest.mark.slow
@@ -136,7 +136,7 @@ def test_of_a_folder_all_that_can_be_read_is_shown(looker, tmp_path):
     first, second, third = answer(looker, "import")["sources"]
     assert [each["name"] for each in first["files"]] == ["crane.yaml"]
     assert [each["name"] for each in second["files"]] == ["crane_2.yaml"]
-    assert "this is no sound XML" in third["error"]
+    assert "invalid XML" in third["error"]
     looker.send(do="take", out=str(tmp_path / "out"), open="crane.yaml")
     answer(looker, "take")
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["crane.yaml", "crane_2.yaml"]
@@ -160,7 +160,7 @@ def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
     lambda words, said: "MIN < MAX" not in said,  # asks a process
     ("words", "said"),
     [
-        ({}, "choose files, or say the name or path of one"),
+        ({}, "choose files, or enter a path"),
         ({"path": 3}, "the name of a file is expected, got 3"),
         ({"path": "nowhere.sdf"}, "there is no file 'nowhere.sdf'"),
         ({"path": "nowhere.sdf", "force": True}, "import: 'force' is not known"),
@@ -173,8 +173,8 @@ def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
         ({"files": {"a": 1}}, "100 files at most are taken"),
         ({"files": [{}] * 101}, "100 files at most are taken"),
         ({"files": [1]}, "a name without folders, of 255 bytes at most, is expected of a file, got null"),
-        ({"files": [{"name": "a.xml", "size": 1}]}, "a.xml: its size is not that of what came"),
-        ({"files": [{"name": "a.xml", "size": -1}]}, "a.xml: its size is not that of what came"),
+        ({"files": [{"name": "a.xml", "size": 1}]}, "a.xml: the received size differs from the announced one"),
+        ({"files": [{"name": "a.xml", "size": -1}]}, "a.xml: the received size differs from the announced one"),
         ({"files": [{"name": "a.xml", "size": 0}, {"name": "a.xml", "size": 0}]}, "two files are called 'a.xml'"),
         ({"files": [{"name": "a.xml", "size": 0}], "trajectory": "../b"}, "'../b' is none of the files"),
         ({"files": [{"name": "a.xml", "size": 0}], "trajectory": "a.xml"}, "a trajectory alone is no robot"),
@@ -207,7 +207,7 @@ def test_names_that_could_lead_anywhere_are_refused(looker, name):
 
 def test_more_than_was_said_is_refused(looker):
     looker.socket.send(b'{"do": "import", "files": [{"name": "a.xml", "size": 1}]}\nab')
-    assert "more came than the files that were said" in failed(looker, "import")
+    assert "received more data than announced" in failed(looker, "import")
     looker.socket.send(b'{"do": "undo"}\nab')
     assert "'body' is not known" in looker.get("message")["text"]
 
@@ -298,7 +298,7 @@ def test_an_import_is_given_up_and_one_goes_on_at_a_time(looker, window, tmp_pat
         patch.setattr("cdpr.ui.gui.incoming.sys.executable", str(stuck))
         upload(looker, {"crane.yaml": ROBOT})
         looker.send(do="export", to="urdf")
-        assert "another import or export is going on" in failed(looker, "export")
+        assert "another import or export is in progress" in failed(looker, "export")
         with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
             Looker(opened).send(do="give_up")  # another's
         looker.send(do="edit", path="simulation.duration", value=0.2)  # edits go on
@@ -306,7 +306,7 @@ def test_an_import_is_given_up_and_one_goes_on_at_a_time(looker, window, tmp_pat
         while window._exchange._incoming._process is None:
             pass
         looker.send(do="give_up")
-        assert failed(looker, "import") == "crane.yaml: reading it was given up"
+        assert failed(looker, "import") == "crane.yaml: reading it was stopped"
     looker.send(do="undo")
     window._exchange._thread.join()
     upload(looker, {"crane.yaml": ROBOT})
@@ -332,7 +332,7 @@ def test_what_crashes_ends_no_window(looker, tmp_path, monkeypatch, script, said
 def test_what_takes_too_long_is_given_up(looker, monkeypatch):
     monkeypatch.setattr("cdpr.ui.gui.incoming.SECONDS", 0.01)
     upload(looker, {"crane.yaml": ROBOT})
-    assert failed(looker, "import") == "crane.yaml: reading it takes more than 0.01 s, and was given up"
+    assert failed(looker, "import") == "crane.yaml: reading it takes more than 0.01 s, and was stopped"
 
 
 @pytest.mark.slow

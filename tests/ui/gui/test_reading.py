@@ -33,12 +33,12 @@ ENTITIES = '<!DOCTYPE sdf [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a
 
 
 HOSTILE = {
-    "a.sdf": (b"<sdf version='1.6'><model></sdf>", "a.sdf:1: this is no sound XML"),
+    "a.sdf": (b"<sdf version='1.6'><model></sdf>", "a.sdf:1: invalid XML"),
     "b.sdf": (ENTITIES.encode(), "b.sdf:1: it declares the entity 'a': entities are not resolved"),
     "c.yaml": (SUCCESSOR.encode().replace(b"Grey", b"\xff\xfe"), "c.yaml:2:29: not UTF-8 text (byte 0xff)"),
     "d.yaml": (SUCCESSOR.encode() + b"#" * 300_000, "d.yaml:1:1: larger than 256 KiB"),
     "e.xml": (b"<bodies_system>" + b"<a>" * 100, "within each other, are no robot"),
-    "f.yaml": (archive(), "f.yaml: is in no format that is known; there are CASPR"),
+    "f.yaml": (archive(), "f.yaml: unknown format; supported are CASPR"),
 }
 
 
@@ -57,7 +57,7 @@ def test_hostile_files_end_in_one_message_each(tmp_path, monkeypatch):
         assert said in source["error"]
         assert source["files"] == []
     assert str(tmp_path) not in json.dumps(message)
-    with pytest.raises(CdprError, match=r"a\.zip: is in no format that is known"):
+    with pytest.raises(CdprError, match=r"a\.zip: unknown format"):
         read({"a.zip": archive()})
     with pytest.raises(CdprError, match=r"none of these files has an ending that is known: \.xml"):
         read({"a.zip": archive(), "b.zip": archive()})

@@ -120,7 +120,7 @@ BAD = {
     "too few": (TENSION, {"effort": [1.0]}, "tension: "),
     "long": (WRENCH, b"[" * 70000, "it is longer than 65536 bytes"),
     "deep": (WRENCH, b"[" * 60000, "/cdpr/wrench: "),
-    "misspelt": ("/cdpr/wrenhc", {}, "/cdpr/wrenhc: nobody listens there; did you mean '/cdpr/wrench'"),
+    "misspelt": ("/cdpr/wrenhc", {}, "/cdpr/wrenhc: unknown topic; did you mean '/cdpr/wrench'"),
     "no attitude": (TARGET, {"pose": {"position": {}}}, "orientation: required but not given: an object, such as"),
     "elsewhere": ("/cmd_vel", {}, "/cmd_vel: nobody listens there"),
 }
@@ -138,7 +138,7 @@ def test_what_makes_no_sense_is_told_and_changes_nothing():
         seen.until(lambda: len(seen.statuses) >= len(BAD) + 7)
     for topic, _, text in BAD.values():
         assert any(text in each for each in said), (topic, text, said)
-    assert "/cdpr/wrench: messages in JSON and CDR are heard, not in 'protobuf'" in said
+    assert "/cdpr/wrench: messages must be JSON or CDR, not 'protobuf'" in said
     assert "/cdpr/wrench: plain CDR is expected" in said
     assert "speed: a number from 0.001 to 1e+06 is expected, got -1.0" in said
     assert "paused: true or false is expected, got 3" in said
@@ -333,5 +333,5 @@ def test_from_the_command_line(tmp_path):
 
 
 def test_a_request_names_its_topic():
-    with pytest.raises(CdprError, match="/x: nobody listens there"):
+    with pytest.raises(CdprError, match="/x: unknown topic"):
         request_of("/x", "json", b"{}")

@@ -228,7 +228,7 @@ MISUSE = {
     "short push": (lambda sim: sim.push([1, 0, 0], duration=1e-5), r"^push: duration: must be at least control_step"),
     "endless push": (lambda sim: sim.push([1, 0, 0], duration=np.inf), r"^push: duration: "),
     "release of nothing": (lambda sim: sim.release(None), r"^release: what `push` returned"),
-    "no target": (lambda sim: sim.target(duration=1), r"^target: position \(m\) or orientation is missing"),
+    "no target": (lambda sim: sim.target(duration=1), r"^target: position \(m\), orientation, or both are required"),
     "no pace": (lambda sim: sim.target([0, 0, 1]), r"^target: duration \(s\) or limits is expected"),
     "both paces": (
         lambda sim: sim.target([0, 0, 1], duration=1, limits={"velocity": 1, "acceleration": 1, "jerk": 1}),

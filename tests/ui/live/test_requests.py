@@ -87,7 +87,7 @@ def test_samples_are_shown_as_often_as_said():
 def test_what_was_given_up_is_never_done(monkeypatch):
     monkeypatch.setattr(sender, "ANSWERS", OFTEN)
     link = Quiet()
-    assert "does not do it" in link.call("stop")
+    assert "the request is discarded" in link.call("stop")
     assert driven(link, 0.05).events == ()
 
 
@@ -194,7 +194,7 @@ def test_what_is_refused_is_told_on_one_line_and_not_without_end():
         link.refused(str(k))
     link.close()
     assert len(link.said) == sender.TOLD + 1
-    assert link.said[-1] == f"{1001 - sender.TOLD} more requests were refused"
+    assert link.said[-1] == f"{1001 - sender.TOLD} more requests were rejected"
 
 
 @pytest.mark.parametrize("number", [b"1" + b"0" * 400, b"-1e999", b"1" * 5000, b"Infinity"])

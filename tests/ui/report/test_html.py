@@ -123,7 +123,7 @@ def test_figures_of_the_summary_are_in_human_units() -> None:
     assert row(text, "Smallest margin to a limit (N)") == ["0"]
     assert row(text, "Steps without valid tensions") == ["none"]
     assert row(text, "Work of cables; of external wrenches (J)") == ["235.4; 0"]
-    assert row(text, "Energy that no work explains; turned over (J)")[0].endswith("; 235.4")
+    assert row(text, "Unexplained energy; total exchange (J)")[0].endswith("; 235.4")
     assert row(text, "Samples; simulated time") == ["4001; 4 s"]
     assert row(text, "Keys not used") == ["<code>controller.kd</code>"]
     assert row(text, "Control step; physics step") == ["1 ms; 1 ms"]

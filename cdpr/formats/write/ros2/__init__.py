@@ -58,7 +58,7 @@ def write_ros2(scenario: Scenario, folder: Path) -> tuple[list[Path], list[str]]
     content, left_out = packages(scenario)
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise OutputError(f"{folder}: is there already, and is no empty folder: choose another, or empty it")
+            raise OutputError(f"{folder}: exists already and is not empty: choose another, or empty it")
         for path in content:
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -78,7 +78,7 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
     for key, file in files_of_scenario(yaml.safe_load(text), scenario.plugins):
         raise FormatError(
             f"scenario '{scenario.name}': {dotted(key)} is the file '{file}', which a package for ROS 2 does not hold: "
-            "leave it out (--set), or let the scenario say what is in it"
+            "leave it out (--set), or include its content in the scenario"
         )
     name = package_name(scenario.robot.name)
     # Names consist of letters, digits and -_. only and need no escapes in Python, XML or YAML.

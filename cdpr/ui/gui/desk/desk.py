@@ -76,7 +76,7 @@ class Desk:
         given = named(name)
         path = examples.resolve(given, None)
         document = open_document(path, None, Problems())
-        fixed = f"'{given}' is an example of cdpr: save as a file of your own" if path != given else ""
+        fixed = f"'{given}' is an example of cdpr: save it under another name" if path != given else ""
         return self._with(File.open(path, fixed), robot=kind_of(document) == "robot")
 
     def _with(self, file: File, *, robot: bool) -> Files:
@@ -143,7 +143,7 @@ class Desk:
         loaded, whole = self._load(), Mark(self._files.scenario.name)
         if isinstance(loaded, CdprError):
             return loaded.rows or [Problem(whole, (), str(loaded))], []
-        idle = "is given, but this run does not use it"
+        idle = "is set, but this run does not use it"
         return [], [*loaded.warnings, *(Problem(whole, tuple(_parts(key)), idle) for key in loaded.unused)]
 
     def apply(self) -> Scenario:
@@ -162,7 +162,7 @@ class Desk:
         reasons = [reason for file in files if file.modified and (reason := unsaved(file))]
         first = next((file for file in files if not file.fixed or file.saved is not None), files[0])
         stale = [(file, reason) for file in files if (reason := outdated(file))]
-        elsewhere = [Problem(Mark(file.name), (), f"{reason}: Revert reads it anew") for file, reason in stale]
+        elsewhere = [Problem(Mark(file.name), (), f"{reason}: use Revert to reload it") for file, reason in stale]
         return {
             "kind": "form",
             "file": first.name,

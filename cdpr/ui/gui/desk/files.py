@@ -119,7 +119,11 @@ def unsaved(file: File) -> str:
     if file.fixed:
         return file.fixed
     if file.saved is None:
-        return f"'{file.name}' is there already, from elsewhere: save as another" if os.path.lexists(file.name) else ""
+        return (
+            f"'{file.name}' exists already in another folder: save under another name"
+            if os.path.lexists(file.name)
+            else ""
+        )
     if not os.access(file.name, os.W_OK):
         return f"'{file.name}' may not be written: save as another file"
     return f"{reason}: revert to that, or save as another file" if (reason := outdated(file)) else ""
@@ -151,7 +155,7 @@ def write(name: str, text: str, *, new: bool) -> None:
         else:
             _replace(Path(os.path.realpath(name)), content)
     except FileExistsError:
-        raise OutputError(f"'{name}' is there already: it is not written over; choose another name") from None
+        raise OutputError(f"'{name}' exists already and is not overwritten: choose another name") from None
     except OSError as error:
         raise OutputError(f"cannot write '{name}': {error.strerror or error}") from None
 
@@ -174,5 +178,5 @@ def _installed(name: str) -> str:
     """Return a reason not to write a file that belongs to the installation; "" otherwise."""
     package = os.path.dirname(os.path.realpath(cdpr.__file__))
     if os.path.realpath(name).startswith(package + os.sep):
-        return f"'{name}' belongs to the installation of cdpr: save as a file of your own"
+        return f"'{name}' belongs to the installation of cdpr: save it under another name"
     return ""

@@ -18,8 +18,8 @@ from cdpr.ui.gui.desk.files import File, named
 
 KINDS = ("robot", "scenario")
 DURATION = 10.0  # s: time to view a robot and to push it
-HEAD = "The robot stays at its home. Made by cdpr gui; lengths in m, times in s, angles in rad."
-NO_FILE = "this scenario was made to show the robot and has no file: save it as one"
+HEAD = "The robot stays at its home. Written by cdpr gui; lengths in m, times in s, angles in rad."
+NO_FILE = "this scenario was created to show the robot and has no file: save it"
 
 
 def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> tuple[File, str]:

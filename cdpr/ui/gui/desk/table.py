@@ -56,7 +56,7 @@ def cable_table(maker: Maker, path: Path, given: Any, robot: Any, known: Any) ->
     for column in columns:
         said = any(row["cells"].get(column["key"], {}).get("given") for row in rows)
         column["shown"] = said or column["key"] in COMMON
-    text = "the cables: A_i on the frame, B_i on the platform; what is not said of one is that of all"
+    text = "cables: A_i on the frame, B_i on the platform; omitted values are those of all cables"
     field = entry(path, "table", len(rows), given=given is not MISSING, optional=False, text=text)
     return field | {"columns": columns, "rows": rows}
 

@@ -25,7 +25,7 @@ class Disturb {
     const sound = values.map((value) => typeof value === "number" || value === empty);
     inputs.forEach((input, i) => input.setAttribute("aria-invalid", String(!sound[i])));
     if (!sound.includes(false)) return values;
-    this.live.note("error", "A number is expected in the field that is marked: nothing was sent.");
+    this.live.note("error", "Enter a number in the marked field: nothing was sent.");
     return undefined;
   }
 
@@ -49,8 +49,8 @@ class Disturb {
   }
 
   limits() {
-    this.least = this.numbers("Limits least", [""], "", [""]);
-    this.most = this.numbers("Limits most", [""], "N", [""]);
+    this.least = this.numbers("Tension min", [""], "", [""]);
+    this.most = this.numbers("Tension max", [""], "N", [""]);
     const act = () => {
       const [low, high] = [this.read(this.least), this.read(this.most)];
       if (!low || !high) return;
@@ -59,7 +59,7 @@ class Disturb {
       if (high[0] !== null) given.tension_max = high[0];
       this.live.send(given);
     };
-    const title = "Tension limits of all cables from now on; empty: as they are";
+    const title = "Tension limits of all cables from now on; empty: unchanged";
     return this.part("Limits", this.least.root, this.most.root, button("Set", act, { "aria-label": "Set limits", title }));
   }
 
@@ -67,7 +67,7 @@ class Disturb {
     const position = this.numbers("Target position", ["x", "y", "z"], "m", ["", "", ""]);
     const attitude = this.numbers("Target rpy", ["roll", "pitch", "yaw"], "deg");
     const within = this.numbers("Target in", [""], "s", [""]);
-    within.inputs[0].title = "Empty: as the program finds fit";
+    within.inputs[0].title = "Empty: chosen by the program";
     const go = () => {
       const [p, rpy, seconds] = [this.read(position), this.read(attitude, 0), this.read(within)];
       if (!p || !rpy || !seconds) return;
@@ -90,7 +90,7 @@ class Disturb {
     const run = files.keep("save_run", "Save the run as a folder", "", "a new one in runs/");
     const session = files.keep("save_session", "Save the session as a scenario", "session.yaml");
     return this.part("Keep", button("Save run…", () => run.showModal(), { title: "As a run folder, as cdpr run writes it" }),
-      button("Save session…", () => session.showModal(), { title: "As a scenario: what was done are its events" }));
+      button("Save session…", () => session.showModal(), { title: "Scenario with all live changes as events" }));
   }
 
   load({ limits }) {

@@ -72,7 +72,7 @@ class Exchange {
     const ask = () => {
       const all = [...chosen.files], size = all.reduce((sum, file) => sum + file.size, 0), { most } = this;
       const told = `${(size / MEBI).toFixed(1)} MiB, and ${most / MEBI} MiB at most are taken`;
-      if (size > most) throw new Error(`These files have ${told}: say their path instead.`);
+      if (size > most) throw new Error(`These files have ${told}: enter their path instead.`);
       const source = all.length ? { files: all } : { path: path.value.trim() };
       const ends = tension.map((input) => reading(input.value)), given = ends.some((end) => end !== "");
       return { ...source, cable_set: set.value.trim(), trajectory: trajectory.value.trim(), tension: given ? ends : "",
@@ -87,10 +87,10 @@ class Exchange {
   taking() {
     const { files } = this, folder = files.text({ placeholder: "where cdpr gui was started" });
     this.opens = make("select");
-    const region = { role: "region", tabindex: 0, "aria-label": "Robots and what was left out" };
+    const region = { role: "region", tabindex: 0, "aria-label": "Robots and omitted content" };
     this.brought = make("div", { className: "brought", ...region });
     const ask = () => ({ out: folder.value.trim(), open: this.opens.value });
-    this.asking("take", "What was read", "Write and open", ask, this.brought, files.row("Write into folder", folder),
+    this.asking("take", "Result", "Write and open", ask, this.brought, files.row("Write into folder", folder),
       files.row("Then open", this.opens));
   }
 
@@ -112,7 +112,7 @@ class Exchange {
     const text = (file) => make("pre", { tabindex: 0, text: file.text ?? "Too long to be shown here." });
     const shown = (file) => make("details", {}, make("summary", { text: `${file.name}, ${file.size} characters` }), text(file));
     return [make("h3", { text: source }), ...(error ? [make("p", { className: "problem", text: error })] : []),
-      ...list("Filled in, or to be checked", warnings), ...list("Left out", out), ...files.map(shown)];
+      ...list("Assumed values and warnings", warnings), ...list("Left out", out), ...files.map(shown)];
   }
 
   // Export of the form in a format with its options.
@@ -128,7 +128,7 @@ class Exchange {
     } };
     to.addEventListener("change", this.exported.fit);
     const ask = () => ({ to: to.value, ...Object.fromEntries(Object.entries(choices).map(([key, { value }]) => [key, value])) });
-    const what = make("p", { className: "none", text: "What the form says, saved or not, as its run begins." });
+    const what = make("p", { className: "none", text: "The robot of the form, saved or not, at the start of its run." });
     this.asking("export", "Export for another program", "Download", ask, what, files.row("Format", to),
       files.row("Style (SDF)", choices.style), files.row("Version (SDF)", choices.version),
       files.row("Pulleys (MJCF, SDF)", choices.pulleys));
@@ -144,7 +144,7 @@ class Exchange {
   list({ imports, exports, upload }) {
     Object.assign(this, { exports, most: upload });
     const known = imports.join(", ");
-    say(this.formats, `A robot of ${known}, known by its content; of a CASPR model all its files. Nothing is written yet.`);
+    say(this.formats, `A robot of ${known}, detected by its content; choose all files of a CASPR model. Nothing is written yet.`);
     const { to, fit } = this.exported;
     if (!to.options.length) { // sent again after a lost connection: keep the selection
       to.replaceChildren(...exports.map((each) => option(each.to, each.name)));

@@ -56,7 +56,7 @@ class Group {
     this.fold = button("", () => this.open(this.lines.root.hidden), { className: "fold" });
     this.fold.setAttribute("aria-label", `Fold ${nameOf(field)}`);
     this.fold.append(this.title);
-    this.gone = button("×", () => desk.clear(this.field), { className: "clear", title: "Leaves all of it out" });
+    this.gone = button("×", () => desk.clear(this.field), { className: "clear", title: "Remove the whole section" });
     this.gone.setAttribute("aria-label", `Leave out ${nameOf(field)}`);
     this.root = make("fieldset", { className: "group", "data-path": field.path },
       make("legend", {}, this.fold, this.chosen && this.chosen.root, this.gone), this.problem, this.lines.root);

@@ -1,6 +1,6 @@
 // Form on the left: tabs of fields, their problems, and commands for the whole form.
 
-const ACTS = [["apply", "Apply", "Run what the form says (Ctrl+Enter)"], ["revert", "Revert", "Back to what the files say"],
+const ACTS = [["apply", "Apply", "Apply the form to the simulation (Ctrl+Enter)"], ["revert", "Revert", "Discard all changes of the form"],
   ["undo", "Undo", "Ctrl+Z"], ["redo", "Redo", "Ctrl+Y"]];
 
 class Form {

@@ -7,10 +7,10 @@ const PHASES = {
   done: "The run is complete.", ended: "The run has ended early.", failed: "There is nothing to run.",
 };
 const TROUBLES = {
-  INFEASIBLE: "no tensions within the limits give the wrench that is asked for",
+  INFEASIBLE: "no tensions within the limits balance the required wrench",
   NOT_FOUND: "the solver has found no tensions",
-  UNSUPPORTED: "the solver cannot take this robot",
-  BAD_INPUT: "what the solver is asked is no number",
+  UNSUPPORTED: "the solver does not support this robot",
+  BAD_INPUT: "the solver's input is not finite",
   DIVERGED: "the motion has diverged",
 };
 const MOST_MESSAGES = 200;

@@ -17,7 +17,7 @@ class Transport {
     }));
     this.bar = make("progress", { max: 1, value: 0, "aria-label": "Share of the duration" });
     this.time = make("output", { id: "time", text: "–" });
-    const title = "As the event emergency_stop does it";
+    const title = "Same as the event emergency_stop";
     this.stop = button("Emergency stop", () => live.send({ do: "stop" }), { className: "stop", title });
     const speeds = make("span", { className: "speeds", role: "group", "aria-label": "Speed" }, ...this.speeds);
     home.append(this.reset, this.run, this.step, speeds, this.bar, this.time, this.stop);

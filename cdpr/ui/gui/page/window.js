@@ -4,7 +4,7 @@ class Live {
   constructor() {
     const night = matchMedia("(prefers-color-scheme: dark)");
     Object.assign(this, { dark: night.matches, time: 0, window: [0, 10], zoomed: true, hover: null, selected: null,
-      hidden: new Set(), playing: false, hint: "Drag to look at a part of the time, double click to follow again.",
+      hidden: new Set(), playing: false, hint: "Drag to zoom in on a time span, double click to follow again.",
       data: null, stage: null, handles: null, frame: null, drawn: null });
     night.addEventListener("change", () => { this.dark = night.matches; this.restyle(); });
     const at = (id) => document.getElementById(id);

@@ -49,7 +49,7 @@ def draw_null_space(figures: dict[str, Any]) -> str:
     Raises:
         PluginError: if matplotlib is missing.
     """
-    label = f"Admissible tensions of {figures['robot']} and what each solver chose"
+    label = f"Admissible tensions of {figures['robot']} and the solvers' answers"
     return inline_svg(chart(figures), "tension", label)
 
 

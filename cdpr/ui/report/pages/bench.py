@@ -94,14 +94,14 @@ def render(figures: Mapping[str, Any], drawn: list[str]) -> str:
         drawing = f'<div style="max-width: 58rem">{colours.on_either_ground(svg)}</div>'
         parts.append(figure(f"figure{k}", f"{name}: time, coverage, jumps", drawing, CAPTION))
     if hard := figures.get("adversaries"):
-        links["adversaries"] = "Made to mislead"
+        links["adversaries"] = "Adversarial problems"
         tables = (f"<h3>{escape(facts(robot))}</h3>\n{_results(robot, MISLED)}" for robot in hard)
         parts.append(section("adversaries", MISLEADING + "\n" + "\n".join(tables)))
     links["columns"] = "Columns"
     parts.append(section("columns", "<h2>What the columns say</h2>\n" + table(MEANING.items())))
     count = len(figures["solvers"])
     subtitle = f"{count} solver{'s' * (count != 1)}, {figures['poses']} problems a robot, seed {figures['seed']}"
-    first = banner("warn", "Interrupted", ": not all was measured") if figures["interrupted"] else ""
+    first = banner("warn", "Interrupted", ": incomplete measurement") if figures["interrupted"] else ""
     return page("Tension solvers compared", subtitle, first, links, parts)
 
 

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 Figures = Mapping[str, Any]
 
-ABOUT_SPACE = "The runs with the first solver over one another, each in its colour; the first is the judge's."
+ABOUT_SPACE = "The runs with the first solver over one another, each in its colour; the first is the reference."
 
 BANNERS = {
     True: ("good", "The engines agree"),
@@ -215,6 +215,6 @@ def _verdict(result: Comparison, looks: plots.Looks) -> str:
             share = "not judged" if ratio is None else f"{number(ratio)} ({quantity})"
             solver = found["solver"] if row.run is None else row.run.header.solver
             rows.append((row.label, solver, known["outcome"], share, f"{known['samples']}"))
-    titles = ("Engine", "Solver", "Verdict", "Largest share of its bound (1 is allowed)", "Samples")
+    titles = ("Engine", "Solver", "Verdict", "Largest ratio to the tolerance (1 is allowed)", "Samples")
     marked = [(swatch(looks[label]) + escape(label), *map(escape, rest)) for label, *rest in rows]
     return f"<h2>Verdict</h2>\n{table(marked, titles, numeric=False)}"

@@ -27,7 +27,9 @@ from cdpr.ui.report.text.design import chosen, claim, figures, members, remarks,
 PAIRS = 3  # plotted pairs of goals
 FEW_ROWS = 12  # rows of a table that is shown unfolded
 
-CONVERGED = "Dots are candidates that keep all constraints, the line is the best so far, the diamond the robot before."
+CONVERGED = (
+    "Dots are candidates that satisfy all constraints, the line is the best so far, the diamond is the initial robot."
+)
 DOMINATED = (
     "Dots are candidates that keep all constraints; none is better in one goal than those on the line and as good in "
     "the others. The diamond is the robot before, where it keeps them, too; the star is the compromise: nearest to the "

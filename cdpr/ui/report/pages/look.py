@@ -58,6 +58,6 @@ def _banner(survey: Survey) -> str:
     share, first = 100 * (1 - survey.feasible.mean()), survey.time[np.argmin(survey.feasible)]
     rest = (
         f": no admissible tensions at {share:.4g} % of the samples, first at {first:.4g} s; "
-        "the tensions shown there are those that come nearest"
+        "the tensions shown there are the nearest ones"
     )
     return banner("warn", "Not feasible", rest)

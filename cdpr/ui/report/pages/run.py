@@ -127,7 +127,7 @@ def drawings(run: Run) -> list[Drawing]:
         "Plugins",
         "Recorded by plugins",
         plots.plugins,
-        f"Quantities that not every run has. {told}.",
+        f"Quantities of plugins. {told}.",
         minor=True,
     )
     return [

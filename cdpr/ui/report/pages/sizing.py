@@ -13,7 +13,7 @@ from cdpr.ui.report.text.sizing import CABLES, POWERS, cells, duties
 def render_sizing(figures: Mapping[str, Any]) -> str:
     """Return the result of `Sizing.plain` as an HTML page."""
     sound = not any(each["infeasible"] or each["exceeded"] for each in figures["duties"])
-    words = "All within the robot's limits" if sound else "Not all is within the robot's limits"
+    words = "All duties are within the robot's limits" if sound else "Some duties exceed the robot's limits"
     parts = []
     for key, title, columns in (("cables", "Cables", CABLES), ("drums", "Power and drums", POWERS)):
         head, *rows = [tuple(escape(cell) for cell in row) for row in cells(figures, columns)]

@@ -148,6 +148,6 @@ def account(shown: Sequence[Shown], told: Sequence[str]) -> str:
         rows.append((swatch(look) + escape(each.case.id), escape(name), escape(each.run.status), escape(each.why)))
     found = ""
     if rows:
-        inside = table(rows, ("Case", "Difference", "Status", "Why it is shown"), numeric=False)
+        inside = table(rows, ("Case", "Difference", "Status", "Reason"), numeric=False)
         found = f"<details><summary>Which cases play</summary>\n{inside}</details>\n"
     return found + "\n".join(f"<p>{escape(text)}</p>" for text in told)

@@ -32,9 +32,9 @@ def drawings(group: Group) -> dict[str, Drawing]:
     """Return the title, panels and caption of each figure, by name."""
     found: dict[str, Drawing] = {
         "differences": (
-            "Differences from the judge",
+            "Differences from the reference",
             differences,
-            "Distance of each engine from the judge, powers of ten; for tensions that of the cable in which they "
+            "Distance of each engine from the reference, powers of ten; for tensions that of the cable in which they "
             "differ most. Engines with one scheme and one step coincide: this is the error of their scheme, in "
             "proportion to a power of the step.",
         )

@@ -91,9 +91,9 @@ def among(group: Figures) -> Iterator[str]:
         yield f"the judge's tensions are {span}, their largest step {tension['largest_step'] or 0:.4g} N{cost}"
     if group["unexcited"]:
         what = (
-            "not in the samples that are compared, so perhaps not put to the test"
+            "not in the compared samples, so perhaps not covered"
             if group["thinned"]
-            else "not put to the test here, for it does not happen"
+            else "not covered by this scenario"
         )
         yield f"{what}: {'; '.join(group['unexcited'])}"
     for scheme, worst in group["same_scheme"].items():
@@ -121,7 +121,7 @@ def truth_error(group: Figures) -> Iterator[str]:
     """Yield the accuracy of the reference run for measured orders."""
     known = [each["truth_error"] for each in group["orders"] if each["truth_error"] is not None]
     if known:
-        yield f"orders inform and are not judged; the error of the truth itself is at most about {digits(max(known))} m"
+        yield f"orders are shown, not judged; the error of the reference is at most about {digits(max(known))} m"
 
 
 # Note on faults that vanish with the step or are small compared with its error.

@@ -21,7 +21,7 @@ def claim(found: Mapping[str, Any]) -> tuple[str, str]:
     """Return the mood ("good", "warn" or "bad") and a summary of the result."""
     count = found["candidates"]
     if not found["feasible"]:
-        return "bad", f"None of {count} candidates keeps all constraints; the one nearest to it is shown"
+        return "bad", f"None of {count} candidates satisfies all constraints; the nearest one is shown"
     some = found["feasible"]
     more = "" if not found["front"] else f", {len(found['front'])} of them on the Pareto front"
     told = f"{some} of {count} candidates keep{'s' * (some == 1)} all constraints{more}"

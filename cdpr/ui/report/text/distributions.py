@@ -37,12 +37,12 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
 def no_picture(figures: dict[str, Any]) -> str | None:
     """Return the reason why the distributions cannot be drawn; None if they can."""
     if figures["null_space"] is None:
-        return "no tensions at all balance the wrench"
+        return "no tensions balance the wrench, with any limits"
     r = figures["null_space"]["dimension"]
     if r == 0:
-        return "the wrench determines the tensions (r = 0): there is nothing to choose"
+        return "the wrench determines the tensions (r = 0)"
     if r > 2 and figures["ranges_N"] is None:
-        return "some limits are infinite, so that tensions may have no largest value"
+        return "some limits are infinite, so tensions may be unbounded"
     return None
 
 
@@ -82,7 +82,7 @@ def _answers(answers: list[dict[str, Any]]) -> Iterator[str]:
         for answer in answers
     ]
     yield from table([head, *rows], left=2)
-    yield "  * median of repeated calls here and now: informs, is never judged"
+    yield "  * median of repeated calls on this machine; not judged"
 
 
 def _status(answer: dict[str, Any]) -> str:

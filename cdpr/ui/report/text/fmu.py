@@ -29,7 +29,7 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
     platforms = ", ".join(figures["platforms"]) or "none"
     here = "runs on this machine" if figures["runs_here"] else "does not run on this machine"
     yield row("binaries", f"{platforms} ({here}); sources {'inside' if figures['sources'] else 'not inside'}")
-    yield from wrapped(row("can", ", ".join(_abilities(figures["capabilities"])) or "nothing more than step"), 23)
+    yield from wrapped(row("can", ", ".join(_abilities(figures["capabilities"])) or "nothing beyond stepping"), 23)
     if figures["default_step_s"] is not None:
         yield row("step by default", f"{1e3 * figures['default_step_s']:g} ms")
     for causality in SHOWN:
@@ -44,8 +44,8 @@ def _abilities(capabilities: dict[str, Any]) -> Iterator[str]:
         ("get_set_state", "save and restore its state"),
         ("serialize_state", "write its state to bytes"),
         ("variable_step", "take steps of any length"),
-        ("once_per_process", "exist only once in a process"),
-        ("needs_tool", "run only with the tool that made it"),
+        ("once_per_process", "one instance per process"),
+        ("needs_tool", "requires the tool that made it"),
     ):
         if capabilities[key]:
             yield words

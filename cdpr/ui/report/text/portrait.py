@@ -12,10 +12,10 @@ from cdpr.ui.report.text.least import least_of
 CONSTRAINTS = {
     "fully constrained": "some t > 0 has W t = 0, so that the cables can balance any wrench",
     "suspended": "no t > 0 has W t = 0; only a load, such as the weight, keeps all cables tight",
-    "singular": "some t > 0 has W t = 0, but some motion meets no resistance",
+    "singular": "some t > 0 has W t = 0, but the cables do not resist some motion",
 }
 LEGS = {**CONSTRAINTS, "fully constrained": "rigid legs push and pull, so that they can balance any wrench"}
-LEGS["singular"] = "some motion meets no resistance"
+LEGS["singular"] = "the cables do not resist some motion"
 
 OPTIONAL = {
     "diameter_m": "diameter (m)",
@@ -51,7 +51,7 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
     for name, point in platform["tools_m"].items():
         yield row("tool", f"{name} at {vector(point)} m")
     if "believed" in robot:
-        yield row("believed in a run", robot["believed"])
+        yield row("nominal model", robot["believed"])
     yield f"at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])} ({pose['source']})"
     meaning = (CONSTRAINTS if robot["unilateral"] else LEGS)[pose["constraint"]]
     yield row("constraint", f"{pose['constraint']}: {meaning}")

@@ -55,7 +55,7 @@ def fallback(run: Run) -> Iterator[str]:
     used = [text for text in (*FALLBACK.values(), CLIPPED) if any(f"; {text}" in f"; {one.text}" for one in run.events)]
     if used and bad >= LARGE_SHARE * total:
         share = f"all {total}" if bad == total else f"{bad} of {total}"
-        yield f"the fallback alone gave the tensions at {share} samples: {' and '.join(used)}"
+        yield f"the tensions at {share} samples come from the fallback: {' and '.join(used)}"
 
 
 def lost(run: Run) -> Iterator[str]:
@@ -69,6 +69,6 @@ def lost(run: Run) -> Iterator[str]:
     size, final = (float(np.linalg.norm(each)) for each in (np.ptp(corners, axis=0), last.position_error))
     most = run.summary()["position_error_m"]["max"]
     if not final <= size:
-        yield f"the platform ends {final:.4g} m from where it should be: more than the robot's size, {size:.4g} m"
+        yield f"the platform ends {final:.4g} m from its desired position: more than the robot's size, {size:.4g} m"
     elif not most <= size:
-        yield f"the platform was up to {most:.4g} m from where it should be: more than the robot's size, {size:.4g} m"
+        yield f"the platform was up to {most:.4g} m from its desired position: more than the robot's size, {size:.4g} m"

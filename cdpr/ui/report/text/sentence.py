@@ -23,7 +23,7 @@ def sentence(run: Run, way: Array) -> str:
     said = [f"in {figures['simulated_s']:.4g} s the platform of {run.header.robot} {_moved(length)}"]
     position, turn = figures["position_error_m"]["max"], figures["orientation_error_rad"]["max"]
     if math.isfinite(position) and math.isfinite(turn):
-        said.append(f"never more than {_told(position, 'm')} and {_told(turn, 'rad')} from where it should be")
+        said.append(f"with errors up to {_told(position, 'm')} and {_told(turn, 'rad')}")
     tension = figures.get("cable_tension_N", figures["tension_N"])
     if math.isfinite(tension["max"]):
         said.append(f"with tensions from {digits(tension['min'])} to {digits(tension['max'])} N")

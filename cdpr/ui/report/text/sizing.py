@@ -11,7 +11,7 @@ from cdpr.ui.report.text.aligned import digits, table
 CABLES = (
     ("peak (N)", "tension_peak_N"),
     ("rms (N)", "tension_rms_N"),
-    ("least (N)", "tension_least_N"),
+    ("min (N)", "tension_least_N"),
     ("breaking load (N)", "breaking_load_N"),
     ("shortest (m)", "length_shortest_m"),
     ("longest (m)", "length_longest_m"),
@@ -21,8 +21,8 @@ CABLES = (
 POWERS = (
     ("driving (W)", "power_driving_W"),
     ("braking (W)", "power_braking_W"),
-    ("given (J)", "energy_given_J"),
-    ("taken (J)", "energy_taken_J"),
+    ("energy out (J)", "energy_given_J"),
+    ("energy in (J)", "energy_taken_J"),
     ("drum turns", "drum_turns"),
     ("speed (rad/s)", "drum_speed_rad_per_s"),
     ("torque (N m)", "drum_torque_peak_N_m"),

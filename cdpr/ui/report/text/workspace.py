@@ -45,7 +45,7 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         told.append(_line(f"asked of {oracle['by']}", f"{oracle['poses']} poses: {apart}"))
     told += [f"  {note}" for note in figures["notes"]]
     if figures["on_boundary"] and figures["method"] != "certify":
-        why = " or for want of a proof" if figures["method"] == "combined" else ""
+        why = " or without a proof" if figures["method"] == "combined" else ""
         told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off{why}"))
     if figures["without_value"]:
         told.append(_line("without a value", f"{figures['without_value']} cells"))
