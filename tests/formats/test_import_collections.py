@@ -80,8 +80,7 @@ SEEN = {
     "Passive_springs_planar": Seen(
         PLANE,
         sets(four=[*every(), cable(4, **PASSIVE)], one=[cable(4, **PASSIVE)]),
-        "cables.xml:11: cable 'cable 5' is a cable_passive_linear_spring: a passive spring, which nobody commands, is "
-        "none of our cables",
+        "cables.xml:11: cable 'cable 5' is a cable_passive_linear_spring: a passive spring, which is not supported",
     ),
     "older": Seen(older(bodies()), cables(), 7),
     "older, two links": Seen(older(bodies(more=LINK)), cables(), "bodies.xml:9: link 2 'Lower Arm' is a second moving"),
