@@ -30,10 +30,10 @@ LINE = 116  # letters of a command, and " \\"
 
 # Nine cables pull a box of 20 kg through their frame: solvers.
 SOLVERS = {
-    "pseudo_inverse": "minds no limits: the answers, clipped, lose the platform",
-    "qp": "as little as can be, so at the lower limit",
-    "analytic_centre": "away from all limits, smoothly",
-    "maximin": "as far from the limits as possible, and it jumps",
+    "pseudo_inverse": "ignores limits: with clipped answers the platform is lost",
+    "qp": "smallest tensions, partly at the lower limit",
+    "analytic_centre": "away from all limits, smooth",
+    "maximin": "as far from the limits as possible, with jumps",
 }
 NINE = {
     "robot": "robots/nine.yaml",

@@ -18,7 +18,7 @@ FOLDERS = (*PACKAGES, "benchmarks", "docs", "examples", "scenarios")
 FIRST = re.compile(r"(What|Whatever|Who|Whose|Which|Where|Wherever|Whether|From|One that)\b")
 # Words of an old dialect of this project. `told` may be a name in code.
 AVOIDED = re.compile(
-    r"(?<!`)\b(told(?![:`])|asks for|asked for|heeds?|hush|of those that|of that which|unless (said|told)|as told|"
+    r"(?<!`)\b(told(?![:`])|asks for|asked for|goes on|go on|stands\b(?!-)|heeds?|hears of|is meant|seldom meant|so many|hush|of those that|of that which|unless (said|told|given)|as told|"
     r"bears?|goes along|go along|comes? of it|takes its time|whoever|anyone's|one's own|stranger's?)\b",
     re.IGNORECASE,
 )
