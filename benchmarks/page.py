@@ -23,7 +23,7 @@ TABLES = ("summary", "provenance", "events", "cables", "scenario")
 ROUNDS = 9  # by turns with and without what plays: both take a second, and their difference is a tenth of that
 LARGEST, SLOWEST, LATEST, FEWEST = 1.5, 0.3, 2.0, 20.0  # MB, s, s, frames a second
 
-# Frames that are drawn in so many milliseconds of playing, a second.
+# Drawn frames per second, in this many milliseconds of playing.
 FRAMES = """async (span) => {
   cdpr.play(true);
   let count = 0;

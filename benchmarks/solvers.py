@@ -146,8 +146,8 @@ def first_call() -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
-    parser.add_argument("--problems", type=int, default=0, help="compare with HiGHS on so many problems as well")
-    parser.add_argument("--paths", type=int, default=0, help="look for jumps along so many random paths as well")
+    parser.add_argument("--problems", type=int, default=0, help="number of problems to compare with HiGHS")
+    parser.add_argument("--paths", type=int, default=0, help="number of random paths to search for jumps")
     arguments = parser.parse_args()
     costs()
     first_call()

@@ -23,7 +23,7 @@ CDPR = ["-m", "cdpr"]
 
 
 def run(duration: float, *more: str) -> list[str]:
-    """Words of `cdpr run` for so many seconds simulated."""
+    """Words of `cdpr run` for this many simulated seconds."""
     return [*CDPR, "run", SCENARIO, "--set", f"simulation.duration={duration}", *more]
 
 

@@ -3,7 +3,7 @@
 Overhead of a case: wall time of the whole command with one worker (start, checks, workers, logs, tables, report) less
 the time in the loops themselves, over the number of cases. Both are worth believing on an idle machine only; the load
 before each run is printed. With --short 200 cases of a fifth of a second are run instead, the whole command two at a
-time; by an older version in turn where its interpreter is given, and then the ratio of the minima is told.
+time; by an older version in turn where its interpreter is given, and then the ratio of the minima is printed.
 Run: python benchmarks/study.py [--json | --short [PYTHON]]
 """
 

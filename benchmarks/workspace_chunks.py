@@ -24,7 +24,7 @@ CHUNK = 524288  # cells
 
 
 def run(folder: Path, cells: str, *options: str, killed_after: int | None = None) -> tuple[float, float]:
-    """Compute into a folder, or kill it once so many chunks are there; return seconds and peak memory, MiB."""
+    """Compute into a folder, or kill it after this many chunks; return seconds and peak memory, MiB."""
     words = [sys.executable, "-m", "cdpr", "workspace", "wrench-feasible", str(ROBOT), "--wrench-box", HALF]
     words += ["--cells", cells, "--chunks", str(folder), *options]
     started = time.perf_counter()

@@ -42,7 +42,7 @@ class GazeboLegs:
 class OrLowest:
     """A solver that puts every cable at its lower limit where it has no answer, as cdpr3's `ActivesetMethod` does.
 
-    It says OK, so that the tension stage, told that it minds no limits, applies what it wrote.
+    It returns OK and declares no limits, so that the tension stage applies its answer.
     """
 
     def __init__(self, solver: TensionSolver) -> None:

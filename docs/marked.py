@@ -1,4 +1,4 @@
-"""Generated parts of a Markdown file: what stands between <!-- NAME --> and <!-- end of NAME -->."""
+"""Generated parts of a Markdown file: text between <!-- NAME --> and <!-- end of NAME -->."""
 
 from __future__ import annotations
 

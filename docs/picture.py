@@ -1,7 +1,7 @@
 """Draw the picture that moves: a run of caroca through waypoints and back, its cables coloured by their tensions.
 
 Run: python docs/picture.py. Plain SVG with its own animation: no script, no library, no font but the reader's. Every
-colour can be told from a white and from a black page.
+colour is visible on a white and on a black page.
 """
 
 from __future__ import annotations

@@ -276,7 +276,7 @@ def main(*folders: Path) -> None:
     """Keep what folders of the studies hold, if any are given, and write the tables."""
     if folders:
         fresh = {study_of(folder): folder for folder in folders}
-        tables = {study: stored(folder, study) for study, folder in fresh.items()}  # what is wrong is told at once
+        tables = {study: stored(folder, study) for study, folder in fresh.items()}  # reports errors before writing
         rows: list[Row] = []  # all of them before the old are overwritten
         for study in PARTS:
             if study in tables:

@@ -186,4 +186,4 @@ def _check_sum(text: str, given: str) -> None:
     for byte in text[:star].lstrip().encode():
         found ^= byte
     if not given.strip().isdigit() or int(given) != found:
-        raise LineError(f"the line was changed: its checksum is {found}, {shown(given.strip())} stands there")
+        raise LineError(f"the line was changed: its checksum is {found}, {shown(given.strip())} is written there")

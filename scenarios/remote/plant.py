@@ -9,7 +9,7 @@ START, STEP, STOP = 0, 1, 2
 
 
 def read(count: int) -> tuple[float, ...]:
-    """Read so many little-endian 64-bit floats; the end of a run ends this program."""
+    """Read this many little-endian 64-bit floats; the end of a run ends this program."""
     data = sys.stdin.buffer.read(8 * count)
     return struct.unpack(f"<{count}d", data) if len(data) == 8 * count else sys.exit()
 

@@ -26,7 +26,7 @@ static bool refuse(const cdpr::Call& call, char* message) {
         return fails(message, "the controller puts out numbers that are not finite: an input is not, or it diverges");
     return fails(message,
                  "no tensions within the limits were found for what the controller wants, and this FMU ends "
-                 "there; exported with solver.infeasible hold_tension or best_effort it goes on");
+                 "there; exported with solver.infeasible hold_tension or best_effort it continues");
 }
 
 // Run the operations of one control step.

@@ -196,9 +196,9 @@ Status instance_step(Instance* instance, double from, double duration) {
     double* time = instance->model.field[TIME];
     const double tolerance = CLOCK * duration;
     if (!(duration > 0.0 && isfinite(duration)))
-        return report(instance, ERROR, "a step of %g s was asked for: it must be greater than 0", duration);
+        return report(instance, ERROR, "a step of %g s was requested: it must be greater than 0", duration);
     if (!(fabs(from - *time) <= tolerance))
-        return report(instance, ERROR, "a step from %.17g s was asked for, but the plant is at %.17g s", from, *time);
+        return report(instance, ERROR, "a step from %.17g s was requested, but the plant is at %.17g s", from, *time);
     if (from + duration > instance->stop + tolerance)
         return report(instance, ERROR, "a step to %.17g s goes beyond the stop time %.17g s", from + duration,
                       instance->stop);
@@ -264,7 +264,7 @@ Status instance_get(Instance* instance, const unsigned* reference, size_t n, boo
     }
     return done == count
                ? OK
-               : report(instance, ERROR, "%zu values were asked for, which is not what the variables have", count);
+               : report(instance, ERROR, "%zu values were requested, which is not the number of the variables", count);
 }
 
 Status instance_set(Instance* instance, const unsigned* reference, size_t n, bool whole, const double* value,
@@ -287,7 +287,7 @@ Status instance_set(Instance* instance, const unsigned* reference, size_t n, boo
     }
     return done == count
                ? OK
-               : report(instance, ERROR, "%zu values were given, which is not what the variables have", count);
+               : report(instance, ERROR, "%zu values were given, which is not the number of the variables", count);
 }
 
 // Return whether the standard allows a derivative with respect to a variable, or one of its numbers, now.
@@ -330,7 +330,7 @@ Status instance_differentiate(Instance* instance, const unsigned* unknown, size_
         asked += size;
     }
     if (given == n_seed && asked == n_slope) return OK;
-    return report(instance, ERROR, "%zu numbers were given and %zu asked for, but the variables have %zu and %zu",
+    return report(instance, ERROR, "%zu numbers were given and %zu requested, but the variables have %zu and %zu",
                   n_seed, n_slope, given, asked);
 }
 

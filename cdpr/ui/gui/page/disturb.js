@@ -45,7 +45,7 @@ class Disturb {
     this.cable.addEventListener("change", () => this.live.select(this.cable.selectedIndex));
     this.cable.addEventListener("blur", () => this.live.select(null));
     const cut = button("Cut", act("cut"), { title: "It breaks" });
-    return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "Its winch stands still" }));
+    return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "Blocks its winch" }));
   }
 
   limits() {
