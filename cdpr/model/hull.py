@@ -60,7 +60,9 @@ def convex_hull(points: Array, check: Callable[[], None] = lambda: None) -> tupl
         seen = alive & (normals @ points[point] - heights > BELOW * size)
         rim = _rim(faces[seen])
         fresh = np.column_stack([rim, np.full(len(rim), point)])
-        if np.count_nonzero(alive) - np.count_nonzero(seen) + len(fresh) > 2 * MOST_CORNERS - 4:  # for this many corners
+        if (
+            np.count_nonzero(alive) - np.count_nonzero(seen) + len(fresh) > 2 * MOST_CORNERS - 4
+        ):  # for this many corners
             raise ValueError(f"its convex hull has more than {MOST_CORNERS} corners: draw a coarser one")
         count, alive = len(faces), np.concatenate([alive & ~seen, np.ones(len(fresh), dtype=bool)])
         faces = np.concatenate([faces, fresh])

@@ -207,7 +207,7 @@ def _put(table: Path, text: str, path: Path) -> None:
         return
     if os.path.lexists(table) and not (path.is_file() and table.name.encode() in path.read_bytes()):
         raise OutputError(
-            f"{table}: is there already, and is not the table of a session {path.name}: it is not written over; "
+            f"{table}: exists already, and is not the table of a session {path.name}: it is not overwritten; "
             "choose another name, or move it away"
         )
     replace(table, text)

@@ -69,7 +69,7 @@ def test_a_robot_is_imported_by_hand_and_keyboard(page, theirs):
     assert list(theirs.parent.glob("crane*")) == []  # nothing is written yet
     dialog.get_by_label("Write into folder").fill(str(theirs))
     page.keyboard.press("Enter")
-    assert "crane.yaml' is there already: it is not written over" in problem(dialog)
+    assert "crane.yaml' exists already and is not overwritten" in problem(dialog)
     dialog.get_by_label("Write into folder").fill(str(theirs.parent / "mine"))
     page.keyboard.press("Enter")
     page.wait_for_function("() => cdpr.form.message.file.endsWith('/mine/crane_way.yaml') && cdpr.phase === 'ready'")

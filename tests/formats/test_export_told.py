@@ -57,7 +57,7 @@ def test_nothing_is_written_over(tmp_path):
     assert cdpr_here(*words, cwd=tmp_path).stdout == "caroca.urdf\n"
     before = (tmp_path / "caroca.urdf").read_bytes()
     done = cdpr_here(*words, code=8, cwd=tmp_path)
-    assert "'caroca.urdf' is there already" in done.stderr
+    assert "'caroca.urdf' exists already" in done.stderr
     cdpr_here(*words, "--force", cwd=tmp_path)
     assert (tmp_path / "caroca.urdf").read_bytes() == before
 

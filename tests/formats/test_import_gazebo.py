@@ -257,7 +257,7 @@ def test_nothing_is_written_over(tmp_path):
     before = (tmp_path / "out" / "robot.yaml").read_bytes()
     again = here("import", tmp_path / "robot.yaml", "--out", tmp_path / "out")
     assert again.returncode == 8
-    assert "is there already: it is not written over" in again.stderr
+    assert "exists already and is not overwritten" in again.stderr
     assert here("import", tmp_path / "robot.yaml", "--out", tmp_path / "out", "--force").returncode == 0
     assert (tmp_path / "out" / "robot.yaml").read_bytes() == before
 
@@ -269,7 +269,7 @@ def test_nothing_is_written_through_a_link_and_no_half_stays(tmp_path, monkeypat
     out = tmp_path / "out"
     out.mkdir()
     (out / "robot_way.yaml").symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(CdprError, match=r"robot_way\.yaml' is there already: it is not written over; choose another"):
+    with pytest.raises(CdprError, match=r"robot_way\.yaml' exists already and is not overwritten; choose another"):
         write(taken, out, force=False)
     assert not (tmp_path / "elsewhere").exists()
     (out / "robot_way.yaml").unlink()

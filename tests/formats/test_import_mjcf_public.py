@@ -52,7 +52,7 @@ IMPORTED = {
     "position servos (HW-RMS, 4 cables)": (model(), ["4 tendons have servos of length"]),
     "connect within the gripper (afqmrl, 8CDPRv5)": (
         model(inside=FINGERS, equality='<connect name="c" body1="left" body2="right" anchor="0 0 0"/>'),
-        ["body 'left' moves on its own (l): fixed where", "<connect> 'c': between parts of the platform"],
+        ["body 'left' moves on its own (l): fixed at", "<connect> 'c': between parts of the platform"],
     ),
     "joint equality of the gripper, weld of rotors (damurka5, cdpr)": (
         model(

@@ -122,7 +122,7 @@ def test_the_first_generator_wrote_the_velocity_as_the_effort(tmp_path):
             "<effort>1e16</effort>",
             "got '1e16': of slide 'cable0' it is the largest tension, N",
         ),
-        ("<mass>150</mass>", "<mass>-150</mass>", "our checks accept"),
+        ("<mass>150</mass>", "<mass>-150</mass>", "the robot is invalid"),
         ("</sdf>", "", "invalid XML"),
         ("<parent>frame</parent>", "<parent>virt_Y0</parent>", "is no leg"),
     ],

@@ -94,8 +94,8 @@ def test_a_position_is_where_a_tool_goes(tmp_path, joint, q, said, kind):
     told = [each for each in taken.warnings if "the attitude of the platform is not defined" in each]
     assert told == (
         [
-            "robot_operational_spaces.xml:2: position 'tip': the attitude of the platform is not defined: it keeps the "
-            "attitude of q_initial"
+            "robot_operational_spaces.xml:2: position 'tip': the attitude of the platform is not defined: it keeps "
+            "that of q_initial"
         ]
         if said
         else []

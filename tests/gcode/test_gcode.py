@@ -310,7 +310,7 @@ def test_a_feed_beyond_the_limits_is_told(folder):
         (b"\x80\x81", 1, "this is not a text in UTF-8"),
         ("G1 X1\n\0", 2, "it has a zero byte"),
         ("hi", 1, "H: a number is expected after it"),
-        ("hello", 1, "HELLO is a command of other firmware, which is not known here; the dialect is linuxcnc; to pass"),
+        ("hello", 1, "HELLO is a command of other firmware, which is not known here; the dialect is linuxcnc; to skip"),
         ("F1 G1 X=2", 1, "words of a letter and a number are expected, got '=2'"),
         ("F1 G1 Xnan", 1, "X: a number is expected"),
         ("F1 G1 X" + "9" * 400, 1, "X: inf m is farther than 1e+06 m"),

@@ -299,7 +299,7 @@ def test_snapshots_steps_and_resets(name, model):
 def test_tendons_and_legs_refuse_winches(name, cables):
     if name not in ENGINES:
         pytest.skip("not installed")
-    with pytest.raises(PluginError, match=f"cables: {cables} knows no winches.*cable.model rigid"):
+    with pytest.raises(PluginError, match=f"cables: {cables} does not support winches.*cable.model rigid"):
         plant(name, on_winches(samples.braced(), "rigid"), cables=cables)
 
 

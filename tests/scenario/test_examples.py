@@ -85,7 +85,7 @@ def test_a_design_is_told_from_a_study(tmp_path, monkeypatch):
         ScenarioError, match="an example design, but a study is expected: 'cdpr design design_box' runs"
     ):
         load_study("design_box")
-    with pytest.raises(ScenarioError, match=r"this is a design file; cdpr design runs it; .* under 'axes'"):
+    with pytest.raises(ScenarioError, match=r"this is a design file; cdpr design runs it; .* has 'axes'"):
         load_study(SCENARIOS / "studies" / "design_box.yaml")
     with pytest.raises(ScenarioError, match="this is a robot file; use it in a design by 'robot: FILE'"):
         load_design(SCENARIOS / "robots" / "poor_box.yaml")

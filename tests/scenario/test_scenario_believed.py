@@ -135,7 +135,7 @@ def test_the_exits_of_cables_are_believed_too():
         ("believed:\n  weight: 3", 2, "believed.weight: unknown key 'weight'"),
         ("believed:\n  dof: [x, y, z]", 2, "believed.dof: must be the robot's, [x, y, z, rx, ry, rz]"),
         ("believed:\n  cables: 3", 2, "believed.cables: a list expected, got 3"),
-        ("believed:\n  cables:\n  - 3", 3, "believed.cables[0]: a mapping (name: which cable, and what differs)"),
+        ("believed:\n  cables:\n  - 3", 3, "believed.cables[0]: a mapping (name of a cable, and its different values)"),
         ("believed:\n  cables:\n  - {frame: [1, 2, 3]}", 3, "believed.cables[0].name: required but not given: name"),
         (
             "believed:\n  cables:\n  - {name: lef}",
@@ -158,7 +158,7 @@ def test_the_exits_of_cables_are_believed_too():
         (
             "believed:\n  cables:\n  - {name: left, frame: [0, 0.1, 1.2], platform: [0, 0, 0]}",
             0,
-            "as the controller believes the robot to be: cable 'left' has no length here",
+            "for the nominal model: cable 'left' has no length here",
         ),
     ],
 )

@@ -100,7 +100,7 @@ def test_the_resolved_scenario_holds_them():
         (
             "{type: set, time: 1, key: controller.limit, value: 1}",
             "events[0].key",
-            "what may: controller.kp, controller.kd",
+            "allowed: controller.kp, controller.kd",
         ),
         ("{type: set, time: 1, key: controller.kp, value: hard}", "events[0].value", "a number or 6 numbers expected"),
         ("{type: set, time: 1, key: controller.kp}", "events[0].value", "required but not given"),
@@ -154,7 +154,7 @@ def test_what_is_wrong_is_said_where_it_stands(event, key, text):
         (
             ["{type: emergency_stop, time: 1}", "{type: emergency_stop, time: 2}"],
             "events[1]",
-            "the robot is stopped already at 1 s",
+            "the robot has stopped already at 1 s",
         ),
         (
             ["{type: emergency_stop, time: 1}", "{type: target, time: 2, position: [1, 0, 1], duration: 1}"],

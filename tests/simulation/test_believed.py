@@ -218,7 +218,7 @@ def test_it_is_told_wherever_a_run_is_told_of(tmp_path, monkeypatch):
     assert line in render(run)
     assert json.loads(cdpr_here("validate", *given, "--json").stdout)[0]["believed"] == line
     info = cdpr_here("info", *given).stdout
-    assert f"nominal model       {line}" in info
+    assert f"nominal model        {line}" in info
     assert "platform             150 kg" in info
     exported = cdpr_here("export", "one", "--to", "csv")
     assert exported.returncode == 0

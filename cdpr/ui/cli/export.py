@@ -140,7 +140,7 @@ def _robot(
     tell(f"left out: {each}" for each in left_out(subject, to))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
     if out.exists() and not force:
-        raise OutputError(f"'{out}' is there already: it is not written over; choose another --out, or --force")
+        raise OutputError(f"'{out}' exists already and is not overwritten; choose another --out, or --force")
     make_folder(out.parent)
     replace(out, text)
     return out, {}

@@ -119,7 +119,7 @@ def _page_at(path: Path) -> Path:
 def _only_over(path: Path, ours: Callable[[bytes], bool], what: str) -> None:
     """Raise OutputError if the file exists and was not written by cdpr."""
     if path.exists() and not (path.is_file() and ours(path.read_bytes())):
-        raise OutputError(f"'{path}' is there already and is no {what}: it is not written over; choose another name")
+        raise OutputError(f"'{path}' exists already and is no {what}: it is not overwritten; choose another name")
 
 
 def _are_runs(what: Sequence[str]) -> bool:

@@ -160,7 +160,7 @@ def test_names_can_be_typed_as_they_are_told(here):
 def test_what_is_there_stays(here):
     run("new", "robot")
     before = (here / "robot.yaml").read_text()
-    assert "is there already: it is not written over" in run("new", "robot", "--planar", code=ExitCode.NOT_WRITABLE)
+    assert "exists already and is not overwritten" in run("new", "robot", "--planar", code=ExitCode.NOT_WRITABLE)
     assert (here / "robot.yaml").read_text() == before
     assert "there is no folder 'no/such'" in run("new", "robot", "no/such/folder.yaml", code=ExitCode.NOT_WRITABLE)
     assert load_robot("-", text=run("new", "robot", "-")).m == 8

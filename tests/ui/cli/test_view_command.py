@@ -129,7 +129,7 @@ def test_only_a_page_is_written_over(tmp_path):
     robot.write_text((SCENARIOS / "robots" / "cogiro.yaml").read_text())
     before = robot.read_bytes()
     done = cdpr_here("view", robot, "--no-open", "--out", robot, code=8)
-    assert "robot.yaml' is there already and is no page that cdpr wrote: it is not written over" in done.stderr
+    assert "robot.yaml' exists already and is no page that cdpr wrote: it is not overwritten" in done.stderr
     assert robot.read_bytes() == before
     for _ in range(2):
         cdpr_here("view", robot, "--no-open", "--out", tmp_path)
@@ -154,6 +154,6 @@ def test_pages_of_others_stay(tmp_path, others):
     )
     before = page.read_bytes()
     done = cdpr_here("view", SCENARIOS / "robots" / "cogiro.yaml", "--no-open", "--out", page, code=8)
-    assert "notes.html' is there already and is no page that cdpr wrote" in done.stderr
+    assert "notes.html' exists already and is no page that cdpr wrote" in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert page.read_bytes() == before

@@ -66,7 +66,7 @@ def test_an_example_is_saved_as_a_file_of_ones_own(tmp_path: Path) -> None:
     names = desk.save_as(str(tmp_path))
     assert sorted(names) == [str(tmp_path / "caroca.yaml"), str(tmp_path / "robots/caroca.yaml")]
     assert load_scenario(tmp_path / "caroca.yaml").robot.platform.mass == 140
-    with pytest.raises(OutputError, match="is there already"):
+    with pytest.raises(OutputError, match="exists already"):
         desk.save_as(str(tmp_path))
 
 
@@ -141,7 +141,7 @@ def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest
     desk.undo()
     assert desk.save() == ["mine.yaml"]
     desk.new("robot", file="mine.yaml")
-    with pytest.raises(OutputError, match="is there already"):
+    with pytest.raises(OutputError, match="exists already"):
         desk.save()
     desk.new("scenario", robot="mine.yaml")
     assert desk.save() == ["scenario.yaml"]

@@ -109,7 +109,7 @@ def test_what_is_uploaded_is_shown_then_written_and_opened(looker, tmp_path):
     out.mkdir()
     (out / "crane_way.yaml").write_text("# hours of work\n")
     looker.send(do="take", out=str(out), open="crane_way.yaml")
-    assert f"'{out}/crane_way.yaml' is there already: it is not written over; choose another folder" in failed(
+    assert f"'{out}/crane_way.yaml' exists already and is not overwritten; choose another folder" in failed(
         looker, "take"
     )
     assert [path.name for path in out.iterdir()] == ["crane_way.yaml"]
@@ -176,7 +176,7 @@ def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
         ({"files": [{"name": "a.xml", "size": 1}]}, "a.xml: the received size differs from the announced one"),
         ({"files": [{"name": "a.xml", "size": -1}]}, "a.xml: the received size differs from the announced one"),
         ({"files": [{"name": "a.xml", "size": 0}, {"name": "a.xml", "size": 0}]}, "two files are called 'a.xml'"),
-        ({"files": [{"name": "a.xml", "size": 0}], "trajectory": "../b"}, "'../b' is none of the files"),
+        ({"files": [{"name": "a.xml", "size": 0}], "trajectory": "../b"}, "'../b' is not among the files"),
         ({"files": [{"name": "a.xml", "size": 0}], "trajectory": "a.xml"}, "a trajectory alone is no robot"),
     ],
 )

@@ -102,10 +102,10 @@ def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
         it.do("reset")
         it.do("step")
         it.do("save_session", out=str(session))
-        assert "is there already" in it.said()[-1][1]
+        assert "exists already" in it.said()[-1][1]
     assert [level for level, _ in told] == ["error", "error", "info", "info"]
-    assert "mine.yaml' is there already: it is not written over" in told[0][1]
-    assert "given_outside.csv' is there already" in told[1][1]
+    assert "mine.yaml' exists already and is not overwritten" in told[0][1]
+    assert "given_outside.csv' exists already" in told[1][1]
     assert mine.read_text() == "# hours of work\n"
     assert not (tmp_path / "given.yaml").exists()
     assert load_scenario(session).simulation.steps == 4

@@ -243,7 +243,7 @@ MISUSE = {
     "attitude": (lambda sim: sim.target(orientation=[0, 0, 0, 0], duration=1), "the quaternion is zero"),
     "category": (lambda sim: sim.stop(3), r"^stop: category: must be at most 2, got 3"),
     "no option": (lambda sim: sim.set("controller.kq", 1), r"^set: key: 'controller.kq' cannot change.*did you mean"),
-    "solver": (lambda sim: sim.set("solver.p", 1), r"what may: controller\.kp, controller\.kd"),
+    "solver": (lambda sim: sim.set("solver.p", 1), r"allowed: controller\.kp, controller\.kd"),
     "gain": (lambda sim: sim.set("controller.kp", -1), r"^set: value: "),
     "gains": (lambda sim: sim.set("controller.kp", [1, 2]), r"^set: value: "),
     "key": (lambda sim: sim.set(3, 1), r"^set: key: a text"),

@@ -21,13 +21,13 @@ def test_the_table_of_a_session_takes_the_place_of_no_other_file(tmp_path):
         sim.save(session)  # without a table
         sim.step(3, wrench=GIVEN)
         for path in (session, tmp_path / "session.yml"):
-            with pytest.raises(cdpr.OutputError, match=r"session_outside\.csv: is there already, .* not written over"):
+            with pytest.raises(cdpr.OutputError, match=r"session_outside\.csv: exists already, .* not overwritten"):
                 sim.save(path)
         assert table.read_text() == "weeks,of,work\n"
         assert "outside" not in session.read_text()
         table.unlink()
         table.symlink_to(tmp_path / "nowhere")
-        with pytest.raises(cdpr.OutputError, match="is there already"):
+        with pytest.raises(cdpr.OutputError, match="exists already"):
             sim.save(session)
         table.unlink()
         sim.save(session)

@@ -24,7 +24,7 @@ def claim(found: Mapping[str, Any]) -> tuple[str, str]:
         return "bad", f"None of {count} candidates satisfies all constraints; the nearest one is shown"
     some = found["feasible"]
     more = "" if not found["front"] else f", {len(found['front'])} of them on the Pareto front"
-    told = f"{some} of {count} candidates keep{'s' * (some == 1)} all constraints{more}"
+    told = f"{some} of {count} candidates satisf{'ies' if some == 1 else 'y'} all constraints{more}"
     if not found["improved"]:
         return "warn", f"{told}; none is better than the robot without changes"
     return "good", told
