@@ -30,6 +30,7 @@ def kept(
 
     Args:
         command: the compiler's command, for the name in the cache only.
+        files: content of the compiled files, by name.
         ending: ending of the file's name.
         number: number of such files that the cache keeps.
         make: function that makes the file in a new folder, and returns its path.
