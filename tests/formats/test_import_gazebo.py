@@ -45,7 +45,7 @@ def test_the_successors_numbers(tmp_path):
     assert robot.anchors.tolist()[1] == [2.0, 1.0, 3.0, -0.2, 0.15, -0.125]
     assert robot.cables[0].diameter == 0.01
     assert len(robot.frame.edges) == 4  # posts
-    for said in ("sim_cables", "cable.mass", "joints.passive", "joints.actuated.velocity", "'Turquoise' is none"):
+    for said in ("sim_cables", "cable.mass", "joints.passive", "joints.actuated.velocity", "'Turquoise' is unknown"):
         assert [text for text in taken.left_out if said in text], said
     assert "# kg, platform.mass, line 7" in taken.files["robot.yaml"]
 

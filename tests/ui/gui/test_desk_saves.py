@@ -56,7 +56,7 @@ def test_what_may_not_be_written_stays(folder: Path, monkeypatch: pytest.MonkeyP
 def test_an_example_is_saved_as_a_file_of_ones_own(tmp_path: Path) -> None:
     desk = Desk("caroca")
     desk.edit("robot.platform.mass", 140)
-    with pytest.raises(OutputError, match="save as"):
+    with pytest.raises(OutputError, match="save it under another name"):
         desk.save()
     (tmp_path / "robots").write_text("a file where the robot's folder would be")
     with pytest.raises(OutputError, match=r"cannot make the folder .*robots"):
@@ -136,7 +136,7 @@ def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest
     assert desk.scenario().robot.platform.mass == 25
     assert list(tmp_path.iterdir()) == []
     desk.edit("trajectory", "circle")
-    with pytest.raises(OutputError, match="has no file: save it as one"):
+    with pytest.raises(OutputError, match="has no file: save it"):
         desk.save()
     desk.undo()
     assert desk.save() == ["mine.yaml"]
