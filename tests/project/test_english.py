@@ -26,7 +26,7 @@ AVOIDED = re.compile(
 def files(*endings: str) -> list[Path]:
     """Return the files of the project with these endings, but for the headers of the FMI standard."""
     found = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*")) if path.suffix in endings]
-    return [path for path in found if path.parent.name != "fmi"]
+    return [path for path in found if path.parent.name != "fmi" and not path.is_symlink()]  # the build links headers
 
 
 def beginnings(path: Path) -> Iterator[tuple[int, str]]:
