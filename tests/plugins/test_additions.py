@@ -115,7 +115,7 @@ MEASURED = """
         def measure() -> None:
             speed[0] = np.sqrt(velocity @ velocity)
 
-        acts.append(Act("geometry", measure))
+        operations.append(Operation("geometry", measure))
 """
 
 

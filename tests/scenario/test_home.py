@@ -113,7 +113,7 @@ def test_degrees():
         assert scenarios[0] == load_scenario(CAROCA, text=scenarios[0].resolved_yaml())
     sine = {"type": "sine", "time": 0, "force": [1, 0, 0], "frequency": 1}
     turned = load({"events": [{**sine, "phase_deg": 90}]})
-    assert turned.events[0].swing(0.001).phase == math.pi / 2
+    assert turned.events[0].wrench_profile(0.001).phase == math.pi / 2
     assert turned == load_scenario(CAROCA, text=turned.resolved_yaml())
 
 
