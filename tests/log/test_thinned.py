@@ -160,7 +160,7 @@ def test_runs_of_one_log_step_are_compared(thin: Run, tmp_path: Path) -> None:
     assert "compared are 152 of 1506 samples" in subject(found.figures)
     text = "\n".join(lines(found.figures))
     assert "not in the compared samples, so perhaps not covered" in " ".join(text.split())
-    assert "does not happen" not in text
+    assert "not covered by this scenario" not in text
     assert [row["outcome"] for group in found.figures["groups"] for row in group["engines"]] == ["agrees"]
 
 

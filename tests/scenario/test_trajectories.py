@@ -147,7 +147,7 @@ def test_what_is_held_at_its_origin_only_turns(robot):
 
     circle = problem(text(CIRCLE))
     assert "trajectory.type: the robot moves along " in circle
-    assert "no circle can be passed" in circle
+    assert "no circle is possible" in circle
     moved = problems(text(ARCH))
     assert any("trajectory.to.position: " in line and "holds it at x = 0, y = 0.1" in line for line in moved)
     assert any("trajectory.height: " in line for line in moved)

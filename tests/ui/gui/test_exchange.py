@@ -149,7 +149,7 @@ def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
         upload(other, {"crane.yaml": ROBOT})
         answer(other, "import")
         looker.send(do="take", out=str(tmp_path / "out"), open="crane.yaml")
-        assert "nothing was read" in failed(looker, "take")
+        assert "there is nothing to write" in failed(looker, "take")
     assert not (tmp_path / "out").exists()
     looker.send(do="yaml")
     looker.get("yaml")
