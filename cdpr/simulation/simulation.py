@@ -295,7 +295,7 @@ class Simulation(Branches):
     def _ready(self, *, also_done: bool = False) -> None:
         """Reject a call after the end."""
         if self._runner.run is not None:
-            raise CdprError(f"the simulation is over: its run is {self._attempt.run.status}; make another")
+            raise CdprError(f"the simulation is over: its run is {self._runner.run.status}; make another")
         if self.done and not also_done:
             raise CdprError(f"the simulation is done: the scenario ends at {self.time:g} s; run() returns the run")
 

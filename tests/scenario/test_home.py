@@ -75,9 +75,8 @@ def test_without_home_it_is_asked_for():
     robot = yaml.safe_load((ROOT / "scenarios" / "robots" / "caroca.yaml").read_text())
     del robot["home"]
     text = yaml.safe_dump({**yaml.safe_load(TEXT), "robot": robot})
-    assert "initial: required but not given: state of the platform at time 0; default: at rest at the robot's home" in problem(
-        (), text
-    )
+    required = "required but not given: state of the platform at time 0; default: at rest at the robot's home"
+    assert f"initial: {required}" in problem((), text)
     assert "initial.position: required but not given" in problem({"initial": {"velocity": [0, 0, 0]}}, text)
 
 
