@@ -23,7 +23,7 @@ from cdpr.analysis.bench.problems import make_paths, make_problems
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.registry import registry
-from cdpr.tension.present import Present
+from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import OK
 

@@ -20,7 +20,7 @@ from cdpr.base.errors import SimulationStopped
 from cdpr.log.run import Run
 from cdpr.ui.report.figures.canvas import Axes, Chart, inline_svg, styled
 from cdpr.ui.report.figures.surface import SUPERSCRIPT
-from cdpr.ui.report.marks import AXES, CABLES, INK, SOFT
+from cdpr.ui.report.style import AXES, CABLES, INK, SOFT
 
 HERE = Path(__file__).parent
 SCENARIOS = HERE.parent / "scenarios"

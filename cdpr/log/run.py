@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-    from cdpr.log.beyond import LimitChanges
+    from cdpr.log.limit_violations import LimitChanges
     from cdpr.mechanics.reach import Bounds
     from cdpr.scene import Subject
 

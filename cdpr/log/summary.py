@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.log.beyond import beyond, tables
+from cdpr.log.limit_violations import beyond, tables
 from cdpr.log.run import Header, Run
 from cdpr.log.singular import Singular
 from cdpr.log.slack import Slack, slack

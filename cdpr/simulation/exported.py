@@ -20,8 +20,8 @@ from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.tension.command import CommandStage
+from cdpr.tension.current_sample import Present
 from cdpr.tension.operations import Operation
-from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from cdpr.base.errors import Diverged, LimitViolation
 from cdpr.cables.tables import line_table
-from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
+from cdpr.log.limit_violations import beyond
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
@@ -21,8 +21,8 @@ from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
+from cdpr.tension.current_sample import Cables, Present
 from cdpr.tension.operations import Operation
-from cdpr.tension.present import Cables, Present
 
 Do = Callable[[], object]
 Refuse = Callable[[int], None]  # reaction to impossible states, by a key of `cdpr.simulation.faults.FAULTS`

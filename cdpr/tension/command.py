@@ -7,9 +7,9 @@ import numpy as np
 from cdpr.base.errors import Diverged, LimitViolation
 from cdpr.model import Robot
 from cdpr.native.bind import bind
+from cdpr.tension.current_sample import Cables, Present
 from cdpr.tension.operations import Operation, perform
 from cdpr.tension.policy import Policy
-from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import BAD_INPUT
 
 BEYOND = "the controller's command is beyond the tension limits"

@@ -15,9 +15,9 @@ from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
 from cdpr.tension.checks import LIMIT_TOLERANCE, allowed_residual, newton
 from cdpr.tension.compiled import accept_tension
+from cdpr.tension.current_sample import Cables, Present
 from cdpr.tension.operations import Operation, perform
 from cdpr.tension.policy import TOLD, WRITTEN, Policy, action
-from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import Status
 
 Solve = Callable[[Array, Array, Array, Array, Array], int]

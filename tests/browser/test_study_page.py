@@ -10,8 +10,8 @@ from study_cases import write_study
 from cdpr.analysis.study import load_study, run_study
 from cdpr.ui.report.figures.study import multiples
 from cdpr.ui.report.figures.study_layout import layouts
-from cdpr.ui.report.marks import CABLES
 from cdpr.ui.report.pages.study import write_study as write_page
+from cdpr.ui.report.style import CABLES
 from cdpr.ui.report.text.study import FIGURES
 
 pytestmark = pytest.mark.browser

@@ -11,7 +11,7 @@ from plugin_cases import SUCCESSOR, TRAJECTORY
 
 import cdpr
 from cdpr.formats.write.begin import begin
-from cdpr.formats.write.subject import Options, export
+from cdpr.formats.write.export_model import Options, export
 
 pytestmark = pytest.mark.browser
 

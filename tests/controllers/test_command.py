@@ -17,7 +17,7 @@ from cdpr.simulation.build import build
 from cdpr.simulation.loop import Loop
 from cdpr.tension import Status
 from cdpr.tension.command import CommandStage
-from cdpr.tension.present import Present
+from cdpr.tension.current_sample import Present
 from cdpr_controllers import CableLengthOptions
 from cdpr_controllers.cable_length import CableLength
 

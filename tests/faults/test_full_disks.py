@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from cdpr.base.errors import OutputError
-from cdpr.formats.read.bring import Taken, write
+from cdpr.formats.read.import_files import Taken, write
 from cdpr.scenario import examples
 from cdpr.ui.cli.new import command as new
 from cdpr.ui.gui.desk import files

@@ -11,8 +11,8 @@ from conftest import ROOT
 
 CODE = """
 import sys, threading, cdpr.ui.cli
-from cdpr.ui.gui.board import Board
-from cdpr.ui.gui.show import Show
+from cdpr.ui.gui.broadcast import Board
+from cdpr.ui.gui.driver import Show
 from cdpr.scenario import load_scenario
 
 at_work = threading.Event()

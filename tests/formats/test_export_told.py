@@ -12,7 +12,7 @@ from conftest import ROOT
 from export_cases import ROBOTS, subject_of
 
 from cdpr.base.errors import CdprError, FormatError
-from cdpr.formats.write.subject import Options, export
+from cdpr.formats.write.export_model import Options, export
 from cdpr.model import rotations
 
 

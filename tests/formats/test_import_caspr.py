@@ -11,7 +11,7 @@ from caspr_cases import CABLES, CENTRE, INERTIA, JOINTS, bodies, cable, cables, 
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.formats import import_file
-from cdpr.formats.read.bring import import_folder, write
+from cdpr.formats.read.import_files import import_folder, write
 from cdpr.mechanics import kinematics
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import rotations

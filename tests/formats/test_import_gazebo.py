@@ -15,7 +15,7 @@ from plugin_cases import POINTS, SUCCESSOR, THESIS, TRAJECTORY, wirex
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.formats import import_file
-from cdpr.formats.read.bring import write
+from cdpr.formats.read.import_files import write
 from cdpr.formats.read.imported import unique
 from cdpr.mechanics.kinematics import lengths, make_state
 

@@ -15,7 +15,7 @@ from plugin_cases import SUCCESSOR
 from cdpr.base.errors import CdprError, FormatError, PluginError, one_line
 from cdpr.formats import import_file
 from cdpr.formats.read import limits
-from cdpr.formats.read.bring import import_folder
+from cdpr.formats.read.import_files import import_folder
 from cdpr.formats.read.limits import bounded
 
 

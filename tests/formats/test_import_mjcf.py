@@ -13,9 +13,9 @@ from conftest import ROOT
 import cdpr
 from cdpr.base.errors import FormatError, PluginError
 from cdpr.formats import import_file
-from cdpr.formats.read.bring import write
+from cdpr.formats.read.import_files import write
 from cdpr.formats.write.begin import begin
-from cdpr.formats.write.subject import export
+from cdpr.formats.write.export_model import export
 from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import rotations

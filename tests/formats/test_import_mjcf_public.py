@@ -7,7 +7,7 @@ import pytest
 import cdpr
 from cdpr.base.errors import FormatError
 from cdpr.formats import import_file
-from cdpr.formats.read.bring import write
+from cdpr.formats.read.import_files import write
 
 pytest.importorskip("mujoco")
 

@@ -12,7 +12,7 @@ import pytest
 
 import cdpr
 from cdpr.formats import import_file
-from cdpr.formats.read.bring import write
+from cdpr.formats.read.import_files import write
 from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.model import rotations
 

@@ -12,8 +12,8 @@ from spread import sampled
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.formats import import_file
-from cdpr.formats.read.bring import write
 from cdpr.formats.read.caspr_joints import KINDS, Joint
+from cdpr.formats.read.import_files import write
 from cdpr.model import rotations
 
 AVERAGE = "cubic_spline_average_velocity_trajectory"

@@ -8,7 +8,7 @@ from caspr_cases import HEAD, JOINTS, bodies, model, numbers
 
 import cdpr
 from cdpr.formats import import_file
-from cdpr.formats.read.bring import write
+from cdpr.formats.read.import_files import write
 from cdpr.model import rotations
 
 OFFSET = (0.1, -0.2, -0.4)

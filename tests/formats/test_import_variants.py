@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import cdpr
 from cdpr.base.errors import FormatError
 from cdpr.formats import import_file
-from cdpr.formats.read.bring import write
+from cdpr.formats.read.import_files import write
 
 COUNT = int(os.environ.get("CDPR_WIREX", "10"))
 SERVO = """<mujoco model="m"><compiler autolimits="true"/><worldbody>{more}<site name="a0" pos="1 1 2"/>

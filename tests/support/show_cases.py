@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from live_cases import CAROCA
 
 from cdpr.scenario import load_scenario
-from cdpr.ui.gui.board import Board
-from cdpr.ui.gui.show import Show
+from cdpr.ui.gui.broadcast import Board
+from cdpr.ui.gui.driver import Show
 
 PATIENCE = 300.0  # s; kernels may have to be compiled on a busy machine
 # Here caroca can do without a cable.

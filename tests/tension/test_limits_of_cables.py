@@ -13,8 +13,8 @@ from conftest import ROOT
 from cdpr import Infeasible, LimitViolation, load_run, simulate
 from cdpr.base.columns import Column
 from cdpr.base.errors import ExitCode
-from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
+from cdpr.log.limit_violations import beyond
 from cdpr.mechanics.reach import Reach, plain_columns
 from cdpr.native.bind import bind
 from cdpr.ui.cli import run as run_command

@@ -13,7 +13,7 @@ from cdpr.base.errors import Diverged, Infeasible, PluginError, SolverFailed
 from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
-from cdpr.tension.present import Present
+from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import Asked, TensionStage
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm

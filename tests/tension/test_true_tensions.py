@@ -15,8 +15,8 @@ from cdpr import LimitViolation, Simulation, load_run, simulate
 from cdpr.base.columns import WINCHED
 from cdpr.base.errors import ExitCode
 from cdpr.log import run_json
-from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
+from cdpr.log.limit_violations import beyond
 from cdpr.log.repair import repair
 from cdpr.log.slack import MOST_EVENTS, Slack
 from cdpr.ui.cli import run as run_command

@@ -19,7 +19,7 @@ from cdpr import trajectory
 from cdpr.base.errors import ScenarioError
 from cdpr.formats import import_file
 from cdpr.formats.write.begin import begin
-from cdpr.formats.write.subject import export
+from cdpr.formats.write.export_model import export
 from cdpr.model import rotations
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
@@ -313,7 +313,7 @@ def test_it_is_a_site_that_comes_back(tmp_path, robot):
 
 @pytest.mark.parametrize(("style", "version"), [("platform", "1.9"), ("platform", "1.6"), ("legs", "1.9")])
 def test_it_is_a_frame_or_a_ball_of_sdf(robot, style, version):
-    from cdpr.formats.write.subject import Options
+    from cdpr.formats.write.export_model import Options
 
     root = ElementTree.fromstring(export(begin(cdpr.load_robot(robot)), "sdf", Options(style, version)))
     kind = "frame" if version == "1.9" else "visual"

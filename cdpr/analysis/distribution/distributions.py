@@ -30,7 +30,7 @@ from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
-from cdpr.tension.present import Present
+from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import Asked, TensionStage
 
 # Rows per thread and task: some milliseconds of work, for an even load.

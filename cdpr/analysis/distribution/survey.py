@@ -15,7 +15,7 @@ from cdpr.mechanics.properties import check_lengths
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind
-from cdpr.tension.present import Present
+from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import Asked, Solve, TensionStage
 
 

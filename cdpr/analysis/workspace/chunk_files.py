@@ -26,9 +26,9 @@ from pydantic import TypeAdapter
 from cdpr.analysis.jobs.cases import Outcome
 from cdpr.analysis.jobs.folder import LEDGER_NAME, read_rows
 from cdpr.analysis.workspace import schema
+from cdpr.analysis.workspace.accumulator import Tally
 from cdpr.analysis.workspace.octree import Asked
 from cdpr.analysis.workspace.regions import MOST_CELLS, Region
-from cdpr.analysis.workspace.tally import Tally
 from cdpr.base.checksums import checksum, opened, unsealed, validated
 from cdpr.base.errors import LogError, OutputError
 

@@ -25,6 +25,7 @@ from cdpr.analysis.jobs.cluster import spread
 from cdpr.analysis.jobs.folder import JobFolder
 from cdpr.analysis.jobs.threads import beside
 from cdpr.analysis.workspace import answers, chunk_files
+from cdpr.analysis.workspace.accumulator import Tally, figures, tally, total
 from cdpr.analysis.workspace.ask import Over, ask_positions, checked_question
 from cdpr.analysis.workspace.chunk_files import TALLY, chunk_path, packed, read_chunk, unpacked
 from cdpr.analysis.workspace.connected import Connected, layer
@@ -32,7 +33,6 @@ from cdpr.analysis.workspace.kinds import kind_of
 from cdpr.analysis.workspace.octree import Asked
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import PIECE, Region
-from cdpr.analysis.workspace.tally import Tally, figures, tally, total
 from cdpr.base.checksums import checksum, sealed
 from cdpr.base.errors import CdprError, Interrupted, LogError, OutputError
 from cdpr.log.files import make_folder

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.analysis.workspace import answers, schema
+from cdpr.analysis.workspace.accumulator import figures, tally, total
 from cdpr.analysis.workspace.ask import Over, ask_positions, checked_question, inside_of
 from cdpr.analysis.workspace.certify import INSIDE, NEITHER, UNDECIDED, Proofs, certify
 from cdpr.analysis.workspace.chunk_files import read_folder
@@ -25,7 +26,6 @@ from cdpr.analysis.workspace.octree import Asked, octree
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.rays import Rays, rays
 from cdpr.analysis.workspace.regions import MOST_CELLS, Region
-from cdpr.analysis.workspace.tally import figures, tally, total
 from cdpr.analysis.workspace.turns import Turns, check_turns, turns
 from cdpr.base.checksums import check_archive, seal_archive, validated
 from cdpr.base.errors import CdprError, LogError

@@ -16,7 +16,7 @@ from cdpr.base.errors import CdprError
 from cdpr.base.files import UnreadableError
 from cdpr.base.files import read as read_bytes
 from cdpr.formats.read import caspr_cables, caspr_joints, caspr_motions, caspr_spaces
-from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, slug
 from cdpr.formats.read.inertia import about_centre, filled
 from cdpr.formats.read.xml import Element, parse, root_of

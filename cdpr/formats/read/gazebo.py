@@ -17,10 +17,10 @@ import numpy as np
 from cdpr.base import defaults
 from cdpr.base.errors import FormatError
 from cdpr.base.fields import COLOURS
-from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, Motion, slug
 from cdpr.formats.read.inertia import filled
-from cdpr.formats.read.plain import Node, document_of
+from cdpr.formats.read.yaml_reader import Node, document_of
 from cdpr.scenario.motions import Quintic
 from cdpr.scenario.robot_schema import Inertia
 
@@ -186,7 +186,7 @@ def _motion(found: Imported, path: Path, home: dict[str, Any]) -> Motion:
 
     The plug-in's straight line reads these keys. An older revision used t4 and C instead of t1 and B.
     """
-    from cdpr.formats.read.bring import content_of
+    from cdpr.formats.read.import_files import content_of
 
     top = document_of(content_of(path), str(path))
     found.documents.append(top)

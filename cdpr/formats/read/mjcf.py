@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, slug
 from cdpr.formats.read.inertia import six
 from cdpr.formats.read.mjcf_bodies import Bodies

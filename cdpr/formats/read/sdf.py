@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cdpr.base.errors import FormatError
-from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, slug, unique
 from cdpr.formats.read.inertia import filled, six
 from cdpr.formats.read.xml import Element, parse, root_of

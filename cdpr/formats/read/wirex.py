@@ -16,7 +16,7 @@ import numpy as np
 from cdpr.base.problems import Path as Key
 from cdpr.cables.pulley import Pulley
 from cdpr.formats.read import wirex_parts
-from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, slug, unique
 from cdpr.formats.read.inertia import filled
 from cdpr.formats.read.wirex_parts import Parts, attribute, number

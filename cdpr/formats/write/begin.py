@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.formats.write.subject import Subject
+from cdpr.formats.write.export_model import Subject
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.scenario import Scenario

@@ -17,7 +17,7 @@ import numpy as np
 
 from cdpr.base.errors import FormatError
 from cdpr.formats.write import sdf_parts as sdf
-from cdpr.formats.write.subject import Solid, Subject, colour, only_ideal, words
+from cdpr.formats.write.export_model import Solid, Subject, colour, only_ideal, words
 from cdpr.mechanics.properties import check_lengths
 from cdpr.model import Cable, rotations
 from cdpr.model.robot import Array

@@ -13,7 +13,18 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from cdpr.base.errors import FormatError
-from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, only_ideal, words
+from cdpr.formats.write.export_model import (
+    FRAME,
+    PLATFORM,
+    Options,
+    Solid,
+    Subject,
+    bars,
+    colour,
+    drawn,
+    only_ideal,
+    words,
+)
 from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.model import rotations
 from cdpr.model.robot import Array

@@ -13,8 +13,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from cdpr.formats.write import legs
+from cdpr.formats.write.export_model import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.formats.write.sdf_parts import PHYSICS, SUN, called, inertial, joint, plugin, pose, text, turning, visual
-from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.mechanics.guide import Guide
 from cdpr.model.robot import Array
 

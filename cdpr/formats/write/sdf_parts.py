@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from cdpr.formats.write.subject import Solid, words
+from cdpr.formats.write.export_model import Solid, words
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
+from cdpr.formats.write.export_model import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 

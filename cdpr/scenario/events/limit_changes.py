@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from cdpr.log.beyond import LimitChanges
+from cdpr.log.limit_violations import LimitChanges
 from cdpr.model import Robot
 from cdpr.scenario.events.event import Action, ScenarioEvent, first_sample
 

@@ -129,7 +129,7 @@ def _robot(
 ) -> tuple[Path, dict[str, int]]:
     from cdpr.base.errors import CdprError, OutputError
     from cdpr.formats.write.begin import begin
-    from cdpr.formats.write.subject import Options, export, left_out
+    from cdpr.formats.write.export_model import Options, export, left_out
     from cdpr.log.files import make_folder, replace
     from cdpr.ui.cli.load import load_told, tell
 

@@ -13,7 +13,7 @@ from cdpr.ui.cli.names import OutPath
 from cdpr.ui.cli.numbers import Real
 
 if TYPE_CHECKING:
-    from cdpr.formats.read.bring import Taken
+    from cdpr.formats.read.import_files import Taken
 
 
 @click.command("import")
@@ -48,7 +48,7 @@ def command(
     by the content of FILE. In a folder all readable files are imported, and a table lists the others with reasons.
     Every number has a comment with its source; the head of the file lists omitted content.
     """
-    from cdpr.formats.read.bring import import_any, write
+    from cdpr.formats.read.import_files import import_any, write
 
     every = import_any(file, cable_set=cable_set, trajectory=trajectory, tension=tension, seconds=seconds)
     rows = []

@@ -84,7 +84,7 @@ def _figure(
 
     from cdpr.log.files import replace
     from cdpr.log.reader import load_run
-    from cdpr.ui.report.marks import DRAWN_BY
+    from cdpr.ui.report.style import DRAWN_BY
 
     figure, width, cables = asked
     if not names(figure):
@@ -153,7 +153,7 @@ def _look(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> 
 
     loaded = load_told(what[0], changes)
     # imported only after the file is valid, because it is slow
-    from cdpr.ui.cli.portray import portray
+    from cdpr.ui.cli.analyse_motion import portray
     from cdpr.ui.report.pages.look import render_look
 
     figures, shown, survey = portray(loaded, pose)

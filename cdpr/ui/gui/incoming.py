@@ -20,11 +20,11 @@ from cdpr.analysis.jobs.forks import Surroundings
 from cdpr.base import processes
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
-from cdpr.formats.read.bring import ENDINGS, Taken, write
 from cdpr.formats.read.gazebo import is_motion
+from cdpr.formats.read.import_files import ENDINGS, Taken, write
 from cdpr.formats.read.limits import WALL
 from cdpr.log.files import unwritable
-from cdpr.ui.gui.board import Reader
+from cdpr.ui.gui.broadcast import Reader
 from cdpr.ui.gui.choices import in_window
 from cdpr.ui.gui.desk.files import named
 from cdpr.ui.gui.scratch import scratch

@@ -11,8 +11,8 @@ from cdpr.base.problems import shown
 from cdpr.fmu.export.archive import zipped
 from cdpr.formats.write import TARGETS
 from cdpr.formats.write.begin import begin
+from cdpr.formats.write.export_model import CHOICES, Options, export, left_out
 from cdpr.formats.write.ros2 import packages
-from cdpr.formats.write.subject import CHOICES, Options, export, left_out
 from cdpr.scenario import Scenario
 
 PACKAGES = "ros2"  # a folder of packages, sent as an archive

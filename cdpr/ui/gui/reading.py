@@ -29,7 +29,7 @@ def main(parent: int) -> None:
 
 def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     try:
-        from cdpr.formats.read.bring import import_any
+        from cdpr.formats.read.import_files import import_any
 
         if "tension" in asked:
             asked["tension"] = tuple(asked["tension"])

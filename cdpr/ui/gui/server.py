@@ -17,7 +17,7 @@ from cdpr.base.errors import CdprError
 from cdpr.link.access import Access
 from cdpr.link.web_server import WebServer, listen
 from cdpr.link.web_socket import WebSocket
-from cdpr.ui.gui.board import Board, Reader
+from cdpr.ui.gui.broadcast import Board, Reader
 from cdpr.ui.gui.choices import in_window
 
 PORTS = range(8080, 8100)  # the first free port is used by default

@@ -32,7 +32,7 @@ from cdpr.simulation.session import table_beside
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
 from cdpr.ui.gui.arguments import call
-from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.broadcast import Board
 from cdpr.ui.gui.desk.fields import shown
 from cdpr.ui.gui.desk.files import named
 from cdpr.ui.gui.drawing import Drawing

@@ -12,12 +12,12 @@ from typing import Any, Self
 from cdpr.base.errors import CdprError, one_line
 from cdpr.scenario.scenario import Scenario
 from cdpr.ui.gui.arguments import call
-from cdpr.ui.gui.board import Board, Reader
+from cdpr.ui.gui.broadcast import Board, Reader
 from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.driver import Level, Show
 from cdpr.ui.gui.exchange import Exchange
 from cdpr.ui.gui.scratch import sweep
 from cdpr.ui.gui.server import Server, Words, said
-from cdpr.ui.gui.show import Level, Show
 
 Log = Callable[[str], None]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cdpr.ui.gui.board import KINDS, Board, encoded
+from cdpr.ui.gui.broadcast import KINDS, Board, encoded
 
 
 def test_a_slow_window_gets_the_newest_alone():

@@ -8,7 +8,7 @@ import pytest
 from test_import_collections import SEEN, model
 
 from cdpr.base.errors import CdprError
-from cdpr.formats.read.bring import import_file
+from cdpr.formats.read.import_files import import_file
 from cdpr.ui.gui.choices import FIELDS, in_window
 from cdpr.ui.gui.page import document
 from cdpr.ui.gui.server import said

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from cdpr.ui.gui.show import Clock
+from cdpr.ui.gui.driver import Clock
 
 
 def test_a_clock_that_is_late_does_not_run_after_itself(monkeypatch):
     now = 0.0
-    monkeypatch.setattr("cdpr.ui.gui.show.monotonic", lambda: now)
+    monkeypatch.setattr("cdpr.ui.gui.driver.monotonic", lambda: now)
     clock = Clock()
     clock.start(1.0, 1.0)
     assert clock.steps(1.0, 0.001) == 0
@@ -30,7 +30,7 @@ def test_a_clock_that_is_late_does_not_run_after_itself(monkeypatch):
 @pytest.mark.parametrize(("speed", "period"), [(1.0, 2.0), (0.1, 0.1), (0.001, 0.001)])
 def test_a_step_that_takes_long_by_the_clock_is_waited_for(speed, period, monkeypatch):
     now, done = 0.0, 0
-    monkeypatch.setattr("cdpr.ui.gui.show.monotonic", lambda: now)
+    monkeypatch.setattr("cdpr.ui.gui.driver.monotonic", lambda: now)
     clock = Clock()
     clock.start(0.0, speed)
     while now < 5.5 * period / speed:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cdpr.ui.gui.board import encoded
+from cdpr.ui.gui.broadcast import encoded
 from cdpr.ui.gui.curves import MOST, PIECE, Curves, Mark
 
 

@@ -24,8 +24,8 @@ from websockets.sync.client import connect
 import cdpr
 from cdpr.formats import import_file
 from cdpr.formats.write.begin import begin
-from cdpr.formats.write.subject import export
-from cdpr.ui.gui.board import Board
+from cdpr.formats.write.export_model import export
+from cdpr.ui.gui.broadcast import Board
 from cdpr.ui.gui.desk import Desk
 from cdpr.ui.gui.exchange import Exchange
 from cdpr.ui.gui.incoming import Incoming

@@ -15,9 +15,9 @@ from plugin_cases import SUCCESSOR
 pytest.importorskip("websockets")
 
 from cdpr.base.errors import CdprError
-from cdpr.formats.read.bring import Taken
+from cdpr.formats.read.import_files import Taken
 from cdpr.ui.gui import reading
-from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.broadcast import Board
 from cdpr.ui.gui.incoming import Incoming
 
 
@@ -93,7 +93,7 @@ def test_what_is_shown_and_made_is_limited(monkeypatch):
     (message,) = read({"crane.yaml": SUCCESSOR.encode()})
     assert message["sources"][0]["left_out"][2:] == ["and 5 more"]
     made = Taken("a.xml", {"a.yaml": "x" * 6, "b.csv": "y" * 5})
-    monkeypatch.setattr("cdpr.formats.read.bring.import_any", lambda path: [made])
+    monkeypatch.setattr("cdpr.formats.read.import_files.import_any", lambda path: [made])
     monkeypatch.setattr(reading, "MOST_MADE", 11)
     assert reading._answer({"path": "a.xml"}) == {"taken": [vars(made)]}
     monkeypatch.setattr(reading, "MOST_MADE", 10)
@@ -119,7 +119,7 @@ def test_faults_of_ours_are_told(monkeypatch):
 
         return import_any
 
-    monkeypatch.setattr("cdpr.formats.read.bring.import_any", fails(KeyError("x")))
+    monkeypatch.setattr("cdpr.formats.read.import_files.import_any", fails(KeyError("x")))
     answer = reading._answer({"path": "a.xml"})
     assert answer["fault"] == "KeyError: 'x'"
     assert "Traceback" in answer["trace"]

@@ -27,7 +27,7 @@ from cdpr.base.errors import CdprError
 from cdpr.ui.cli import cli
 from cdpr.ui.cli.gui import _hold
 from cdpr.ui.cli.progress import Signals
-from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.broadcast import Board
 from cdpr.ui.gui.desk import Desk
 from cdpr.ui.gui.server import MOST_BYTES, MOST_WINDOWS, Server
 from cdpr.ui.gui.window import Window

@@ -9,7 +9,7 @@ import pytest
 from show_cases import scenario, staged, wait
 
 from cdpr.plugins import Controller, PluginOptions
-from cdpr.ui.gui.board import encoded
+from cdpr.ui.gui.broadcast import encoded
 
 
 @pytest.mark.slow

@@ -23,13 +23,13 @@ from cdpr.log.event import Event
 from cdpr.log.run import Run
 from cdpr.scene import colours
 from cdpr.ui.report.figures.canvas import inline_svg
-from cdpr.ui.report.marks import paired
 from cdpr.ui.report.pages import run as run_page
 from cdpr.ui.report.pages.page import style
 from cdpr.ui.report.pages.run import drawings, player_data, render, write_report
 from cdpr.ui.report.pages.still import still
 from cdpr.ui.report.pages.tables import MOST_EVENTS, number
 from cdpr.ui.report.player.data import block
+from cdpr.ui.report.style import paired
 
 HERE = ROOT / "tests" / "support"
 

@@ -16,8 +16,8 @@ from spread import sampled
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.log.event import Event
-from cdpr.ui.report.marks import CABLES
 from cdpr.ui.report.plots.pick import numbers
+from cdpr.ui.report.style import CABLES
 
 SVG = "{http://www.w3.org/2000/svg}"
 POINT = 1.0 / 72.0  # in

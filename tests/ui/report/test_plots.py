@@ -22,10 +22,10 @@ from cdpr.ui.report.figures.canvas import Chart, inline_svg
 from cdpr.ui.report.figures.overlay import number_groups
 from cdpr.ui.report.figures.panels import stack
 from cdpr.ui.report.figures.svg import OnPage, numbers, ticks_within
-from cdpr.ui.report.marks import AXES, CABLES, LEAST_ERROR, shorten
 from cdpr.ui.report.plots import run as panels
 from cdpr.ui.report.plots.histories import histories, roll_pitch_yaw
 from cdpr.ui.report.plots.pictures import pictures_of
+from cdpr.ui.report.style import AXES, CABLES, LEAST_ERROR, shorten
 
 
 def _drawn(panels, run):

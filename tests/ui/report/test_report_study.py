@@ -17,11 +17,11 @@ from cdpr.analysis.study import Results, load_study, run_study
 from cdpr.analysis.study.table import make_table
 from cdpr.ui.report.figures.study import ALONE_WIDE, TICKS, WIDTH, Scale, multiples
 from cdpr.ui.report.figures.study_layout import MOST_PLACES, layouts, panels, thinned
-from cdpr.ui.report.marks import LEAST_ERROR
 from cdpr.ui.report.pages.study import render
 from cdpr.ui.report.pages.study_cases import MOST, choose, player
 from cdpr.ui.report.plots.cases import BEYOND, overlay
 from cdpr.ui.report.plots.panel import LEAST_SHARE
+from cdpr.ui.report.style import LEAST_ERROR
 from cdpr.ui.report.text.study import FIGURES, LEAST_FORCE
 
 ERROR, TENSION = FIGURES[0], FIGURES[3]

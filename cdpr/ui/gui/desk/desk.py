@@ -21,8 +21,8 @@ from cdpr.ui.gui.desk.choose import plugin_note
 from cdpr.ui.gui.desk.fields import MISSING
 from cdpr.ui.gui.desk.files import File, Files, named, outdated, unsaved
 from cdpr.ui.gui.desk.form import Subject, placed, tabs
-from cdpr.ui.gui.desk.made import around, new_file
-from cdpr.ui.gui.desk.meaning import ROLES, Meaning
+from cdpr.ui.gui.desk.form_edits import ROLES, Meaning
+from cdpr.ui.gui.desk.unsaved import around, new_file
 
 FIRST = "caroca"  # example that is opened by default
 UNDOS = 200

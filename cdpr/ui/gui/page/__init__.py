@@ -18,10 +18,10 @@ from cdpr.formats.read import FORMATS
 from cdpr.scenario import examples
 from cdpr.ui.gui.outgoing import targets
 from cdpr.ui.gui.server import MOST_UPLOAD
-from cdpr.ui.report.marks import DASHES
 from cdpr.ui.report.player import assets
 from cdpr.ui.report.player.arrays import Arrays
 from cdpr.ui.report.player.data import page_data
+from cdpr.ui.report.style import DASHES
 
 FOLDER = Path(__file__).parent
 # Order matters: each file uses those before it.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cdpr.ui.report.figures.canvas import Axes, Chart, Line2D, styled
-from cdpr.ui.report.marks import CABLES, INK, SOFT, shorten
+from cdpr.ui.report.style import CABLES, INK, SOFT, shorten
 from cdpr.ui.report.text.bench import jumps, percent
 
 Row = Mapping[str, Any]

@@ -16,7 +16,7 @@ import numpy as np
 
 from cdpr.base.errors import PluginError
 from cdpr.scene import colours
-from cdpr.ui.report.marks import DRAWN_BY, INK, PALE
+from cdpr.ui.report.style import DRAWN_BY, INK, PALE
 
 try:
     import matplotlib as mpl

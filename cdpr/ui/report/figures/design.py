@@ -10,7 +10,7 @@ import numpy as np
 from cdpr.analysis.design import Designed
 from cdpr.model.robot import Array
 from cdpr.ui.report.figures.svg import OnPage
-from cdpr.ui.report.marks import CABLES, INK, SOFT
+from cdpr.ui.report.style import CABLES, INK, SOFT
 
 WIDTH, HEIGHT = 6.4, 3.2  # in, sheet
 LEFT, RIGHT, LOWER, ABOVE = 0.95, 0.2, 0.6, 0.25  # in, margins

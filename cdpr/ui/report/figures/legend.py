@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cdpr.ui.report.figures.surface import Sheet
-from cdpr.ui.report.marks import shorten
 from cdpr.ui.report.plots.panel import Entry
+from cdpr.ui.report.style import shorten
 
 LINE = 0.165  # in, line spacing
 SAMPLE = 0.3  # in, length of a sample line

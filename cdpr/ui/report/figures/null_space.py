@@ -17,7 +17,7 @@ from cdpr.ui.report.figures import null_space_line, null_space_plane, ranges
 from cdpr.ui.report.figures.canvas import Chart, inline_svg, styled
 from cdpr.ui.report.figures.legend import LINE
 from cdpr.ui.report.figures.null_space_panel import BAD, GOOD, Group, Panel, write_badge
-from cdpr.ui.report.marks import INK, SOFT
+from cdpr.ui.report.style import INK, SOFT
 from cdpr.ui.report.text.aligned import vector
 
 # Lengths in inches.

@@ -12,7 +12,7 @@ from cdpr.ui.report.figures.chart import plain
 from cdpr.ui.report.figures.legend import LINE
 from cdpr.ui.report.figures.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.ui.report.figures.placing import spread_out
-from cdpr.ui.report.marks import INK, SOFT, cable_looks, shorten
+from cdpr.ui.report.style import INK, SOFT, cable_looks, shorten
 
 ROOM = 1.0  # in, at the right of the panel for cable names
 BADGES = 0.24  # in, minimum distance of two badges

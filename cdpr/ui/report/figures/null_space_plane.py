@@ -11,7 +11,7 @@ from cdpr.ui.report.figures.canvas import Line2D, MaxNLocator, Path, PathPatch
 from cdpr.ui.report.figures.chart import plain
 from cdpr.ui.report.figures.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.ui.report.figures.placing import Taken, place_along, place_badges
-from cdpr.ui.report.marks import INK, SOFT, cable_looks, shorten
+from cdpr.ui.report.style import INK, SOFT, cable_looks, shorten
 
 ROOM = 0.0
 LETTER = 0.056  # in, mean width of a letter of a limit's label

@@ -9,9 +9,9 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.ui.report.figures.surface import Frame
-from cdpr.ui.report.marks import INK, events
 from cdpr.ui.report.plots.overlay import Shade
 from cdpr.ui.report.plots.panel import Entry
+from cdpr.ui.report.style import INK, events
 
 EVENT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": ":"}
 APART = 0.07  # minimum distance of event numbers, relative to the time axis

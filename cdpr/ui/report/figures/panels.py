@@ -10,10 +10,10 @@ from cdpr.log.run import Run
 from cdpr.ui.report.figures.legend import LINE, legend_width, write_legend
 from cdpr.ui.report.figures.overlay import draw_overlay, overlay_entries
 from cdpr.ui.report.figures.surface import Frame, Make, S
-from cdpr.ui.report.marks import SOFT
 from cdpr.ui.report.plots.overlay import FEW, Shade, span
 from cdpr.ui.report.plots.overlay import shades as shades_of
 from cdpr.ui.report.plots.panel import Entry, Panel, calm_until, shown, view
+from cdpr.ui.report.style import SOFT
 
 # Lengths in inches. All figures of a run have the same width and time axis, so that they align.
 WIDTH, LEFT, TOP, BOTTOM, GAP = 7.6, 0.85, 0.24, 0.46, 0.2

@@ -13,7 +13,7 @@ from cdpr.ui.report.figures.canvas import Chart, Line2D, MaxNLocator, styled
 from cdpr.ui.report.figures.legend import LINE
 from cdpr.ui.report.figures.null_space_panel import ADMISSIBLE, BAD, GOOD, Group, write_badge
 from cdpr.ui.report.figures.placing import spread_out
-from cdpr.ui.report.marks import INK, PALE, SOFT, shorten
+from cdpr.ui.report.style import INK, PALE, SOFT, shorten
 from cdpr.ui.report.text.aligned import vector
 
 # Lengths in inches.

@@ -8,10 +8,10 @@ from cdpr.log.run import Run
 from cdpr.ui.report.figures.canvas import Chart, styled
 from cdpr.ui.report.figures.chart import OnChart
 from cdpr.ui.report.figures.panels import stack
-from cdpr.ui.report.figures.paper import inches, on_paper
-from cdpr.ui.report.marks import events
+from cdpr.ui.report.figures.print import inches, on_paper
 from cdpr.ui.report.plots.panel import Panel
 from cdpr.ui.report.plots.pick import pick
+from cdpr.ui.report.style import events
 
 
 @styled

@@ -19,9 +19,9 @@ from cdpr.ui.report.figures.panels import TOP, WIDTH
 from cdpr.ui.report.figures.solid_region import Surface, draw_surface
 from cdpr.ui.report.figures.surface import Frame
 from cdpr.ui.report.figures.svg import OnPage
-from cdpr.ui.report.marks import AXES, DESIRED, INK, PALE, SOFT, cable_looks, shorten
 from cdpr.ui.report.plots.decimate import extrema
 from cdpr.ui.report.plots.panel import Entry
+from cdpr.ui.report.style import AXES, DESIRED, INK, PALE, SOFT, cable_looks, shorten
 
 LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
 # Viewing direction. In a truly isometric view, corners of a symmetric frame would coincide.

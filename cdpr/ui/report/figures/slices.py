@@ -12,7 +12,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import DOF_NAMES, Array
 from cdpr.scene import colours
 from cdpr.ui.report.figures.svg import OnPage
-from cdpr.ui.report.marks import INK, PALE
+from cdpr.ui.report.style import INK, PALE
 
 WIDTH, LARGEST = 5.2, 4.2  # in, width of the sheet, and longer side of the drawing
 LEFT, LOWER, ABOVE = 0.62, 0.55, 0.25  # in, margins

@@ -15,8 +15,8 @@ from cdpr.ui.report.figures.legend import LETTER, LINE, legend_width, write_lege
 from cdpr.ui.report.figures.study_layout import LEAST_PLACES, MOST_PLACES, Curve, Layout, panels, thinned
 from cdpr.ui.report.figures.surface import LABEL, Frame, Look
 from cdpr.ui.report.figures.svg import OnPage, ticks_within
-from cdpr.ui.report.marks import CABLES, shorten
 from cdpr.ui.report.plots.panel import room_for
+from cdpr.ui.report.style import CABLES, shorten
 from cdpr.ui.report.text.study import Figure, Record, label_text
 
 # Lengths in inches.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from cdpr.analysis.study.plan import Grid
 from cdpr.analysis.study.points import Label, Point
-from cdpr.ui.report.marks import CABLES
+from cdpr.ui.report.style import CABLES
 from cdpr.ui.report.text.study import Figure, Record, label_text, value
 
 MOST_LINES = len(CABLES)  # one colour each

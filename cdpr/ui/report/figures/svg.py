@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from cdpr.model.robot import Array
 from cdpr.scene import colours
 from cdpr.ui.report.figures.surface import LABEL, LETTERS, STEPS, SUPERSCRIPT, Box, Look
-from cdpr.ui.report.marks import INK, PALE
+from cdpr.ui.report.style import INK, PALE
 
 PT = 72.0  # per inch
 GRID: Look = {"color": colours.GRID.light, "linewidth": 0.6, "zorder": 0.6}

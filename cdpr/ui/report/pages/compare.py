@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from cdpr.analysis.compare.differences import QUANTITIES
 from cdpr.log.files import make_folder, replace, replace_markup
-from cdpr.ui.report.marks import overlaid_looks
 from cdpr.ui.report.pages.page import banner, figure, hall, page, panels, section, swatch, table, theatre
 from cdpr.ui.report.pages.still import still
 from cdpr.ui.report.player.arrays import Arrays
@@ -18,6 +17,7 @@ from cdpr.ui.report.player.assets import stage
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene_of_run
 from cdpr.ui.report.plots import compare as plots
+from cdpr.ui.report.style import overlaid_looks
 from cdpr.ui.report.text.aligned import number
 from cdpr.ui.report.text.compare import (
     DIFFERENT_SOLVERS,

@@ -19,7 +19,6 @@ from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.scenario import Scenario
 from cdpr.scene import Pictures, Subject, pictures
-from cdpr.ui.report.marks import AXES
 from cdpr.ui.report.pages import tables
 from cdpr.ui.report.pages.page import figure, hall, panels, style, table
 from cdpr.ui.report.player import assets
@@ -29,6 +28,7 @@ from cdpr.ui.report.player.scenes import scene, scene_of_run
 from cdpr.ui.report.plots import run as plots
 from cdpr.ui.report.plots.histories import histories, points
 from cdpr.ui.report.plots.panel import Curves, Panel
+from cdpr.ui.report.style import AXES
 from cdpr.ui.report.text.aligned import number, unit_for, vector
 from cdpr.ui.report.text.sentence import sentence
 

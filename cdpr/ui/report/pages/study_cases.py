@@ -14,7 +14,6 @@ from cdpr.base.errors import CdprError
 from cdpr.log.mcap_file import LOG_NAME
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
-from cdpr.ui.report.marks import overlaid_looks, shorten
 from cdpr.ui.report.pages.page import figure, panels, swatch, table, theatre
 from cdpr.ui.report.pages.still import still_panels
 from cdpr.ui.report.player.arrays import Arrays
@@ -23,6 +22,7 @@ from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene_of_run
 from cdpr.ui.report.plots.cases import overlay
 from cdpr.ui.report.plots.overlay import span
+from cdpr.ui.report.style import overlaid_looks, shorten
 from cdpr.ui.report.text.study import FIGURES, Figure, Record, label_text, value
 
 MOST = 4  # cases; more overlaid runs are indistinguishable

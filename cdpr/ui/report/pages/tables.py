@@ -12,10 +12,10 @@ from cdpr.log.run import CLEARANCE, Run
 from cdpr.log.singular import PASSED
 from cdpr.mechanics.contacts import passing
 from cdpr.model.robot import Array
-from cdpr.ui.report.marks import SHADES, cable_looks
-from cdpr.ui.report.marks import events as in_order
 from cdpr.ui.report.pages.page import banner, swatch, table
 from cdpr.ui.report.plots.histories import histories
+from cdpr.ui.report.style import SHADES, cable_looks
+from cdpr.ui.report.style import events as in_order
 from cdpr.ui.report.text.aligned import number, unit_for
 from cdpr.ui.report.text.least import least_of
 from cdpr.ui.report.text.reservations import fallback, lost, reservations

@@ -11,8 +11,8 @@ from typing import Any
 
 from cdpr.scene import colours
 from cdpr.scene.colours import Pair
-from cdpr.ui.report.marks import paired
 from cdpr.ui.report.player.data import block
+from cdpr.ui.report.style import paired
 from cdpr.ui.report.text.aligned import number
 
 FOLDER = Path(__file__).with_name("script")

@@ -11,11 +11,11 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.scene import State, colours
-from cdpr.ui.report.marks import events
 from cdpr.ui.report.player.arrays import Arrays
 from cdpr.ui.report.plots.overlay import FEW, Shade, span
 from cdpr.ui.report.plots.overlay import shades as shades_of
 from cdpr.ui.report.plots.panel import Curves, Panel, calm_until, shown, view
+from cdpr.ui.report.style import events
 
 MOST_EVENTS = 200
 

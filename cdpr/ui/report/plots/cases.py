@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from cdpr.log.run import Run
-from cdpr.ui.report.marks import LEAST_ERROR, overlaid_looks, shorten
 from cdpr.ui.report.plots.histories import Points, histories
 from cdpr.ui.report.plots.panel import Curves, Entry, Panel, calm_until
+from cdpr.ui.report.style import LEAST_ERROR, overlaid_looks, shorten
 
 PANELS = (
     # label, quantity of `histories` (its first column), smallest range

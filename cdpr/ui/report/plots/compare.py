@@ -15,9 +15,9 @@ from cdpr.analysis.compare.comparison import Group
 from cdpr.analysis.compare.differences import QUANTITIES, apart
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.ui.report.marks import shorten
 from cdpr.ui.report.plots.histories import Points, points, roll_pitch_yaw
 from cdpr.ui.report.plots.panel import Curves, Entry, Limit, Panel
+from cdpr.ui.report.style import shorten
 
 Looks = Mapping[str, dict[str, Any]]  # styles of engines by label
 Drawing = tuple[str, Callable[[Group, str, Looks], list[Panel]], str]

@@ -7,9 +7,9 @@ from typing import NamedTuple
 from cdpr.log.run import Run
 from cdpr.scene import colours
 from cdpr.tension import Status
-from cdpr.ui.report.marks import SHADES
 from cdpr.ui.report.plots.decimate import intervals
 from cdpr.ui.report.plots.histories import histories
+from cdpr.ui.report.style import SHADES
 
 FEW = 25  # runs with at most this number of samples are drawn with dots
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.ui.report.marks import SOFT, shorten
 from cdpr.ui.report.plots.histories import Points
+from cdpr.ui.report.style import SOFT, shorten
 
 LARGEST = 1e307  # largest value that determines a range, so that the range is finite
 

@@ -9,9 +9,9 @@ import numpy as np
 from cdpr.base import columns
 from cdpr.log.run import Run
 from cdpr.scenario.events import limits_change
-from cdpr.ui.report.marks import AXES, CABLES, DARK, DESIRED, INK, LEAST_ERROR, SOFT, cable_looks, shorten
 from cdpr.ui.report.plots.histories import PLUGIN, Points, histories
 from cdpr.ui.report.plots.panel import Curves, Entry, Limit, Panel
+from cdpr.ui.report.style import AXES, CABLES, DARK, DESIRED, INK, LEAST_ERROR, SOFT, cable_looks, shorten
 
 
 def pose(run: Run) -> list[Panel]:

@@ -10,11 +10,11 @@ from cdpr.analysis.distribution.survey import Survey
 from cdpr.model.robot import Array
 from cdpr.scene import Pictures, Subject, colours, pictures
 from cdpr.tension import Status
-from cdpr.ui.report.marks import AXES, CABLES, INK, SHADES, cable_looks, shorten
 from cdpr.ui.report.plots.decimate import intervals
 from cdpr.ui.report.plots.histories import points
 from cdpr.ui.report.plots.overlay import Shade
 from cdpr.ui.report.plots.panel import Curves, Panel
+from cdpr.ui.report.style import AXES, CABLES, INK, SHADES, cable_looks, shorten
 
 
 def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str, list[Panel]]]:

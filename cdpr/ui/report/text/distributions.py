@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from cdpr.tension.checks import LIMIT_TOLERANCE
-from cdpr.ui.report.marks import shorten
+from cdpr.ui.report.style import shorten
 from cdpr.ui.report.text.aligned import WIDTH, condition_number, row, table, turned, vector, wrapped
 
 NAME = 24  # characters of a solver's name

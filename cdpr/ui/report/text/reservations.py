@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cdpr.log.beyond import KINDS, TENSIONS
+from cdpr.log.limit_violations import KINDS, TENSIONS
 from cdpr.log.run import Run
 from cdpr.log.singular import PASSED
 from cdpr.mechanics.contacts import passing

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from cdpr.analysis.study.points import Label
 from cdpr.analysis.study.table import Cell
-from cdpr.ui.report.marks import LEAST_ERROR
+from cdpr.ui.report.style import LEAST_ERROR
 from cdpr.ui.report.text.aligned import digits
 
 Record = Mapping[str, Cell]

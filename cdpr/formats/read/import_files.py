@@ -21,7 +21,7 @@ from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.base.files import UnreadableError
 from cdpr.base.files import read as read_bytes
 from cdpr.formats.read import FORMATS
-from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, Motion
 from cdpr.formats.read.limits import SECONDS, bounded
 from cdpr.formats.read.unread import report

@@ -14,9 +14,9 @@ from cdpr.ui.report.figures.canvas import Axes, Chart, text_width
 from cdpr.ui.report.figures.chart import OnChart
 from cdpr.ui.report.figures.overlay import draw_overlay, overlay_entries
 from cdpr.ui.report.figures.panels import draw_panel, limit_entries
-from cdpr.ui.report.marks import shorten
 from cdpr.ui.report.plots.overlay import shades, span
 from cdpr.ui.report.plots.panel import Entry, Panel
+from cdpr.ui.report.style import shorten
 
 WIDTHS = {"ieee": 3.5, "ieee-wide": 7.16}  # in: one and two columns of IEEE journals
 UNITS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.0}  # in

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import hushed
 from cdpr.ui.gui.arguments import call
-from cdpr.ui.gui.board import Board
+from cdpr.ui.gui.broadcast import Board
 
 if TYPE_CHECKING:
     from cdpr.scenario import Scenario
