@@ -35,3 +35,5 @@ def test_the_changelog_is_by_version_and_kind():
     assert len(kinds) <= 6 * len(versions)
     lines = [line for line in text.splitlines() if line.startswith("- ")]
     assert len(set(lines)) == len(lines)
+    last = text.rpartition("\n### Security\n")[2]
+    assert len(last.splitlines()) < 30  # a merge may append what was above
