@@ -17,7 +17,7 @@ from cdpr.log.mcap_file import BLOCK, LOG_NAME, PICTURE_ROWS
 from cdpr.log.pages import table
 from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import Header
-from cdpr.log.summary import Tally
+from cdpr.log.summary import Accumulator
 from cdpr.log.writer import LogWriter
 from cdpr.model.robot import Array
 
@@ -60,7 +60,7 @@ class Taken:
     stop: int
     piece: Piece
     last: Array  # (1, width), sample before `stop`; empty at the start
-    tally: Tally | None
+    tally: Accumulator | None
     marked: dict[int, Array]
 
 
@@ -103,7 +103,7 @@ class Recorder:
         thinned = table(min(steps + 1, PICTURE_ROWS), width) if self._every > 1 else None
         self.rows: Array = self._kept if thinned is None else thinned
         self._writer = None if folder is None else LogWriter(folder / LOG_NAME, header, readable=on_disk)
-        self.tally = Tally(header, steps + 1, closest()) if on_disk or thinned is not None else None
+        self.tally = Accumulator(header, steps + 1, closest()) if on_disk or thinned is not None else None
         self.finite = Finite(header.layout, header.control_step)
         self.marked: dict[int, Array] = {}
         self._marks = sorted(set(marks))

@@ -71,7 +71,7 @@ def summarise(run: Run) -> dict[str, Any]:
 
 
 def _count(run: Run) -> dict[str, Any]:
-    tally = Tally(run.header, len(run.rows))
+    tally = Accumulator(run.header, len(run.rows))
     for first in range(0, len(run.rows), PIECE):
         tally.add(run.rows[first : first + PIECE])
     return tally.figures()
@@ -101,7 +101,7 @@ def beyond_of(header: Header) -> Reach:
     return beyond(header.layout, header.bounds, limits, header.broken, header.limit_changes)
 
 
-class Tally:
+class Accumulator:
     """Counter of a run's samples in batches of any size, with bit-identical results.
 
     Extremes and counts need one number each. The rounding of a sum depends on the order, so squared errors are summed
@@ -143,7 +143,7 @@ class Tally:
         """Solver status of each sample so far, a `cdpr.tension.Status`, (K,)."""
         return self._status[: self.count]
 
-    def copy(self) -> Tally:
+    def copy(self) -> Accumulator:
         """Return a copy that shares the table of statuses; call `amend` next."""
         other = copy(self)
         other._final, other._low, other._high = dict(self._final), dict(self._low), dict(self._high)

@@ -39,11 +39,11 @@ def chromium():
 
 
 def test_eight_cables_are_seen_whole_and_told_what_has_become_of_them(chromium):
-    from cdpr.ui.gui.desk import Desk
+    from cdpr.ui.gui.desk import Editor
     from cdpr.ui.gui.window import Window
 
     told = []
-    with Window(Desk(str(ROOT / "scenarios" / "caroca.yaml")), told.append, port=0) as window:
+    with Window(Editor(str(ROOT / "scenarios" / "caroca.yaml")), told.append, port=0) as window:
         window.begin()
         for width, height in ((1200, 800), (1500, 900)):
             page = chromium.new_page(viewport={"width": width, "height": height})

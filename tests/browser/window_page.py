@@ -39,11 +39,11 @@ def files(tmp_path):
 @pytest.fixture
 def window(files):
     pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")
-    from cdpr.ui.gui.desk import Desk
+    from cdpr.ui.gui.desk import Editor
     from cdpr.ui.gui.window import Window
 
     told = []
-    with Window(Desk(str(files.scenario)), told.append, port=0) as found:
+    with Window(Editor(str(files.scenario)), told.append, port=0) as found:
         found.begin()
         yield found
     assert told == []  # nothing that the terminal should have

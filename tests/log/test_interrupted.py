@@ -10,7 +10,7 @@ import pytest
 from log_cases import make_header, make_rows, same_bits
 
 from cdpr.log import summary as summary_module
-from cdpr.log.summary import Tally
+from cdpr.log.summary import Accumulator
 from cdpr.mechanics import reach as reach_module
 
 SUMMED = 16  # in place of thousands
@@ -19,7 +19,7 @@ BOUNDED = {"bounds": ((0.1,) * 4, (5.0,) * 4, (0.5,) * 4)}
 FILES = (summary_module.__file__, reach_module.__file__)
 
 
-def interrupted(tally: Tally, rows: Any, after: int) -> bool:
+def interrupted(tally: Accumulator, rows: Any, after: int) -> bool:
     """Count rows, with an interrupt at the line number `after` of those that do it; False where there are fewer."""
     left = after
 
@@ -49,12 +49,12 @@ def test_what_an_interrupt_cut_short_is_counted_once(more: int, monkeypatch: pyt
     monkeypatch.setattr(summary_module, "SUMMED", SUMMED)
     header = make_header(4, **BOUNDED)
     rows = make_rows(header, STOP + more)
-    whole = Tally(header, len(rows))
+    whole = Accumulator(header, len(rows))
     whole.add(rows)
     assert max(whole.figures()["beyond_limits_steps"].values()) > 0
     after = 0
     while True:
-        tally = Tally(header, len(rows))
+        tally = Accumulator(header, len(rows))
         tally.add(rows[:FIRST])
         cut = interrupted(tally, rows[FIRST:STOP], after)
         tally.add(rows[tally.count :])

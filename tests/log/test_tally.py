@@ -7,7 +7,7 @@ import pytest
 from log_cases import make_header, make_rows, same_bits
 
 from cdpr.log.run import Run
-from cdpr.log.summary import SUMMED, Tally
+from cdpr.log.summary import SUMMED, Accumulator
 
 
 def test_the_summary_is_that_of_plain_formulas() -> None:
@@ -31,7 +31,7 @@ def test_the_summary_is_that_of_plain_formulas() -> None:
 def test_the_summary_does_not_depend_on_the_pieces(cut: int) -> None:
     header = make_header(4)
     rows = make_rows(header, 2 * SUMMED + 345)
-    one, many = Tally(header, len(rows)), Tally(header, len(rows))
+    one, many = Accumulator(header, len(rows)), Accumulator(header, len(rows))
     one.add(rows)
     for first in range(0, len(rows), cut):
         many.add(rows[first : first + cut])
@@ -46,7 +46,7 @@ def test_nan_is_not_lost_between_pieces() -> None:
     header = make_header(2)
     rows = make_rows(header, 30)
     rows[12, header.layout.columns["residual"]] = np.nan
-    tally = Tally(header, 30)
+    tally = Accumulator(header, 30)
     for first in range(0, 30, 10):
         tally.add(rows[first : first + 10])
     assert np.isnan(tally.figures()["residual_max_N"])

@@ -13,7 +13,7 @@ import cdpr
 from cdpr.analysis.design.reader import load_design
 from cdpr.base.errors import OptionsLeftOut, ScenarioError
 from cdpr.plugins import Controller, PluginOptions
-from cdpr.ui.gui.desk.desk import Desk
+from cdpr.ui.gui.desk.desk import Editor
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.05}
@@ -100,7 +100,7 @@ def test_the_command_line_reports_it_once(tmp_path):
 
 
 def test_the_window_reports_it_at_the_type():
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.edit("controller.type", "static")
     (told,) = [one for one in desk.form()["warnings"] if "in place of" in one["text"]]
     assert told["text"].endswith("left out kp, kd; by default kp = 50.0, kd = 50.0")

@@ -14,7 +14,7 @@ from cdpr.base.errors import Infeasible
 from cdpr.scenario.template import Sizes
 from cdpr.simulation.linearised import decay_rate
 from cdpr.simulation.tried import tried_scenario
-from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.desk import Editor
 
 ROBOTS = int(os.environ.get("CDPR_TEST_CASES", "2"))  # random ones
 
@@ -152,7 +152,7 @@ def test_cables_without_damping_are_reported(tmp_path):
 @pytest.mark.slow
 def test_the_window_shows_the_note_until_the_next_edit(tmp_path):
     tried = written(tmp_path, damping=0.0)
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.new("scenario", file=str(tmp_path / "s.yaml"), robot=str(tmp_path / "robot.yaml"))
     desk.apply()
     assert f"warning: {desk.form()['warnings'][0]['text']}" == tried.note

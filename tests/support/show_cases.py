@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from live_cases import CAROCA
 
 from cdpr.scenario import load_scenario
-from cdpr.ui.gui.broadcast import Board
-from cdpr.ui.gui.driver import Show
+from cdpr.ui.gui.broadcast import Broadcast
+from cdpr.ui.gui.driver import Driver
 
 PATIENCE = 300.0  # s; kernels may have to be compiled on a busy machine
 # Here caroca can do without a cable.
@@ -44,8 +44,8 @@ class Staged:
     """A show, and what it said."""
 
     def __init__(self, *scenarios):
-        self.board, self.told, self.log = Board(), [], []
-        self.show = Show(self.board, self.log.append)
+        self.board, self.told, self.log = Broadcast(), [], []
+        self.show = Driver(self.board, self.log.append)
         for each in scenarios:
             self.show.load(each, self.tell)
 

@@ -33,7 +33,7 @@ Corner = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Tally:
+class Accumulator:
     """Counts over some cells.
 
     Attributes:
@@ -66,7 +66,7 @@ class Tally:
         return math.fsum(self.sums) / self.known if self.known else None
 
 
-def tally(cells: NDArray[np.int64], shape: tuple[int, ...], found: Asked) -> Tally:
+def tally(cells: NDArray[np.int64], shape: tuple[int, ...], found: Asked) -> Accumulator:
     """Return the counts of one batch: cells (n,) of a table of this shape, by number, with their results."""
     value, limit, inside, boundary = found
     values = value[inside]
@@ -76,7 +76,7 @@ def tally(cells: NDArray[np.int64], shape: tuple[int, ...], found: Asked) -> Tal
         along = np.unravel_index(cells[inside], shape)
         corners = (tuple(int(i.min()) for i in along), tuple(int(i.max()) for i in along))
     numbers, counts = np.unique(limit[~inside], return_counts=True)
-    return Tally(
+    return Accumulator(
         len(cells),
         len(values),
         int(boundary.sum()),
@@ -92,7 +92,7 @@ def tally(cells: NDArray[np.int64], shape: tuple[int, ...], found: Asked) -> Tal
     )
 
 
-def total(parts: Iterable[Tally]) -> Tally:
+def total(parts: Iterable[Accumulator]) -> Accumulator:
     """Return the total of all parts, given in the order of their cells."""
     every = list(parts)
     corners = [part.corners for part in every if part.corners is not None]
@@ -100,7 +100,7 @@ def total(parts: Iterable[Tally]) -> Tally:
     for part in every:
         for number, count in part.outside.items():
             outside[number] = outside.get(number, 0) + count
-    return Tally(
+    return Accumulator(
         sum(part.cells for part in every),
         sum(part.inside for part in every),
         sum(part.boundary for part in every),
@@ -122,7 +122,7 @@ def figures(
     region: Region,
     question: Question,
     about: Mapping[str, Any],
-    counted: Tally,
+    counted: Accumulator,
     *,
     evaluated: int,
     components: int,

@@ -26,7 +26,7 @@ from pydantic import TypeAdapter
 from cdpr.analysis.jobs.cases import Outcome
 from cdpr.analysis.jobs.folder import LEDGER_NAME, read_rows
 from cdpr.analysis.workspace import schema
-from cdpr.analysis.workspace.accumulator import Tally
+from cdpr.analysis.workspace.accumulator import Accumulator
 from cdpr.analysis.workspace.octree import Asked
 from cdpr.analysis.workspace.regions import MOST_CELLS, Region
 from cdpr.base.checksums import checksum, opened, unsealed, validated
@@ -52,7 +52,7 @@ ASKED = {
     "versions": "versions",
 }
 
-TALLY = TypeAdapter(Tally)
+TALLY = TypeAdapter(Accumulator)
 
 
 def packed(found: Asked) -> bytes:

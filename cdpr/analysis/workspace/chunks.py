@@ -25,7 +25,7 @@ from cdpr.analysis.jobs.cluster import spread
 from cdpr.analysis.jobs.folder import JobFolder
 from cdpr.analysis.jobs.threads import beside
 from cdpr.analysis.workspace import answers, chunk_files
-from cdpr.analysis.workspace.accumulator import Tally, figures, tally, total
+from cdpr.analysis.workspace.accumulator import Accumulator, figures, tally, total
 from cdpr.analysis.workspace.ask import Over, ask_positions, checked_question
 from cdpr.analysis.workspace.chunk_files import TALLY, chunk_path, packed, read_chunk, unpacked
 from cdpr.analysis.workspace.connected import Connected, layer
@@ -74,7 +74,7 @@ class Found(NamedTuple):
     number: int
     content: bytes  # content of its file
     checksum: str
-    counted: Tally
+    counted: Accumulator
 
 
 def workspace_in_chunks(

@@ -62,10 +62,10 @@ def command(
 
         gc.set_threshold(*USUAL)  # long-lived process with many temporary objects
         from cdpr.scenario.choices import typed
-        from cdpr.ui.gui.desk import Desk
+        from cdpr.ui.gui.desk import Editor
 
         chosen = {"backend": backend, "solver": solver, "controller": controller}
-        desk = Desk(file, typed(chosen, changes))
+        desk = Editor(file, typed(chosen, changes))
         with Window(desk, partial(click.echo, err=True), host, port) as window:
             click.echo(window.address)
             if host not in LOCAL:

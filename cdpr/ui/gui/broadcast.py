@@ -45,7 +45,7 @@ class Posted:
         return self._text
 
 
-class Board:
+class Broadcast:
     """Latest messages: threads put them here, and windows wait for them."""
 
     def __init__(self) -> None:
@@ -96,7 +96,7 @@ class Reader:
         gone: True once the window is closed.
     """
 
-    def __init__(self, board: Board) -> None:
+    def __init__(self, board: Broadcast) -> None:
         self.own: deque[Message] = deque(maxlen=MOST_WAITING)
         self.gone = False
         self._board = board

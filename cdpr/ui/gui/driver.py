@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import hushed
 from cdpr.ui.gui.arguments import call
-from cdpr.ui.gui.broadcast import Board
+from cdpr.ui.gui.broadcast import Broadcast
 
 if TYPE_CHECKING:
     from cdpr.scenario import Scenario
@@ -45,7 +45,7 @@ Tell = Callable[[Level, str], None]
 Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]
 
 
-class Show:
+class Driver:
     """Owner of the simulation thread.
 
     Args:
@@ -53,7 +53,7 @@ class Show:
         log: receives text that only the terminal shows, such as tracebacks of internal errors.
     """
 
-    def __init__(self, board: Board, log: Callable[[str], None]) -> None:
+    def __init__(self, board: Broadcast, log: Callable[[str], None]) -> None:
         self._board, self._log = board, log
         self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._stage: Stage | None = None

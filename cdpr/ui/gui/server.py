@@ -17,7 +17,7 @@ from cdpr.base.errors import CdprError
 from cdpr.link.access import Access
 from cdpr.link.web_server import WebServer, listen
 from cdpr.link.web_socket import WebSocket
-from cdpr.ui.gui.broadcast import Board, Reader
+from cdpr.ui.gui.broadcast import Broadcast, Reader
 from cdpr.ui.gui.choices import in_window
 
 PORTS = range(8080, 8100)  # the first free port is used by default
@@ -55,7 +55,12 @@ class Server:
     """
 
     def __init__(
-        self, page: Callable[[], str], board: Board, receive: Receive, host: str = "127.0.0.1", port: int | None = None
+        self,
+        page: Callable[[], str],
+        board: Broadcast,
+        receive: Receive,
+        host: str = "127.0.0.1",
+        port: int | None = None,
     ) -> None:
         self._page, self._board, self._receive = page, board, receive
         self._access = Access(host)

@@ -32,7 +32,7 @@ from cdpr.simulation.session import table_beside
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
 from cdpr.ui.gui.arguments import call
-from cdpr.ui.gui.broadcast import Board
+from cdpr.ui.gui.broadcast import Broadcast
 from cdpr.ui.gui.desk.fields import shown
 from cdpr.ui.gui.desk.files import named
 from cdpr.ui.gui.drawing import Drawing
@@ -59,7 +59,7 @@ class Stage:
         CdprError: if it cannot be built.
     """
 
-    def __init__(self, scenario: Scenario, board: Board) -> None:
+    def __init__(self, scenario: Scenario, board: Broadcast) -> None:
         self.scenario = scenario
         self._board, self._drawing = board, Drawing(scenario)
         self._kept = ExitStack()

@@ -12,9 +12,9 @@ from typing import Any, Self
 from cdpr.base.errors import CdprError, one_line
 from cdpr.scenario.scenario import Scenario
 from cdpr.ui.gui.arguments import call
-from cdpr.ui.gui.broadcast import Board, Reader
-from cdpr.ui.gui.desk import Desk
-from cdpr.ui.gui.driver import Level, Show
+from cdpr.ui.gui.broadcast import Broadcast, Reader
+from cdpr.ui.gui.desk import Editor
+from cdpr.ui.gui.driver import Driver, Level
 from cdpr.ui.gui.exchange import Exchange
 from cdpr.ui.gui.scratch import sweep
 from cdpr.ui.gui.server import Server, Words, said
@@ -35,10 +35,10 @@ class Window:
         CdprError: if it cannot listen there.
     """
 
-    def __init__(self, desk: Desk, log: Log, host: str = "127.0.0.1", port: int | None = None) -> None:
+    def __init__(self, desk: Editor, log: Log, host: str = "127.0.0.1", port: int | None = None) -> None:
         self._desk, self._log, self._lock = desk, log, Lock()
-        self._board = Board()
-        self._show = Show(self._board, log)
+        self._board = Broadcast()
+        self._show = Driver(self._board, log)
         self._exchange = Exchange(self._scenario, self._open, log)
         self._doing: dict[str, Callable[..., Any]] = {
             "edit": desk.edit,

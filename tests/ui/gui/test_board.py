@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cdpr.ui.gui.broadcast import KINDS, Board, encoded
+from cdpr.ui.gui.broadcast import KINDS, Broadcast, encoded
 
 
 def test_a_slow_window_gets_the_newest_alone():
-    board = Board()
+    board = Broadcast()
     board.curves.begin({"tension": (1, 3)}, 10)
     reader = board.join()
     texts = iter(reader)

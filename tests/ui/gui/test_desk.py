@@ -13,7 +13,7 @@ from desk_cases import SCENARIOS, caroca_in
 from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.scenario import load_scenario
 from cdpr.scenario.choices import typed
-from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.desk import Editor
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_an_edit_of_the_robot_goes_into_its_file_and_only_when_saved(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     robot = folder / "robots/caroca.yaml"
     before = robot.read_text()
     desk.edit("robot.platform.mass", 123.5)
@@ -36,7 +36,7 @@ def test_an_edit_of_the_robot_goes_into_its_file_and_only_when_saved(folder: Pat
 
 
 def test_a_bad_value_stays_with_its_problem_under_its_field(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("robot.platform.mass", "25 kg")
     form = desk.form()
     (problem,) = form["problems"]
@@ -50,7 +50,7 @@ def test_a_bad_value_stays_with_its_problem_under_its_field(folder: Path) -> Non
 
 
 def test_undo_and_redo_and_revert(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     first = desk.texts()
     desk.edit("controller.kp", 120)
     desk.edit("robot.platform.mass", 140)
@@ -73,7 +73,7 @@ def test_undo_and_redo_and_revert(folder: Path) -> None:
 
 def test_choices_of_the_command_line_are_edits_that_are_not_saved(folder: Path) -> None:
     chosen = {"backend": "mujoco", "solver": None, "controller": "pid"}
-    desk = Desk(str(folder / "caroca.yaml"), typed(chosen, ["simulation.duration=2"]))
+    desk = Editor(str(folder / "caroca.yaml"), typed(chosen, ["simulation.duration=2"]))
     scenario = desk.scenario()
     assert scenario.simulation.backend == "mujoco"
     assert scenario.simulation.duration == 2
@@ -84,7 +84,7 @@ def test_choices_of_the_command_line_are_edits_that_are_not_saved(folder: Path) 
 
 
 def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     before = desk.texts()
     for edit in (
         lambda: desk.edit("events[3].time", 1),
@@ -132,7 +132,7 @@ def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) ->
 
 def test_another_robot_file_can_be_named_and_taken_back(folder: Path) -> None:
     shutil.copy(SCENARIOS / "robots/seven.yaml", folder / "robots")
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("robot", "robots/seven.yaml")
     assert desk.scenario().robot.m == 7
     assert desk.form()["files"] == [str(folder / "caroca.yaml"), str(folder / "robots/seven.yaml")]
@@ -145,7 +145,7 @@ def test_another_robot_file_can_be_named_and_taken_back(folder: Path) -> None:
 
 
 def test_a_cable_comes_and_goes_with_its_limits(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("robot.tension.min[2]", 60)
     assert desk.scenario().robot.tension_min.tolist() == [50, 50, 60, 50, 50, 50, 50, 50]
     desk.remove("robot.cables[1]")
@@ -155,7 +155,7 @@ def test_a_cable_comes_and_goes_with_its_limits(folder: Path) -> None:
 
 
 def test_what_was_edited_is_had_again_after_another_file(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("robot.platform.mass", 140)
     edited = desk.texts()
     desk.save_as(str(folder / "mine.yaml"))
@@ -174,7 +174,7 @@ def test_what_was_edited_is_had_again_after_another_file(folder: Path) -> None:
 
 
 def test_applied_says_whether_what_runs_is_what_is_shown(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     assert not desk.form()["applied"]
     desk.apply()
     assert desk.form()["applied"]
@@ -187,7 +187,7 @@ def test_applied_says_whether_what_runs_is_what_is_shown(folder: Path) -> None:
 def test_a_robot_that_is_named_no_more_hinders_nothing(folder: Path) -> None:
     other = folder / "robots/other.yaml"
     shutil.copy(SCENARIOS / "robots/seven.yaml", other)
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.apply()
     desk.edit("robot", "robots/other.yaml")
     desk.undo()
@@ -208,7 +208,7 @@ def test_a_robot_that_is_named_no_more_hinders_nothing(folder: Path) -> None:
 @pytest.mark.slow
 def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:
     code = (
-        "import json, sys; from cdpr.ui.gui.desk import Desk; desk = Desk('caroca'); json.dumps(desk.form());"
+        "import json, sys; from cdpr.ui.gui.desk import Editor; desk = Editor('caroca'); json.dumps(desk.form());"
         "print([name for name in ('scipy', 'matplotlib', 'mujoco', 'websockets') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -235,13 +235,13 @@ def test_what_is_typed_comes_to_the_same_as_when_it_is_run(
     name: str, chosen: dict[str, str | None], sets: list[str]
 ) -> None:
     changes = typed(chosen, sets)
-    assert Desk(name, changes).scenario() == load_scenario(name, overrides=changes)
+    assert Editor(name, changes).scenario() == load_scenario(name, overrides=changes)
 
 
 def test_a_robot_that_is_wrong_can_be_opened_and_mended(folder: Path) -> None:
     robot = folder / "robots/caroca.yaml"
     robot.write_text(robot.read_text().replace("mass: 150 ", "mass: -1 ").replace("home:", "hom:"))
-    desk = Desk(str(robot))
+    desk = Editor(str(robot))
     paths = {each["path"] for each in desk.form()["problems"]}
     assert paths == {"robot.platform.mass", "robot.hom", "initial"}
     desk.edit("robot.platform.mass", 150)
@@ -254,7 +254,7 @@ def test_a_robot_file_that_is_no_yaml_is_told_at_its_name(folder: Path) -> None:
     robot = folder / "robots/caroca.yaml"
     text = robot.read_text()
     robot.write_text(text.replace("mass: 150", "mass: [150"))
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     (problem,) = desk.form()["problems"]
     assert problem["path"] == "robot"
     assert "robots/caroca.yaml:" in problem["place"]
@@ -267,7 +267,7 @@ def test_a_robot_file_that_is_no_yaml_is_told_at_its_name(folder: Path) -> None:
 
 
 def test_a_robot_of_the_scenarios_own_is_edited_there(tmp_path: Path) -> None:
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.new("scenario", file=str(tmp_path / "a.yaml"), planar=True)
     desk.edit("robot.cables[1].platform[0]", 0.25)
     desk.edit("robot.frame.colour", "#336699")

@@ -9,7 +9,7 @@ from desk_cases import caroca_in
 
 from cdpr.base.errors import OutputError
 from cdpr.scenario import load_robot, load_scenario
-from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.desk import Editor
 
 STL = """solid box
 facet normal 0 0 1
@@ -29,7 +29,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_what_others_changed_is_not_written_over(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("simulation.duration", 3)
     (folder / "caroca.yaml").write_text((folder / "caroca.yaml").read_text() + "# mine\n")
     with pytest.raises(OutputError, match="changed by another program"):
@@ -46,7 +46,7 @@ def test_what_others_changed_is_not_written_over(folder: Path) -> None:
 
 
 def test_what_may_not_be_written_stays(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("simulation.duration", 3)
     monkeypatch.setattr("os.access", lambda name, mode: False)  # whoever tests may be root
     with pytest.raises(OutputError, match="may not be written"):
@@ -54,7 +54,7 @@ def test_what_may_not_be_written_stays(folder: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_an_example_is_saved_as_a_file_of_ones_own(tmp_path: Path) -> None:
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.edit("robot.platform.mass", 140)
     with pytest.raises(OutputError, match="save it under another name"):
         desk.save()
@@ -75,7 +75,7 @@ def test_a_file_keeps_its_line_ends_its_rights_and_its_link(folder: Path) -> Non
     file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
     file.chmod(0o640)
     link.symlink_to("caroca.yaml")
-    desk = Desk(str(link))
+    desk = Editor(str(link))
     before = file.read_bytes()
     desk.edit("simulation.duration", 3)
     desk.edit("log.step", 0.01)
@@ -92,7 +92,7 @@ def test_saved_elsewhere_all_names_lead_to_the_same_files(
 ) -> None:
     (folder / "path.csv").write_text("t,x,y,z\n0,0,0,1.2\n2,0.2,0,1.2\n4,0,0,1.2\n")
     (folder / "robots/box.stl").write_text(STL)
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("trajectory", "csv")
     desk.edit("trajectory.file", "path.csv")
     desk.edit("robot.platform.shape", "mesh")
@@ -108,7 +108,7 @@ def test_saved_elsewhere_all_names_lead_to_the_same_files(
 
 
 def test_a_robot_that_is_as_it_was_is_named_where_it_is(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("simulation.duration", 3)
     (folder / "other").mkdir()
     assert desk.save_as(str(folder / "other")) == [str(folder / "other/caroca.yaml")]
@@ -117,7 +117,7 @@ def test_a_robot_that_is_as_it_was_is_named_where_it_is(folder: Path) -> None:
 
 
 def test_a_changed_robot_is_never_written_over_that_of_others(folder: Path) -> None:
-    desk = Desk(str(folder / "caroca.yaml"))
+    desk = Editor(str(folder / "caroca.yaml"))
     before = (folder / "robots/caroca.yaml").read_text()
     desk.edit("robot.platform.mass", 140)
     names = desk.save_as(str(folder / "heavier.yaml"))
@@ -130,7 +130,7 @@ def test_a_changed_robot_is_never_written_over_that_of_others(folder: Path) -> N
 
 def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.new("robot", file="mine.yaml", frame=[4, 3, 2], mass="25")
     assert desk.form()["modified"]
     assert desk.scenario().robot.platform.mass == 25
@@ -149,7 +149,7 @@ def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_robot_alone_stands_in_a_scenario_at_its_home(folder: Path) -> None:
-    desk = Desk(str(folder / "robots/caroca.yaml"))
+    desk = Editor(str(folder / "robots/caroca.yaml"))
     scenario = desk.scenario()
     assert scenario.initial.position == (0.0, 0.0, 1.2)
     desk.edit("robot.platform.mass", 140)
@@ -159,7 +159,7 @@ def test_a_robot_alone_stands_in_a_scenario_at_its_home(folder: Path) -> None:
 
 
 def test_a_robot_alone_is_saved_as_a_robot(folder: Path) -> None:
-    desk = Desk("seven")
+    desk = Editor("seven")
     desk.edit("robot.platform.mass", 21)
     name = str(folder / "robots" / "mine")
     assert desk.save_as(name) == [f"{name}.yaml"]

@@ -25,8 +25,8 @@ import cdpr
 from cdpr.formats import import_file
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.export_model import export
-from cdpr.ui.gui.broadcast import Board
-from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.broadcast import Broadcast
+from cdpr.ui.gui.desk import Editor
 from cdpr.ui.gui.exchange import Exchange
 from cdpr.ui.gui.incoming import Incoming
 from cdpr.ui.gui.server import MOST_BYTES
@@ -46,7 +46,7 @@ FILES = {"crane.yaml": ROBOT, "way.yaml": TRAJECTORY.encode()}
 @pytest.fixture(scope="module")
 def window():
     log = []
-    with Window(Desk(str(CAROCA)), log.append, port=0) as made:
+    with Window(Editor(str(CAROCA)), log.append, port=0) as made:
         made.begin()
         wait(made._board, "status", lambda status: status["phase"] == "ready")
         yield made
@@ -347,7 +347,7 @@ def test_faults_of_ours_are_told_and_the_terminal_has_more(tmp_path, monkeypatch
     broken.write_text("""#!/bin/sh\ncat > /dev/null\necho '{"fault": "KeyError: 1", "trace": "Traceback: of it"}'\n""")
     broken.chmod(0o755)
     monkeypatch.setattr("cdpr.ui.gui.incoming.sys.executable", str(broken))
-    log, reader = [], Board().join()
+    log, reader = [], Broadcast().join()
     exchange = Exchange(lambda: None, lambda name, reader: None, log.append)
     exchange.begin("import", {"path": "a.xml"}, reader)
     exchange._thread.join()
@@ -364,7 +364,7 @@ def test_long_texts_are_not_shown_and_are_written_all_the_same(monkeypatch, tmp_
     monkeypatch.chdir(tmp_path)
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "crane.yaml").write_bytes(ROBOT)
-    incoming, reader = Incoming(), Board().join()
+    incoming, reader = Incoming(), Broadcast().join()
     (message,) = incoming.read(reader, path="theirs/crane.yaml")
     (file,) = message["sources"][0]["files"]
     assert file["text"] is None

@@ -14,13 +14,13 @@ from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import AnyMotion
 from cdpr.scenario.robot_schema import CableSection, RobotSection
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.desk import Editor
 from cdpr.ui.gui.desk.fields import every
 
 SCENARIOS = ROOT / "scenarios"
 
 
-def fields(desk: Desk) -> dict[str, dict[str, Any]]:
+def fields(desk: Editor) -> dict[str, dict[str, Any]]:
     return {each["path"]: each for tab in desk.form()["tabs"] for each in every(tab["fields"])}
 
 
@@ -29,12 +29,12 @@ def values(choices: list[dict[str, Any]]) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def caroca() -> Desk:
+def caroca() -> Editor:
     """Return a desk that no test changes."""
-    return Desk("caroca")
+    return Editor("caroca")
 
 
-def test_what_the_thesis_window_edits_has_its_field(caroca: Desk) -> None:
+def test_what_the_thesis_window_edits_has_its_field(caroca: Editor) -> None:
     found = fields(caroca)
     assert [tab["label"] for tab in caroca.form()["tabs"]] == ["Robot", "Motion", "Control", "Events", "Simulation"]
     assert {
@@ -67,7 +67,7 @@ def test_what_the_thesis_window_edits_has_its_field(caroca: Desk) -> None:
     assert found["robot.dof"]["kind"] == "set"
 
 
-def test_every_key_of_the_schema_has_its_field(caroca: Desk) -> None:
+def test_every_key_of_the_schema_has_its_field(caroca: Editor) -> None:
     found = fields(caroca)
     assert set(ScenarioSection.model_fields) - {"robot"} <= set(found)
     assert {f"robot.{key}" for key in RobotSection.model_fields} <= set(found)
@@ -75,7 +75,7 @@ def test_every_key_of_the_schema_has_its_field(caroca: Desk) -> None:
     assert columns == set(CableSection.model_fields)
 
 
-def test_cables_are_a_table(caroca: Desk) -> None:
+def test_cables_are_a_table(caroca: Editor) -> None:
     table = fields(caroca)["robot.cables"]
     columns = {column["key"]: column for column in table["columns"]}
     assert columns["frame"]["unit"] == "m"
@@ -90,14 +90,14 @@ def test_cables_are_a_table(caroca: Desk) -> None:
 
 
 def test_what_is_not_given_shows_what_is_in_force() -> None:
-    found = fields(Desk("seven"))
+    found = fields(Editor("seven"))
     assert found["initial.position"]["value"] == [0.0, 0.0, 1.5]
     assert not found["initial.position"]["given"]
     assert found["simulation.physics_step"]["value"] == 0.001
     assert found["trajectory"]["value"] == "hold"
 
 
-def test_plugins_are_choices_and_bring_their_options(caroca: Desk) -> None:
+def test_plugins_are_choices_and_bring_their_options(caroca: Editor) -> None:
     found = fields(caroca)
     for path, role in (("controller", "controller"), ("solver", "solver"), ("simulation.backend", "backend")):
         assert values(found[path]["choices"]) == registry().names(role)  # type: ignore[arg-type]
@@ -111,14 +111,14 @@ def test_what_is_missing_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch
     import cdpr.plugins.registry as module
 
     monkeypatch.setattr(module, "_found", lambda name: name != "mujoco")
-    backend = {each["value"]: each for each in fields(Desk("caroca"))["simulation.backend"]["choices"]}
+    backend = {each["value"]: each for each in fields(Editor("caroca"))["simulation.backend"]["choices"]}
     assert backend["mujoco"]["missing"] == "pip install 'cdpr[mujoco]'"
     assert backend["reference"]["missing"] is None
 
 
 def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
     """But for those that need a file, which say so in its field."""
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.edit("robot.cable.diameter", 0.01)
     for event in EVENTS:
         desk.insert("events", event.kind())
@@ -134,7 +134,7 @@ def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
 
 
 def test_another_form_keeps_what_it_takes() -> None:
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.edit("trajectory.type", "pick_and_place")
     found = fields(desk)
     assert found["trajectory.to.position"]["value"] == [1.5, 0.5, 1.6]
@@ -152,7 +152,7 @@ def test_another_form_keeps_what_it_takes() -> None:
 
 
 def test_problems_stand_under_the_field_of_their_value() -> None:
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     for path, value in (
         ("robot.platform.mass", "heavy"),
         ("robot.cables[3].frame[1]", "left"),
@@ -177,7 +177,7 @@ def test_problems_stand_under_the_field_of_their_value() -> None:
 
 
 def test_an_unknown_key_has_a_field_and_can_be_removed() -> None:
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.edit("robot.platform.weight", 5)
     (problem,) = desk.form()["problems"]
     assert problem["path"] == "robot.platform.weight"
@@ -187,7 +187,7 @@ def test_an_unknown_key_has_a_field_and_can_be_removed() -> None:
 
 
 def test_what_is_seldom_meant_is_a_warning() -> None:
-    desk = Desk("caroca")
+    desk = Editor("caroca")
     desk.edit("world.gravity[2]", 9.81)
     desk.edit("robot.cable.linear_density", 0.05)
     form = desk.form()
@@ -196,7 +196,7 @@ def test_what_is_seldom_meant_is_a_warning() -> None:
 
 
 def test_believed_cables_are_those_of_the_robot() -> None:
-    desk = Desk("believed")
+    desk = Editor("believed")
     rows = fields(desk)["believed.cables"]["rows"]
     assert [row["cells"]["frame"]["given"] for row in rows] == [True, *[False] * 4, True, False, False]
     desk.edit("believed.cables[2].frame[2]", 3.6)
@@ -216,7 +216,7 @@ def test_believed_cables_are_those_of_the_robot() -> None:
 @pytest.mark.parametrize("name", ["believed", "cable_break", "cogiro_pulleys", "winch_fmu", "waypoints", "spherical"])
 def test_every_field_takes_back_what_it_shows(name: str) -> None:
     """And the file stays as it was, to the letter."""
-    desk = Desk(name)
+    desk = Editor(name)
     form = desk.form()
     assert not form["problems"]
     json.dumps(form, allow_nan=False)
@@ -230,7 +230,7 @@ def test_every_field_takes_back_what_it_shows(name: str) -> None:
 
 
 def test_what_is_believed_of_a_cable_and_makes_no_sense_is_shown() -> None:
-    desk = Desk("believed")
+    desk = Editor("believed")
     desk.edit("believed.cables", [3, *({"diameter": 0.01} for _ in range(7))])
     first, second = fields(desk)["believed.cables"]["rows"][:2]
     assert first["odd"] == "3"

@@ -17,7 +17,7 @@ pytest.importorskip("websockets")
 from cdpr.base.errors import CdprError
 from cdpr.formats.read.import_files import Taken
 from cdpr.ui.gui import reading
-from cdpr.ui.gui.broadcast import Board
+from cdpr.ui.gui.broadcast import Broadcast
 from cdpr.ui.gui.incoming import Incoming
 
 
@@ -45,7 +45,7 @@ HOSTILE = {
 def read(files, **more):
     body = b"".join(files.values())
     sizes = [{"name": name, "size": len(content)} for name, content in files.items()]
-    return Incoming().read(Board().join(), files=sizes, body=body, **more)
+    return Incoming().read(Broadcast().join(), files=sizes, body=body, **more)
 
 
 @pytest.mark.slow

@@ -70,11 +70,11 @@ def test_a_folder_that_another_window_swept_before_it_was_locked_is_made_anew(pl
 @pytest.mark.slow
 def test_a_window_begins_by_removing_what_others_left(place):
     pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")
-    from cdpr.ui.gui.desk import Desk
+    from cdpr.ui.gui.desk import Editor
     from cdpr.ui.gui.window import Window
 
     left = place / "cdpr-gui-left"
     left.mkdir()
-    with Window(Desk(str(ROOT / "scenarios" / "caroca.yaml")), print, port=0) as window:
+    with Window(Editor(str(ROOT / "scenarios" / "caroca.yaml")), print, port=0) as window:
         window.begin()
         assert not left.exists()

@@ -27,8 +27,8 @@ from cdpr.base.errors import CdprError
 from cdpr.ui.cli import cli
 from cdpr.ui.cli.gui import _hold
 from cdpr.ui.cli.progress import Signals
-from cdpr.ui.gui.broadcast import Board
-from cdpr.ui.gui.desk import Desk
+from cdpr.ui.gui.broadcast import Broadcast
+from cdpr.ui.gui.desk import Editor
 from cdpr.ui.gui.server import MOST_BYTES, MOST_WINDOWS, Server
 from cdpr.ui.gui.window import Window
 
@@ -39,7 +39,7 @@ CHANGES = [("simulation.duration", QUIET["simulation.duration"])]
 @pytest.fixture(scope="module")
 def window():
     log = []
-    with Window(Desk(CAROCA, [f"{key}={value}" for key, value in CHANGES]), log.append, port=0) as made:
+    with Window(Editor(CAROCA, [f"{key}={value}" for key, value in CHANGES]), log.append, port=0) as made:
         made.begin()
         wait(made._board, "status", lambda status: status["phase"] == "ready")
         yield made
@@ -204,7 +204,7 @@ def test_windows_are_so_many_at_most(window):
 
 
 def served(**options):
-    return Server(lambda: "page", Board(), lambda words, reader: None, **options)
+    return Server(lambda: "page", Broadcast(), lambda words, reader: None, **options)
 
 
 def test_the_port_that_is_told_is_the_real_one():
@@ -237,7 +237,7 @@ def test_everywhere_means_old_addresses_too():
 
 
 def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
-    board = Board()
+    board = Broadcast()
     server = Server(lambda: "page", board, lambda words, reader: None, port=0)
     host, port = "127.0.0.1", server.port
     stuck = socket.create_connection((host, port))

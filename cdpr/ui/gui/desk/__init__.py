@@ -7,6 +7,6 @@
 - `desk`: composition of all parts.
 """
 
-from cdpr.ui.gui.desk.desk import Desk
+from cdpr.ui.gui.desk.desk import Editor
 
-__all__ = ["Desk"]
+__all__ = ["Editor"]

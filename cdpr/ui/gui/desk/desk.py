@@ -21,7 +21,7 @@ from cdpr.ui.gui.desk.choose import plugin_note
 from cdpr.ui.gui.desk.fields import MISSING
 from cdpr.ui.gui.desk.files import File, Files, named, outdated, unsaved
 from cdpr.ui.gui.desk.form import Subject, placed, tabs
-from cdpr.ui.gui.desk.form_edits import ROLES, Meaning
+from cdpr.ui.gui.desk.form_edits import ROLES, FormEdits
 from cdpr.ui.gui.desk.unsaved import around, new_file
 
 FIRST = "caroca"  # example that is opened by default
@@ -30,7 +30,7 @@ UNDOS = 200
 Step = tuple[str, Files, dict[str, str]]  # name of the edit, and the files and texts before it
 
 
-class Desk:
+class Editor:
     """Files of a scenario during editing.
 
     Invalid edits are kept, and the form shows their problems. CdprError is raised only for edits that cannot be
@@ -228,8 +228,8 @@ class Desk:
         """
         self._take(f"insert {path}", self._meaning().insert(_path(path), value))
 
-    def _meaning(self) -> Meaning:
-        return Meaning(self._files, self._data, self._robot_file, self._robot, self._tabs, self._known, self._plugins)
+    def _meaning(self) -> FormEdits:
+        return FormEdits(self._files, self._data, self._robot_file, self._robot, self._tabs, self._known, self._plugins)
 
     def _take(self, told: str, texts: dict[str, str]) -> None:
         """Replace the texts; this can be undone."""

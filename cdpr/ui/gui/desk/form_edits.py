@@ -24,7 +24,7 @@ CABLES: Path = ("robot", "cables")
 LIMITS: tuple[Path, ...] = (("robot", "tension", "min"), ("robot", "tension", "max"))
 
 
-class Meaning:
+class FormEdits:
     """Translator of edits into texts; it changes nothing itself.
 
     Its methods raise CdprError for edits that cannot be written.
