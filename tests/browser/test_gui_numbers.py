@@ -39,7 +39,7 @@ def chromium():
 
 
 def test_eight_cables_are_seen_whole_and_told_what_has_become_of_them(chromium):
-    from cdpr.ui.gui.desk import Editor
+    from cdpr.ui.gui.editor import Editor
     from cdpr.ui.gui.window import Window
 
     told = []

@@ -39,7 +39,7 @@ def files(tmp_path):
 @pytest.fixture
 def window(files):
     pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")
-    from cdpr.ui.gui.desk import Editor
+    from cdpr.ui.gui.editor import Editor
     from cdpr.ui.gui.window import Window
 
     told = []

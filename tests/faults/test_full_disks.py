@@ -13,7 +13,7 @@ from cdpr.base.errors import OutputError
 from cdpr.formats.read.import_files import Taken, write
 from cdpr.scenario import examples
 from cdpr.ui.cli.new import command as new
-from cdpr.ui.gui.desk import files
+from cdpr.ui.gui.editor import files
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import cdpr
 from cdpr.analysis.design.reader import load_design
 from cdpr.base.errors import OptionsLeftOut, ScenarioError
 from cdpr.plugins import Controller, PluginOptions
-from cdpr.ui.gui.desk.desk import Editor
+from cdpr.ui.gui.editor.editor import Editor
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.05}

@@ -54,7 +54,7 @@ OTHERS = [
     Other("limits", "cdpr.scenario.motions.gcode", "its key, as that of the motion `jerk_limited`"),
     Other("target", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.simulation.live", "a method"),
-    Other("set", "cdpr.ui.gui.desk.fields", "a kind of field: several of a few"),
+    Other("set", "cdpr.ui.gui.editor.fields", "a kind of field: several of a few"),
     Other("limits", "cdpr.ui.gui", "what a window is told of the cables, and asks for by the name of the method"),
     Other("target", "cdpr.ui.gui.stage", "what a window asks for, by the name of the method"),
     Other("set", "cdpr.ui.gui.stage", "likewise"),

@@ -14,7 +14,7 @@ from cdpr.base.errors import Infeasible
 from cdpr.scenario.template import Sizes
 from cdpr.simulation.linearised import decay_rate
 from cdpr.simulation.tried import tried_scenario
-from cdpr.ui.gui.desk import Editor
+from cdpr.ui.gui.editor import Editor
 
 ROBOTS = int(os.environ.get("CDPR_TEST_CASES", "2"))  # random ones
 

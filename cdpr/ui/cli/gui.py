@@ -62,7 +62,7 @@ def command(
 
         gc.set_threshold(*USUAL)  # long-lived process with many temporary objects
         from cdpr.scenario.choices import typed
-        from cdpr.ui.gui.desk import Editor
+        from cdpr.ui.gui.editor import Editor
 
         chosen = {"backend": backend, "solver": solver, "controller": controller}
         desk = Editor(file, typed(chosen, changes))

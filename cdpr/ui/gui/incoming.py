@@ -26,7 +26,7 @@ from cdpr.formats.read.limits import WALL
 from cdpr.log.files import unwritable
 from cdpr.ui.gui.broadcast import Reader
 from cdpr.ui.gui.choices import in_window
-from cdpr.ui.gui.desk.files import named
+from cdpr.ui.gui.editor.files import named
 from cdpr.ui.gui.scratch import scratch
 from cdpr.ui.gui.server import Words
 

@@ -33,9 +33,9 @@ from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
 from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast
-from cdpr.ui.gui.desk.fields import shown
-from cdpr.ui.gui.desk.files import named
 from cdpr.ui.gui.drawing import Drawing
+from cdpr.ui.gui.editor.fields import shown
+from cdpr.ui.gui.editor.files import named
 from cdpr.ui.gui.scratch import scratch
 
 Later = Callable[[], str]

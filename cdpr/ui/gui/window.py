@@ -13,8 +13,8 @@ from cdpr.base.errors import CdprError, one_line
 from cdpr.scenario.scenario import Scenario
 from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast, Reader
-from cdpr.ui.gui.desk import Editor
 from cdpr.ui.gui.driver import Driver, Level
+from cdpr.ui.gui.editor import Editor
 from cdpr.ui.gui.exchange import Exchange
 from cdpr.ui.gui.scratch import sweep
 from cdpr.ui.gui.server import Server, Words, said

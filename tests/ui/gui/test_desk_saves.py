@@ -9,7 +9,7 @@ from desk_cases import caroca_in
 
 from cdpr.base.errors import OutputError
 from cdpr.scenario import load_robot, load_scenario
-from cdpr.ui.gui.desk import Editor
+from cdpr.ui.gui.editor import Editor
 
 STL = """solid box
 facet normal 0 0 1

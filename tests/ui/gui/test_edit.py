@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cdpr.base.errors import CdprError
 from cdpr.config.document import copied
 from cdpr.config.yaml_text import flow
-from cdpr.ui.gui.desk.edit import insert, read, remove, same, set_value
+from cdpr.ui.gui.editor.edit import insert, read, remove, same, set_value
 
 TEXT = """\
 # Head.

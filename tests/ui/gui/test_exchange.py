@@ -26,7 +26,7 @@ from cdpr.formats import import_file
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.export_model import export
 from cdpr.ui.gui.broadcast import Broadcast
-from cdpr.ui.gui.desk import Editor
+from cdpr.ui.gui.editor import Editor
 from cdpr.ui.gui.exchange import Exchange
 from cdpr.ui.gui.incoming import Incoming
 from cdpr.ui.gui.server import MOST_BYTES

@@ -14,8 +14,8 @@ from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import AnyMotion
 from cdpr.scenario.robot_schema import CableSection, RobotSection
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.ui.gui.desk import Editor
-from cdpr.ui.gui.desk.fields import every
+from cdpr.ui.gui.editor import Editor
+from cdpr.ui.gui.editor.fields import every
 
 SCENARIOS = ROOT / "scenarios"
 

@@ -70,7 +70,7 @@ def test_a_folder_that_another_window_swept_before_it_was_locked_is_made_anew(pl
 @pytest.mark.slow
 def test_a_window_begins_by_removing_what_others_left(place):
     pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")
-    from cdpr.ui.gui.desk import Editor
+    from cdpr.ui.gui.editor import Editor
     from cdpr.ui.gui.window import Window
 
     left = place / "cdpr-gui-left"

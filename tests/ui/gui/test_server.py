@@ -28,7 +28,7 @@ from cdpr.ui.cli import cli
 from cdpr.ui.cli.gui import _hold
 from cdpr.ui.cli.progress import Signals
 from cdpr.ui.gui.broadcast import Broadcast
-from cdpr.ui.gui.desk import Editor
+from cdpr.ui.gui.editor import Editor
 from cdpr.ui.gui.server import MOST_BYTES, MOST_WINDOWS, Server
 from cdpr.ui.gui.window import Window
 

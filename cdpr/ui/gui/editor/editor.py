@@ -16,13 +16,13 @@ from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import examples, load_scenario
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.source import kind_of, open_document, stem
-from cdpr.ui.gui.desk import edit, saving
-from cdpr.ui.gui.desk.choose import plugin_note
-from cdpr.ui.gui.desk.fields import MISSING
-from cdpr.ui.gui.desk.files import File, Files, named, outdated, unsaved
-from cdpr.ui.gui.desk.form import Subject, placed, tabs
-from cdpr.ui.gui.desk.form_edits import ROLES, FormEdits
-from cdpr.ui.gui.desk.unsaved import around, new_file
+from cdpr.ui.gui.editor import edit, saving
+from cdpr.ui.gui.editor.choose import plugin_note
+from cdpr.ui.gui.editor.fields import MISSING
+from cdpr.ui.gui.editor.files import File, Files, named, outdated, unsaved
+from cdpr.ui.gui.editor.form import Subject, placed, tabs
+from cdpr.ui.gui.editor.form_edits import ROLES, FormEdits
+from cdpr.ui.gui.editor.unsaved import around, new_file
 
 FIRST = "caroca"  # example that is opened by default
 UNDOS = 200

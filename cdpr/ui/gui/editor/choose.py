@@ -13,8 +13,8 @@ from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.option_migration import replacement_note
 from cdpr.scenario.orientation import Orientation
-from cdpr.ui.gui.desk.fields import ONE_OF, Schema, branches
-from cdpr.ui.gui.desk.starts import Starts
+from cdpr.ui.gui.editor.fields import ONE_OF, Schema, branches
+from cdpr.ui.gui.editor.starts import Starts
 
 DIGITS = 9  # of converted values
 SIZE = (0.4, 0.3, 0.2)  # m, default size of a platform

@@ -17,7 +17,7 @@ from cdpr.config.overrides import plain_value
 from cdpr.config.problems import Problems
 from cdpr.config.yaml_nodes import parse
 from cdpr.config.yaml_text import dump, flow
-from cdpr.ui.gui.desk.tree import Node, after_break, blank_end, line_break, line_end, line_start, tree
+from cdpr.ui.gui.editor.tree import Node, after_break, blank_end, line_break, line_end, line_start, tree
 
 WIDTH = 110  # of a newly written line
 

@@ -11,11 +11,11 @@ from cdpr.base.problems import Path, dotted
 from cdpr.config.document import copied
 from cdpr.config.yaml_nodes import parse_value
 from cdpr.plugins.registry import Registry, Role
-from cdpr.ui.gui.desk import believed, choose, edit
-from cdpr.ui.gui.desk.fields import ANY, MISSING, ONE_OF, Field, Schema, at, branches, every, resolve
-from cdpr.ui.gui.desk.files import File, Files
-from cdpr.ui.gui.desk.form import SCHEMA
-from cdpr.ui.gui.desk.starts import Starts
+from cdpr.ui.gui.editor import believed, choose, edit
+from cdpr.ui.gui.editor.fields import ANY, MISSING, ONE_OF, Field, Schema, at, branches, every, resolve
+from cdpr.ui.gui.editor.files import File, Files
+from cdpr.ui.gui.editor.form import SCHEMA
+from cdpr.ui.gui.editor.starts import Starts
 
 Texts = dict[str, str]  # by file
 

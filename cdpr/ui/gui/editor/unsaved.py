@@ -14,7 +14,7 @@ from cdpr.scenario.schema import ScenarioSection
 from cdpr.scenario.source import stem
 from cdpr.scenario.template import Sizes, commented, robot_text
 from cdpr.simulation.tried import WARNING, tried_scenario
-from cdpr.ui.gui.desk.files import File, named
+from cdpr.ui.gui.editor.files import File, named
 
 KINDS = ("robot", "scenario")
 DURATION = 10.0  # s: time to view a robot and to push it

@@ -11,7 +11,7 @@ from cdpr.config.document import copied
 from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import DEFAULT_TYPE
 from cdpr.scenario.nominal import cable_names
-from cdpr.ui.gui.desk.fields import ONE_OF, Schema, at, branches, kind_of, resolve
+from cdpr.ui.gui.editor.fields import ONE_OF, Schema, at, branches, kind_of, resolve
 
 # By key, in its own unit; other numbers start at 1.
 NUMBERS = {"radius": 0.05, "pitch": 0.1, "height": 0.1, "duration": 3.0}

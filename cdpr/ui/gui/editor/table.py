@@ -6,7 +6,7 @@ from typing import Any
 
 from cdpr.base.problems import Path, dotted
 from cdpr.scenario.nominal import cable_names
-from cdpr.ui.gui.desk.fields import (
+from cdpr.ui.gui.editor.fields import (
     MISSING,
     Field,
     Maker,

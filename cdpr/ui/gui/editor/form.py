@@ -12,10 +12,10 @@ from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.nominal import cable_names
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.ui.gui.desk.believed import cables_in_place
-from cdpr.ui.gui.desk.fields import MISSING, Field, Maker, Schema, at, choice, entry, every, resolve
-from cdpr.ui.gui.desk.starts import Starts
-from cdpr.ui.gui.desk.table import cable_table
+from cdpr.ui.gui.editor.believed import cables_in_place
+from cdpr.ui.gui.editor.fields import MISSING, Field, Maker, Schema, at, choice, entry, every, resolve
+from cdpr.ui.gui.editor.starts import Starts
+from cdpr.ui.gui.editor.table import cable_table
 
 ROBOT = ("name", "platform", "tension", "home", "frame", "cables", "cable", "winch", "dof", "unilateral")
 MOTION = ("initial", "trajectory")

@@ -7,6 +7,6 @@
 - `desk`: composition of all parts.
 """
 
-from cdpr.ui.gui.desk.desk import Editor
+from cdpr.ui.gui.editor.editor import Editor
 
 __all__ = ["Editor"]

@@ -10,8 +10,8 @@ from cdpr.base.files import seen_from
 from cdpr.base.problems import Path
 from cdpr.plugins.registry import Registry
 from cdpr.scenario.named_files import files_of_robot, files_of_scenario
-from cdpr.ui.gui.desk import edit
-from cdpr.ui.gui.desk.files import File, Files, named, on_disk, write
+from cdpr.ui.gui.editor import edit
+from cdpr.ui.gui.editor.files import File, Files, named, on_disk, write
 
 ENDINGS = (".yaml", ".yml")
 
