@@ -40,6 +40,10 @@ class Pid(GainLaw):
         self._per_step[0] = np.broadcast_to(options.ki, 6) * self.control_step
         self._per_step[1] = options.integral_limit
 
+    def renew(self, robot: Robot) -> bool:
+        """Use the mass properties of another platform; the integral does not depend on them."""
+        return super().renew(robot)
+
     def connect(self, report: Array) -> None:
         """Read the result of the wrench from the report of the tension stage."""
         self._given["report"] = report

@@ -16,7 +16,7 @@ from cdpr.simulation.loop import Loop
 # Sections that may differ, `robot` in its platform only.
 FREE = {"initial", "trajectory", "robot"}
 # Methods of plugins that may depend on the platform.
-WORK = "__init__", "control", "compiled", "reset", "step", "acts"
+WORK = "__init__", "control", "compiled", "reset", "step", "operations"
 
 
 def renew(loop: Loop, before: Scenario, now: Scenario) -> bool:

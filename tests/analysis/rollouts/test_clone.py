@@ -117,7 +117,7 @@ class Heavier(ComputedTorque):
 
     def __init__(self, robot, gravity, control_step, options):
         super().__init__(robot, gravity, control_step, options)
-        self._body["gravity"] *= 1.0 + 0.001 * robot.platform.mass
+        self._given["gravity"] *= 1.0 + 0.001 * robot.platform.mass
 
 
 class Gravity(ComputedTorque):
@@ -126,7 +126,7 @@ class Gravity(ComputedTorque):
     Options = ComputedTorqueOptions
 
     def compiled(self, state, desired, out):
-        self._body["gravity"][2] = -9.81 - 0.001 * self.robot.platform.mass
+        self._given["gravity"][2] = -9.81 - 0.001 * self.robot.platform.mass
         return super().compiled(state, desired, out)
 
 

@@ -17,7 +17,7 @@ ASKED = 4  # times that a push may be asked for what it does while it is made; i
 
 def test_a_push_is_not_asked_again_for_each_that_follows(monkeypatch):
     asked: Counter[str] = Counter()
-    for name in ("swing", "check_steps"):
+    for name in ("wrench_profile", "check_steps"):
         plain = getattr(Wrench, name)
 
         def counted(self, step, plain=plain, name=name):
@@ -29,7 +29,7 @@ def test_a_push_is_not_asked_again_for_each_that_follows(monkeypatch):
         for i in range(PUSHES):
             sim.push([0.1 * i, 0, 0], duration=0.003 if i % 2 else None)
             sim.step()
-    assert set(asked) == {"swing", "check_steps"}
+    assert set(asked) == {"wrench_profile", "check_steps"}
     assert max(asked.values()) <= ASKED * PUSHES, asked
 
 
