@@ -274,12 +274,12 @@ def test_a_page_counts_a_run_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Banner, reservations and tables ask for its figures; what another run is made of is counted anew."""
     run, counted = make_run(rows=20), []
 
-    class Counting(summary.Tally):
+    class Counting(summary.Accumulator):
         def __init__(self, *arguments: Any) -> None:
             counted.append(arguments)
             super().__init__(*arguments)
 
-    monkeypatch.setattr(summary, "Tally", Counting)
+    monkeypatch.setattr(summary, "Accumulator", Counting)
     render(run)
     assert len(counted) == 1
     run.summary()["tension_N"]["max"] = math.inf  # the caller's own
