@@ -10,6 +10,8 @@ import cdpr
 from cdpr.analysis.rollouts import case
 from cdpr.base.columns import FIRST
 from cdpr.native.operations import LANES
+from cdpr.plugins import Backend, Controller
+from cdpr.simulation.renewal import WORK
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
 
@@ -145,3 +147,8 @@ def test_a_derived_controller_is_built(controller, monkeypatch):
     one = cdpr.rollout(SCENARIOS / "caroca.yaml", len(masses), **given)
     monkeypatch.setattr(case.Case, "adopt", lambda *_: False)
     assert_same(one, cdpr.rollout(SCENARIOS / "caroca.yaml", len(masses), **given))
+
+
+def test_methods_that_may_use_the_platform_exist():
+    """A renamed method would no longer be compared, and its overrides would be ignored."""
+    assert all(hasattr(Backend, name) or hasattr(Controller, name) for name in WORK)
