@@ -30,7 +30,7 @@ LINE = 116  # letters of a command, and " \\"
 
 # Nine cables pull a box of 20 kg through their frame: solvers.
 SOLVERS = {
-    "pseudo_inverse": "ignores limits: with clipped answers the platform is lost",
+    "pseudo_inverse": "ignores limits; the clipped tensions do not hold the platform",
     "qp": "smallest tensions, partly at the lower limit",
     "analytic_centre": "away from all limits, smooth",
     "maximin": "as far from the limits as possible, with jumps",
