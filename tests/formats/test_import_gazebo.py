@@ -269,7 +269,7 @@ def test_nothing_is_written_through_a_link_and_no_half_stays(tmp_path, monkeypat
     out = tmp_path / "out"
     out.mkdir()
     (out / "robot_way.yaml").symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(CdprError, match=r"robot_way\.yaml' exists already and is not overwritten; choose another"):
+    with pytest.raises(CdprError, match=r"robot_way\.yaml' exists already and is not overwritten: choose another"):
         write(taken, out, force=False)
     assert not (tmp_path / "elsewhere").exists()
     (out / "robot_way.yaml").unlink()

@@ -221,7 +221,7 @@ def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose a
     there = {name for name in taken.files if os.path.lexists(folder / name)}
     for name in taken.files:
         if name in there and not force:
-            raise OutputError(f"'{folder / name}' exists already and is not overwritten; {otherwise}")
+            raise OutputError(f"'{folder / name}' exists already and is not overwritten: {otherwise}")
     written: list[Path] = []
     if not taken.files:
         return written

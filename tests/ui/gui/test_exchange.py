@@ -109,7 +109,7 @@ def test_what_is_uploaded_is_shown_then_written_and_opened(looker, tmp_path):
     out.mkdir()
     (out / "crane_way.yaml").write_text("# hours of work\n")
     looker.send(do="take", out=str(out), open="crane_way.yaml")
-    assert f"'{out}/crane_way.yaml' exists already and is not overwritten; choose another folder" in failed(
+    assert f"'{out}/crane_way.yaml' exists already and is not overwritten: choose another folder" in failed(
         looker, "take"
     )
     assert [path.name for path in out.iterdir()] == ["crane_way.yaml"]
