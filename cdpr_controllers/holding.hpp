@@ -29,7 +29,7 @@ struct Holding {
     double* wrench;          // (n), work space
     double* change;          // (m), work space
     double* results;         // (2), work space: status and steps
-    BoxSpace space;
+    BoxLeastSquaresSpace space;
     double pretension;  // N
     int64_t n;
     int64_t m;
@@ -38,7 +38,7 @@ struct Holding {
         "lines(m, w >= 6), rows(n), weights(n), low(m), high(m), inertial(13), gravity(3), both feed(m), "
         "work still(13), work whole_matrix(6, m), work lengths(2, m), work matrix(n, m), work whole_wrench(6), "
         "work wrench(n), work change(m), work results(2), ",
-        BoxSpace::fields, ", pretension, n, m, w");
+        BoxLeastSquaresSpace::fields, ", pretension, n, m, w");
 
     CDPR_INLINE Geometry<double> cables() const { return {lines, still, whole_matrix, lengths, lengths + m, m, w}; }
     CDPR_INLINE BoxLeastSquares nearest() const {

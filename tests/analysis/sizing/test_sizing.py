@@ -192,7 +192,7 @@ def test_the_command(tmp_path):
     assert str(page) in told.stdout
     text = page.read_text()
     assert "Breaking load 6 times" in text
-    assert "All within" in text
+    assert "All duties are within" in text
     figures = json.loads(cli("size", "scenarios/caroca.yaml", "--broken", "--json").stdout)
     assert figures["duties"][0]["infeasible"] == 0
     assert len(figures["duties"]) == 9

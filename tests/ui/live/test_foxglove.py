@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import subprocess
 import sys
@@ -228,7 +229,8 @@ def test_who_sets_what_nobody_takes_yet_holds_nobody_up():
 @pytest.mark.slow
 def test_who_subscribes_while_parameters_change_locks_nothing_up():
     words = [sys.executable, str(ROOT / "tests" / "support" / "live_race.py"), "0.5"]
-    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=RUN_TIMEOUT)
+    path = {**os.environ, "PYTHONPATH": str(ROOT / "tests")}
+    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=RUN_TIMEOUT, env=path)
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 10
 

@@ -14,7 +14,7 @@
 namespace cdpr::CDPR_TARGET {
 
 // Work space of the search.
-struct BoxSpace {
+struct BoxLeastSquaresSpace {
     double* basis;    // (m, m): N
     double* box;      // (4, m): a solution, the limits, a target
     double* factors;  // (n + 5, n + m)
@@ -36,12 +36,12 @@ struct BoxLeastSquares {
     double* tension;            // (m), N; unchanged if a lower limit is infinite
     double* status;             // (1), a Status
     double* steps;              // (1), number of steps
-    BoxSpace space;
+    BoxLeastSquaresSpace space;
     int64_t n;
     int64_t m;
     static constexpr auto fields = join(
         "matrix(n, m), wrench(n), tension_min(m), tension_max(m), weights(n), both tension(m), status(1), steps(1), ",
-        BoxSpace::fields, ", n, m");
+        BoxLeastSquaresSpace::fields, ", n, m");
 
     CDPR_INLINE double* x() const { return space.vectors; }
     CDPR_INLINE double* active() const { return space.vectors + m; }

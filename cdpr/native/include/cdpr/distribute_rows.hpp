@@ -93,9 +93,10 @@ template <class T> inline Truth<T> pose_problem(const Rows<T>& p) {
 struct DistributedRows {
     Rows<double> all;
     double* steps;  // (1), work space
-    BoxSpace space;
+    BoxLeastSquaresSpace space;
     int64_t action;  // an Action: for an answer that fails the checks
-    static constexpr auto fields = extended(Rows<double>::fields, "work steps(1), ", BoxSpace::fields, ", action");
+    static constexpr auto fields =
+        extended(Rows<double>::fields, "work steps(1), ", BoxLeastSquaresSpace::fields, ", action");
 
     CDPR_INLINE Fallback fallback(int64_t* known, double* tension, double* report, bool answered) const {
         return {all.matrix,

@@ -21,7 +21,7 @@ struct Fallback {
     double* tension;  // (m), N, of the previous step; replaced
     double* report;   // (4): status; residual, N; margin, N; number of cables at a limit
     double* steps;    // (1), work space
-    BoxSpace space;
+    BoxLeastSquaresSpace space;
     int64_t action;    // an Action
     int64_t answered;  // whether the solver gave an answer, which failed the checks
     int64_t n;
@@ -29,7 +29,7 @@ struct Fallback {
     static constexpr auto fields = join(
         "matrix(n, m), wrench(n), weights(n), limits(2, m), both known(2), both answer(m), both tension(m), "
         "both report(4), work steps(1), ",
-        BoxSpace::fields, ", action, answered, n, m");
+        BoxLeastSquaresSpace::fields, ", action, answered, n, m");
 
     CDPR_INLINE BoxLeastSquares nearest() const {
         return {matrix, wrench, limits, limits + m, weights, tension, report, steps, space, n, m};
