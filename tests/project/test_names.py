@@ -55,7 +55,7 @@ OTHERS = [
     Other("target", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.ui.gui.editor.fields", "a kind of field: several of a few"),
-    Other("limits", "cdpr.ui.gui", "what a window is told of the cables, and asks for by the name of the method"),
+    Other("limits", "cdpr.ui.gui", "limits of the cables that the window shows, requested by the name of the method"),
     Other("target", "cdpr.ui.gui.stage", "what a window asks for, by the name of the method"),
     Other("set", "cdpr.ui.gui.stage", "likewise"),
     Other("csv", "cdpr.log.export", "the ending of a file"),

@@ -1,4 +1,4 @@
-"""What tests of workspaces in chunks share."""
+"""Shared cases of tests of workspaces in chunks."""
 
 from __future__ import annotations
 
