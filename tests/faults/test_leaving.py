@@ -11,8 +11,8 @@ from conftest import ROOT
 
 CODE = """
 import sys, threading, cdpr.ui.cli
-from cdpr.ui.gui.broadcast import Board
-from cdpr.ui.gui.driver import Show
+from cdpr.ui.gui.broadcast import Broadcast
+from cdpr.ui.gui.driver import Driver
 from cdpr.scenario import load_scenario
 
 at_work = threading.Event()
@@ -26,11 +26,11 @@ class Endless:
                 at_work.set()
 
 
-show = Show(Board(), print)
-show._stage = Endless()
-show._jobs.put(None)
+driver = Driver(Broadcast(), print)
+driver._stage = Endless()
+driver._jobs.put(None)
 at_work.wait(60.0)
-show.close()
+driver.close()
 print("last words", end="")
 cdpr.ui.cli._leave(5)
 """

@@ -218,7 +218,7 @@ def test_the_cpp_node_reproduces_a_log_to_the_bit(folder, tmp_path):
     for name in re.findall(r"#include <(\w+/.*hpp)>", (package / "src/node.cpp").read_text()):
         (headers / name).parent.mkdir(parents=True, exist_ok=True)
         (headers / name).write_text("#include <ros2_stand_ins.hpp>\n")
-    includes = [f"-I{headers}", f"-I{ROOT / 'tests'}"]
+    includes = [f"-I{headers}", f"-I{ROOT / 'tests' / 'support'}"]
     sources = [str(package / "src" / name) for name in ("controller.cpp", "node.cpp")]
     flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-missing-field-initializers", "-ffp-contract=off"]
     subprocess.run([tool("g++"), *flags, *includes, *sources, "-o", "control"], cwd=tmp_path, check=True)

@@ -195,7 +195,7 @@ def test_the_course_runs_cell_by_cell(tmp_path, monkeypatch, capsys):
             assert picture.count("<iframe") == 1 or picture.startswith("<svg")
     assert shown == ["Robot", "Scenario", "Run", "Simulation", "Run", "Chart"]
     assert (tmp_path / "push.pdf").read_bytes().startswith(b"%PDF")
-    assert "with errors up to" in capsys.readouterr().out
+    assert "never more than" in capsys.readouterr().out
     assert np.abs(names["pushed"].position_error).max() > 10 * np.abs(names["run"].position_error).max()
 
 
