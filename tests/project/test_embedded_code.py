@@ -67,6 +67,6 @@ def test_the_names_imported_in_strings_exist():
     assert faults == {}
 
 
-@pytest.mark.parametrize("line", ["from cdpr.ui.gui.broadcast import Board", "import " + "cdpr.nothing"])
+@pytest.mark.parametrize("line", ["from cdpr.ui.gui.broadcast import " + "Board", "import " + "cdpr.nothing"])
 def test_a_name_that_does_not_exist_is_found(line):
     assert missing(ast.parse(line))
