@@ -179,7 +179,7 @@ WINCHED: tuple[Column, ...] = (
     Column("cable_tension", CABLES, "N", "Tension in each cable at the sample", places=(_STATES + "/effort",)),
 )
 # Additional columns with a nominal model of controller and solver; W, residual and margin then refer to that model.
-BELIEVED: tuple[Column, ...] = (
+NOMINAL_COLUMNS: tuple[Column, ...] = (
     Column(
         "true_wrench",
         6,
@@ -205,7 +205,7 @@ def check_declared(columns: object) -> None:
     """Raise TypeError or ValueError if a plugin may not declare these columns."""
     if not isinstance(columns, tuple) or not all(isinstance(column, Column) for column in columns):
         raise TypeError(f"columns must be a tuple of cdpr.plugins.Column, got {columns!r}")
-    ours = {column.name for column in (*FIRST, *WINCHED, *BELIEVED, *LATER)}.union(_TAKEN)
+    ours = {column.name for column in (*FIRST, *WINCHED, *NOMINAL_COLUMNS, *LATER)}.union(_TAKEN)
     for i, column in enumerate(columns):
         if column.places or column.owner:
             raise ValueError(f"column '{column.name}': a plugin cannot set its topic or owner")

@@ -90,6 +90,13 @@ class Document:
         self._forget(path, self.get(path))
         del self.own(path[:-1])[path[-1]]
 
+    def rename(self, old: str, new: str) -> None:
+        """Rename a key of the file; its place, value and positions stay."""
+        self.data = rename_key(self.data, old, new)
+        for marks in (self.keys, self.values):
+            for path in [path for path in marks if path[:1] == (old,)]:
+                marks[(new, *path[1:])] = marks.pop(path)
+
     def own(self, path: Path) -> Any:
         """Return the dictionary or list at `path`, which this document shares with no other from now on."""
         node: Any = self.data
@@ -119,6 +126,11 @@ class Document:
         items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
         for part, item in items:
             self._forget((*path, part), item)
+
+
+def rename_key(data: dict[str, Any], old: str, new: str) -> dict[str, Any]:
+    """Return plain data with another name of a key."""
+    return {new if key == old else key: value for key, value in data.items()}
 
 
 def same(one: Any, other: Any) -> bool:

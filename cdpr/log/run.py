@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.base.columns import BELIEVED, FIRST, Column
+from cdpr.base.columns import FIRST, NOMINAL_COLUMNS, Column
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.problems import printable
@@ -159,7 +159,7 @@ FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits", "touched")
 CLEARANCE = ("clearance_min_m", "clearance_min_at_s", "clearance_min_by")
 
 
-_OWN = {column.name: column for column in (*FIRST, *BELIEVED)}
+_OWN = {column.name: column for column in (*FIRST, *NOMINAL_COLUMNS)}
 
 
 class Quantity(property):

@@ -43,7 +43,7 @@ class Checked:
         controller_options: options of the controller, an instance of its plugin's model.
         solver_options: the same for the tension solver.
         backend_options: the same for backends, by name.
-        believed: section of the nominal robot; None if it equals the robot.
+        nominal: section of the nominal robot; None if it equals the robot.
         twin: document of the nominal robot; None likewise.
         unchanged: sections that are equal in the scenario before.
     """
@@ -56,7 +56,7 @@ class Checked:
     controller_options: BaseModel
     solver_options: BaseModel
     backend_options: Mapping[str, BaseModel]
-    believed: RobotSection | None
+    nominal: RobotSection | None
     twin: Document | None
     unchanged: frozenset[str]
 
@@ -93,7 +93,7 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
     if sections is not None and controller_options is not None and solver_options is not None:
         in_force = _options(plugins, sections, controller_options, solver_options, document)
     events = EventChecks(document, problems, in_force).run()
-    believed, twin = _believed(document, problems)
+    nominal_section, twin = _nominal(document, problems)
     problems.raise_any()
     assert sections is not None
     assert controller_options is not None
@@ -107,7 +107,7 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
         controller_options=controller_options,
         solver_options=solver_options,
         backend_options=backend_options,
-        believed=believed,
+        nominal=nominal_section,
         twin=twin,
         unchanged=unchanged,
     )
@@ -119,10 +119,10 @@ def _unchanged(document: Document, before: Document) -> frozenset[str]:
     return frozenset(key for key in keys if same(document.data.get(key), before.data.get(key)))
 
 
-def _believed(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:
+def _nominal(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:
     """Return the nominal robot and its scenario, validated as both; None if there is none."""
     found = Problems(unreadable=set(problems.unreadable))
-    twin = None if ("robot",) in found.unreadable else nominal.believed_document(document, found)
+    twin = None if ("robot",) in found.unreadable else nominal.nominal_document(document, found)
     sections = None
     if twin is not None:
         data, _ = _split(twin.data)
@@ -131,7 +131,7 @@ def _believed(document: Document, problems: Problems) -> tuple[RobotSection | No
         RobotChecks(twin, found).run(("robot",))
         RunChecks(twin, found).start()
         EventChecks(twin, found).run()
-    nominal.tell(found, problems)
+    nominal.add_problems(found, problems)
     return sections.robot if sections else None, twin
 
 

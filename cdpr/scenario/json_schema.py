@@ -12,7 +12,7 @@ from typing import Any
 
 from cdpr.plugins.registry import Registry, Role, registry
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.nominal import WHOLE
+from cdpr.scenario.nominal import ALTERNATIVE, KEY, WHOLE
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import ScenarioSection
 
@@ -39,7 +39,8 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
         "description": robot.pop("description"),
         "anyOf": [{"type": "string", "description": "name of a robot file, relative to this file"}, robot],
     }
-    sections["believed"] = _in_part(sections["believed"], definitions)
+    sections[KEY] = _in_part(sections[KEY], definitions)
+    sections[ALTERNATIVE] = {**sections[KEY], "description": f"another spelling of {KEY}"}
     definitions["Simulation"]["properties"]["backend"]["examples"] = plugins.names("backend")
     sections_of_plugins: tuple[tuple[Role, str], ...] = (
         ("controller", "ControllerSection"),

@@ -15,6 +15,7 @@ from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.choices import DEFAULT_TYPE
 from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import AnyMotion, Motion
+from cdpr.scenario.nominal import ALTERNATIVE, KEY
 
 MESH: Path = ("platform", "shape", "mesh")
 MOTIONS: tuple[type[Motion], ...] = get_args(get_args(AnyMotion)[0])
@@ -54,7 +55,7 @@ def _paths(data: dict[str, Any], plugins: Registry) -> Iterator[Path]:
     for i, event in enumerate(events if isinstance(events, list) else []):
         kinds = [kind for kind in EVENTS if isinstance(event, dict) and event.get("type") == kind.kind()]
         yield from (("events", i, key) for kind in kinds for key in kind.files)
-    yield from ((holder, *MESH) for holder in ("robot", "believed"))
+    yield from ((holder, *MESH) for holder in ("robot", KEY, ALTERNATIVE))
     obstacles = _at(data, ("world", "obstacles"))
     yield from (("world", "obstacles", i, "mesh") for i in range(len(obstacles) if isinstance(obstacles, list) else 0))
     yield from (("actuators", key) for key in _named(Actuators))

@@ -9,7 +9,7 @@ from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import Path, Problem, dotted, shown
 from cdpr.cables import COMMANDED, MODELS
 from cdpr.config.describe import look
-from cdpr.config.document import Document
+from cdpr.config.document import Document, rename_key
 from cdpr.config.overrides import Change, apply
 from cdpr.config.problems import Problems, exact
 from cdpr.model import DOF_NAMES
@@ -17,6 +17,7 @@ from cdpr.scenario.appearance import FrameSection
 from cdpr.scenario.robot_schema import RobotSection
 
 KEY = "believed"
+ALTERNATIVE = "nominal"  # accepted spelling of KEY in files and changes
 ROBOT: Path = ("robot",)
 CABLES: Path = ("robot", "cables")
 
@@ -39,7 +40,31 @@ UNUSED = (
 MOST = 4  # differences in one line
 
 
-def change_belief(document: Document, change: Change, problems: Problems) -> None:
+def rename_alternative(document: Document, problems: Problems) -> None:
+    """Rename the key `nominal` of a scenario to `believed`; report a problem if both are given."""
+    if ALTERNATIVE not in document.data:
+        return
+    if KEY in document.data:
+        mark = document.key_mark((ALTERNATIVE,))
+        text = f"another spelling of '{KEY}', which is given at {document.key_mark((KEY,))}: remove one of them"
+        problems.add(mark, (ALTERNATIVE,), text)
+        document.drop((ALTERNATIVE,))
+        return
+    document.rename(ALTERNATIVE, KEY)
+    problems.unreadable = {renamed(path) for path in problems.unreadable}
+
+
+def renamed_data(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the data of a scenario file with the key `believed` in place of `nominal`, unless it has both."""
+    return data if KEY in data else rename_key(data, ALTERNATIVE, KEY)
+
+
+def renamed(path: Path) -> Path:
+    """Return a path with the key `believed` in place of `nominal`."""
+    return (KEY, *path[1:]) if path[:1] == (ALTERNATIVE,) else path
+
+
+def change_nominal(document: Document, change: Change, problems: Problems) -> None:
     """Apply a change of `believed...` to the document.
 
     A change inside a list item, such as believed.cables[0].frame[2], affects the whole list. Without such a list in the
@@ -58,7 +83,7 @@ def change_belief(document: Document, change: Change, problems: Problems) -> Non
         apply(document, change, problems)
 
 
-def believed_document(document: Document, found: Problems) -> Document | None:
+def nominal_document(document: Document, found: Problems) -> Document | None:
     """Return the scenario with the nominal robot, with the positions of all values.
 
     Args:
@@ -84,7 +109,7 @@ def believed_document(document: Document, found: Problems) -> Document | None:
     return twin
 
 
-def tell(found: Problems, problems: Problems) -> None:
+def add_problems(found: Problems, problems: Problems) -> None:
     """Add the problems of the nominal robot to `problems`, except those of the true robot."""
     known = {(each.mark, each.path, each.text) for each in problems.items}
     for each in found.items:
@@ -131,25 +156,27 @@ class _Overlay:
         for item, entry in enumerate(given):
             path: Path = (*source, item)
             if not isinstance(entry, dict):
-                self._say(path, f"a mapping (name of a cable, and its different values) expected, got {shown(entry)}")
+                self._report(
+                    path, f"a mapping (name of a cable, and its different values) expected, got {shown(entry)}"
+                )
                 continue
             name = entry.get("name")
             if name is None and len(given) == len(base):
                 name = names[item]  # all cables in order
             if name is None:
                 text = f"required but not given: name of the cable; the robot has {len(base)}, got {len(given)}"
-                self._say((*path, "name"), text)
+                self._report((*path, "name"), text)
             elif name not in names:
                 hint = did_you_mean(str(name), names)
                 text = f"no cable of the robot is called {shown(name)}: {hint}there are {', '.join(names)}"
-                self._say((*path, "name"), text)
+                self._report((*path, "name"), text)
             elif name in taken:
-                self._say((*path, "name"), f"'{name}' is the cable of {dotted((*source, taken[name]))} too")
+                self._report((*path, "name"), f"'{name}' is the cable of {dotted((*source, taken[name]))} too")
             else:
                 taken[name] = item
                 yield item, names.index(name)
 
-    def _say(self, path: Path, text: str) -> None:
+    def _report(self, path: Path, text: str) -> None:
         self._found.add(self._document.mark(path), (*ROBOT, *path[1:]), text)
 
 
@@ -166,8 +193,8 @@ def cable_names(cables: list[Any]) -> list[str]:
 
 def _same_robot(document: Document, twin: Document, found: Problems) -> None:
     """Report cables or degrees of freedom that differ from the robot's."""
-    free, believed = (each.get((*ROBOT, "dof")) or list(DOF_NAMES) for each in (document, twin))
-    if free != believed:
+    free, other = (each.get((*ROBOT, "dof")) or list(DOF_NAMES) for each in (document, twin))
+    if free != other:
         text = f"must be the robot's, {_value(free)}: the nominal model has the same cables and degrees of freedom"
         found.add(twin.mark((*ROBOT, "dof")), (*ROBOT, "dof"), text)
     cables = [each.get(CABLES) for each in (document, twin)]
@@ -194,11 +221,11 @@ def _commanded(document: Document, cables: list[Any]) -> bool:
     return any(model in MODELS and MODELS[model].immediate for model in models)
 
 
-def differences(robot: RobotSection, believed: RobotSection) -> list[str]:
+def differences(robot: RobotSection, nominal: RobotSection) -> list[str]:
     """Return short descriptions of the differences; sections must have all names."""
-    if believed.frame is not None and robot.frame is None:
+    if nominal.frame is not None and robot.frame is None:
         robot = robot.model_copy(update={"frame": FrameSection()})
-    true, thought = (each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in (robot, believed))
+    true, thought = (each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in (robot, nominal))
     return list(_differences(true, thought, (), thought))
 
 
@@ -238,13 +265,13 @@ def in_a_line(told: list[str]) -> str:
     return "; ".join(told[:MOST]) + more
 
 
-def unused(robot: RobotSection, believed: RobotSection) -> list[str]:
+def unused(robot: RobotSection, nominal: RobotSection) -> list[str]:
     """Return the keys of `believed` that differ without effect."""
-    if believed.frame is not None and robot.frame is None:
+    if nominal.frame is not None and robot.frame is None:
         robot = robot.model_copy(update={"frame": FrameSection()})
     keys = []
     for key in UNUSED:
-        one, other = (_inner(each, key) for each in (robot, believed))
+        one, other = (_inner(each, key) for each in (robot, nominal))
         if one != other:
             keys.append(f"{KEY}.{key}")
     return keys

@@ -44,7 +44,7 @@ class Scenario:
     Attributes:
         sections: all sections of the file, with defaults.
         robot: the robot as frozen arrays.
-        believed: nominal robot of controller and solver; None if it equals the robot.
+        nominal: nominal robot of controller and solver; None if it equals the robot.
         unused: dotted keys that are given but not used by a run.
         notes: remarks on the options of replaced controllers or solvers, a sentence each.
 
@@ -60,7 +60,7 @@ class Scenario:
 
     sections: ScenarioSection
     robot: Robot
-    believed: Robot | None
+    nominal: Robot | None
     unused: tuple[str, ...]
     notes: tuple[str, ...]
     _checked: Checked = field(repr=False)
@@ -153,10 +153,10 @@ class Scenario:
         return self.robot if dof == self.robot.dof else replace(self.robot, dof=dof)
 
     @cached_property
-    def belief(self) -> str:
+    def nominal_differences(self) -> str:
         """Differences of the nominal robot in one line; "" if there are none."""
-        robot, believed = self.sections.robot, self.sections.believed
-        return "" if believed is None else nominal.in_a_line(nominal.differences(robot, believed))
+        robot, section = self.sections.robot, self.sections.believed
+        return "" if section is None else nominal.in_a_line(nominal.differences(robot, section))
 
     @cached_property
     def warnings(self) -> tuple[Problem, ...]:
@@ -166,9 +166,9 @@ class Scenario:
         about = sections.robot, self.robot, nominal.ROBOT, document.data, sections, self._checked.motion, self.obstacles
         setup = plausible.Setup(*about, lambda: self.desired, shortened)
         found = plausible.warnings(setup, document)
-        if sections.believed is None or self.believed is None or twin is None:
+        if sections.believed is None or self.nominal is None or twin is None:
             return found
-        thought = replace(setup, section=sections.believed, robot=self.believed, data=twin.data)
+        thought = replace(setup, section=sections.believed, robot=self.nominal, data=twin.data)
         return (*found, *nominal.alone(plausible.warnings(thought, twin), found))
 
     def doubts(self, events: Sequence[ScenarioEvent]) -> list[str]:
@@ -319,7 +319,7 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
     known = before if "robot" in unchanged else None
     like = before if before and _same_but_platform(document, before._document) else None
     robot = sections.robot.named(like.sections.robot if like else None)
-    believed = checked.believed and checked.believed.named()
+    section = checked.nominal and checked.nominal.named()
     trajectory = checked.motion.complete(checked.motion.begins(sections.initial, robot.platform.tools))
     if like and "actuators" in unchanged:
         unused = [key for key in like.unused if key.startswith("robot.")]
@@ -329,7 +329,7 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
     events = [event.named(names) for event in checked.events]
     completed = {
         "robot": robot,
-        "believed": believed,
+        "believed": section,
         "trajectory": trajectory,
         "controlled": sections.controlled or robot.dof,
         "events": events,
@@ -337,10 +337,10 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
     made = Scenario(
         sections=sections.model_copy(update=completed),
         robot=known.robot if known else robot.to_robot(document.folder, like.robot if like else None),
-        believed=believed.to_robot(document.folder) if believed else None,
+        nominal=section.to_robot(document.folder) if section else None,
         unused=(
             *unused,
-            *(nominal.unused(robot, believed) if believed else ()),
+            *(nominal.unused(robot, section) if section else ()),
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),
         ),

@@ -97,8 +97,8 @@ class ScenarioSection(Section):
     robot: RobotSection = Field(description="robot file, relative to this file, or the robot itself")
     believed: RobotSection | None = Field(
         None,
-        description="nominal model of controller and tension solver, if it differs from the robot: keys "
-        "of the robot with other values; of cables those that differ, each with its name",
+        description="nominal model of controller and tension solver, if it differs from the robot; the key `nominal` "
+        "means the same. Keys of the robot with other values; of cables those that differ, each with its name",
     )
     world: World = Field(World(), description="surroundings of the robot")
     simulation: Simulation = Field(description="engine, times and steps")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -82,11 +83,13 @@ def change(
 ) -> None:
     """Apply `chosen` plugins and `overrides` to the document of a scenario, and insert its robot file."""
     forget(document)
+    nominal.rename_alternative(document, problems)
     document.data.setdefault("name", stem(document.source))
     replacement = Replacement(document, plugins)
-    for each in [*chosen, *read_overrides(overrides, problems)]:
+    for given in [*chosen, *read_overrides(overrides, problems)]:
+        each = replace(given, path=nominal.renamed(given.path))
         if each.path[0] == nominal.KEY:
-            nominal.change_belief(document, each, problems)
+            nominal.change_nominal(document, each, problems)
             continue
         if each.path[0] == "robot" and len(each.path) > 1:
             _include_robot(document, problems)

@@ -79,7 +79,7 @@ def build(scenario: Scenario) -> Parts:
     Raises:
         PluginError: if a plugin is missing, broken or cannot be created.
     """
-    robot, believed = scenario.robot, scenario.believed
+    robot, nominal = scenario.robot, scenario.nominal
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
     with ExitStack() as made:  # close these if a later one fails
@@ -99,7 +99,7 @@ def build(scenario: Scenario) -> Parts:
         loop = Parts(
             robot=robot,
             controlled=parts.controlled,
-            believed=believed,
+            nominal=nominal,
             trajectory=parts.trajectory,
             controller=controller,
             solver=solver,
@@ -147,8 +147,8 @@ class _Checks:
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         if scenario.actuators is not None:
             self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
-        believed = scenario.believed
-        controlled = scenario.controlled if believed is None else replace(believed, dof=scenario.controlled.dof)
+        nominal = scenario.nominal
+        controlled = scenario.controlled if nominal is None else replace(nominal, dof=scenario.controlled.dof)
         solver = (
             self._try(("solver",), lambda: self._solver(chosen["solver"], controlled)) if usable["solver"] else None
         )
@@ -185,7 +185,7 @@ class _Checks:
 
     def _controller(self, entry: Registered) -> Controller:
         scenario = self._scenario
-        robot, gravity = scenario.believed or scenario.robot, np.array(scenario.world.gravity)
+        robot, gravity = scenario.nominal or scenario.robot, np.array(scenario.world.gravity)
         step = scenario.simulation.control_step
         controller: Controller = entry.make(robot, gravity, step, scenario.controller_options)
         self._made.callback(controller.close)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdpr.base.columns import BELIEVED, FIRST, LATER, WINCHED, Column, clash
+from cdpr.base.columns import FIRST, LATER, NOMINAL_COLUMNS, WINCHED, Column, clash
 from cdpr.base.errors import PluginError
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
@@ -39,7 +39,7 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
     first = FIRST if scenario.ideal_cables else FIRST + WINCHED
-    more = (*LATER, *(BELIEVED if scenario.believed else ()), *declared)
+    more = (*LATER, *(NOMINAL_COLUMNS if scenario.nominal else ()), *declared)
     found = clash((*first, *more), tuple(cable.name for cable in scenario.robot.cables))
     if found is not None:
         titles: dict[str, str] = {

@@ -37,7 +37,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
             do not support: a nominal model, or winches of another FMU.
         PluginError: if a plugin is missing or broken.
     """
-    if scenario.believed is not None:
+    if scenario.nominal is not None:
         raise CdprError(
             f"scenario '{scenario.name}' has a nominal model: an exported controller supports only the true robot"
         )

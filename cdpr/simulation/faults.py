@@ -10,7 +10,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.rotations import from_axis_angle, matrix, multiply
 
-NOT_FINITE, NO_UNIT, TOO_FAST, JUMPED, NO_LENGTH, NO_LENGTH_BELIEVED = range(1, 7)
+NOT_FINITE, NO_UNIT, TOO_FAST, JUMPED, NO_LENGTH, NO_LENGTH_NOMINAL = range(1, 7)
 
 FAULTS = {
     NOT_FINITE: "the state is not finite",
@@ -18,7 +18,7 @@ FAULTS = {
     TOO_FAST: "the platform moves absurdly fast",
     JUMPED: "the pose jumped, which its velocity does not explain; the engine may have reset itself",
     NO_LENGTH: "a cable has no length",
-    NO_LENGTH_BELIEVED: "a cable has no length where the controller believes its ends to be",
+    NO_LENGTH_NOMINAL: "a cable has no length where the controller believes its ends to be",
 }
 
 LENGTH_MIN = 1e-9  # m; round-off dominates the direction of a shorter cable
@@ -28,7 +28,7 @@ LENGTH_MIN = 1e-9  # m; round-off dominates the direction of a shorter cable
 AHEAD = np.linspace(0.0, 2.0, 201)
 
 
-def told(fault: int, robot: Robot, believed: Robot | None, state: Array, before: Array | None, period: float) -> str:
+def told(fault: int, robot: Robot, nominal: Robot | None, state: Array, before: Array | None, period: float) -> str:
     """Return a message for a faulty state (13,), with the cable that causes it, if known.
 
     `before` (13,) is the state of the previous sample, a control `period` (s) earlier, if there was one.
@@ -37,7 +37,7 @@ def told(fault: int, robot: Robot, believed: Robot | None, state: Array, before:
         way = next(filter(None, (without_length(robot, _after(before, share * period)) for share in AHEAD)), "")
         cause = f"; {FAULTS[NO_LENGTH]} where the platform was going{way}" if way else ""
         return f"{FAULTS[fault]}{cause} (the sample before: {_brief(before)})"
-    whose = {NO_LENGTH: robot, NO_LENGTH_BELIEVED: believed}.get(fault)
+    whose = {NO_LENGTH: robot, NO_LENGTH_NOMINAL: nominal}.get(fault)
     which = "" if whose is None else without_length(whose, state)
     return f"{FAULTS[fault]}{which} ({_brief(state)})"
 

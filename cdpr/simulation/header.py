@@ -71,7 +71,7 @@ def make_header(scenario: Scenario) -> Header:
         path=desired_path(scenario),
         tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
         tool=scenario.trajectory.tool or "",
-        believed=scenario.belief,
+        believed=scenario.nominal_differences,
     )
 
 

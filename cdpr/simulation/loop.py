@@ -368,4 +368,4 @@ class Loop:
         parts, k, rows = self.parts, self.count, self.program.rows
         state = self.layout.span("position", "angular_velocity")
         before = rows[(k - 1) % len(rows), state] if k else None
-        raise Diverged(told(fault, parts.robot, parts.believed, parts.backend.state, before, parts.control_step))
+        raise Diverged(told(fault, parts.robot, parts.nominal, parts.backend.state, before, parts.control_step))

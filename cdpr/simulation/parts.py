@@ -40,4 +40,4 @@ class Parts:
     settings: Settings | None = None  # options that may change
     obstacles: tuple[Obstacle, ...] = ()  # obstacles of the cables other than each other and their platform
     live: frozenset[Role] = frozenset()  # parts without a warm-up: a reset would not undo its effects
-    believed: Robot | None = None  # nominal robot of controller and solver, if it differs from the robot
+    nominal: Robot | None = None  # nominal robot of controller and solver, if it differs from the robot

@@ -43,7 +43,7 @@ def _alike(before: Scenario, now: Scenario) -> bool:
     return (
         not now.events
         and now.actuators is None
-        and now.believed is None
+        and now.nominal is None
         and all(getattr(before.sections, name) == getattr(now.sections, name) for name in sections)
         and all(
             getattr(before.robot, each.name) is getattr(now.robot, each.name)

@@ -51,11 +51,11 @@ class Sample:
         self.desired = view("desired_position", "desired_angular_acceleration")
         W = np.zeros((6, robot.m))
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
-        self.cables = Cables.of(parts.controlled, None if parts.believed is None else robot)
+        self.cables = Cables.of(parts.controlled, None if parts.nominal is None else robot)
         bounds = acceleration_bounds(robot, parts.backend.gravity)
         self._body = Body(line_table(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
-        self.true_W = W if parts.believed is None else np.zeros((6, robot.m))
+        self.true_W = W if parts.nominal is None else np.zeros((6, robot.m))
         parts.controller.connect(self.live.report)
         parts.controller.sense(read_only(view("length", "rate").reshape(2, robot.m)))
 
@@ -77,8 +77,8 @@ class Sample:
         operations = [Operation("geometry", look, refuse)]
         if not parts.ideal_cables and period:
             operations += self._readings[1]
-        if parts.believed is not None:
-            nominal = observing_nominal(parts.believed, self.state, self.live.W)
+        if parts.nominal is not None:
+            nominal = observing_nominal(parts.nominal, self.state, self.live.W)
             operations.append(Operation("geometry", nominal, refuse))
         return operations
 
@@ -90,7 +90,7 @@ class Sample:
         operations = list(distributing)
         if not self._parts.ideal_cables:
             operations += self._readings[0]
-        if self._parts.believed is not None:
+        if self._parts.nominal is not None:
             operations += self._exerting()
         if self._parts.limits == "stop":
             operations += self._within(events)

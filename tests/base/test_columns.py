@@ -15,7 +15,7 @@ from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 
 import cdpr
-from cdpr.base.columns import BELIEVED, CABLES, FIRST, LATER, TOPICS, WINCHED, Column
+from cdpr.base.columns import CABLES, FIRST, LATER, NOMINAL_COLUMNS, TOPICS, WINCHED, Column
 from cdpr.base.errors import LogError, PluginError
 from cdpr.base.lazy import LATE, late
 from cdpr.log.export import column_names, export
@@ -98,7 +98,7 @@ def test_every_column_is_an_attribute_of_a_run_with_the_words_of_the_table():
         assert same_bits(value, run[column.name])
         assert value.shape == ((4,) if column.width == 1 else (4, column.width or 3))
     assert {column.name for column in WINCHED} == {"cable_tension"}
-    for column in (*WINCHED, *BELIEVED, *LATER):
+    for column in (*WINCHED, *NOMINAL_COLUMNS, *LATER):
         assert isinstance(getattr(Run, column.name), property)
 
 

@@ -376,6 +376,6 @@ def test_looks_make_no_difference_to_a_run():
 
 def test_what_is_believed_may_stand_elsewhere():
     scenario = load(BASE, "believed.frame.position=[0.01, 0, 0]")
-    assert scenario.believed.anchors[:, 0] == pytest.approx(scenario.robot.anchors[:, 0] + 0.01, abs=ROUND_OFF)
-    assert scenario.belief == "frame.position [0.01, 0, 0] m instead of [0, 0, 0]"
+    assert scenario.nominal.anchors[:, 0] == pytest.approx(scenario.robot.anchors[:, 0] + 0.01, abs=ROUND_OFF)
+    assert scenario.nominal_differences == "frame.position [0.01, 0, 0] m instead of [0, 0, 0]"
     assert "believed.frame.colour" in load(BASE, "believed.frame.colour=red").unused

@@ -45,8 +45,8 @@ def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -
     asked = loaded.controlled
     motion = follow(loaded, solver(asked, options).solve)
     told = [f"{event.type} at {event.time:g} s" for event in sorted(loaded.events, key=lambda event: event.time)]
-    if loaded.belief:
-        figures["robot"]["believed"] = loaded.belief
+    if loaded.nominal_differences:
+        figures["robot"]["believed"] = loaded.nominal_differences
     figures["motion"] = {
         "type": loaded.trajectory.type,
         "end_s": loaded.desired.end,

@@ -62,7 +62,7 @@ def load(file: str, fmu: str, role: Role | None) -> tuple[Robot, Role | None, Si
     ]
     for use, options in [*parts, ("winch", loaded.actuators), ("controller", loaded.controller_options)]:
         if isinstance(options, FmuFile) and role in (None, use) and _same(options, fmu):
-            robot = loaded.believed if use == "controller" and loaded.believed else loaded.robot
+            robot = loaded.nominal if use == "controller" and loaded.nominal else loaded.robot
             return robot, use, options.signals
     return loaded.robot, role, None
 

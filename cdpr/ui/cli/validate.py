@@ -78,7 +78,7 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
         "name": loaded.name,
         "cables": loaded.robot.m,
         "duration": loaded.simulation.duration,
-        **({"believed": loaded.belief} if loaded.belief else {}),
+        **({"believed": loaded.nominal_differences} if loaded.nominal_differences else {}),
         "unused": [key for key in loaded.unused if key not in told],
         **said,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any, get_args
 
 import pytest
@@ -10,6 +11,7 @@ from conftest import ROOT
 
 from cdpr.base.errors import CdprError
 from cdpr.plugins.registry import registry
+from cdpr.scenario import examples
 from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import AnyMotion
 from cdpr.scenario.robot_schema import CableSection, RobotSection
@@ -202,7 +204,7 @@ def test_believed_cables_are_those_of_the_robot() -> None:
     desk.edit("believed.cables[2].frame[2]", 3.6)
     desk.edit("believed.cables[5].platform", [0.6, 0.3, 0.21])
     desk.edit("believed.platform.inertia[0]", 7)
-    believed = desk.scenario().believed
+    believed = desk.scenario().nominal
     assert believed is not None
     assert believed.cables[2].frame.tolist() == [3.5, -2.0, 3.6]
     assert believed.cables[5].frame.tolist() == [-3.5, 2.02, 3.5]
@@ -211,6 +213,26 @@ def test_believed_cables_are_those_of_the_robot() -> None:
     assert "  - {name: cable_3, frame: [3.5, -2.0, 3.6]}\n" in desk.texts()[0]["text"]
     desk.edit("believed.cables[0].frame", None)
     assert not fields(desk)["believed.cables"]["rows"][0]["cells"]["frame"]["given"]
+
+
+def test_edits_keep_the_spelling_nominal(tmp_path: Path) -> None:
+    text = Editor("believed").texts()[0]["text"].replace("believed:  ", "nominal:  ")
+    robot = Path(examples.resolve("caroca", "robot")).read_text()
+    (tmp_path / "robots").mkdir()
+    (tmp_path / "robots" / "caroca.yaml").write_text(robot)
+    (tmp_path / "own.yaml").write_text(text)
+    editor = Editor(str(tmp_path / "own.yaml"))
+    for key, value in (("believed.cables[5].frame", None), ("nominal.platform.mass", 130), ("believed.dof", None)):
+        editor.edit(key, value)
+    editor.edit("believed.cables[2].frame[2]", 3.6)
+    written = editor.texts()[0]["text"]
+    assert not editor.form()["problems"]
+    assert "believed:" not in written
+    assert "cable_6" not in written
+    assert "  - {name: cable_3, frame: [3.5, -2.0, 3.6]}\n" in written
+    nominal = editor.scenario().nominal
+    assert nominal is not None
+    assert nominal.platform.mass == 130
 
 
 @pytest.mark.parametrize("name", ["believed", "cable_break", "cogiro_pulleys", "winch_fmu", "waypoints", "spherical"])

@@ -3,7 +3,7 @@
 - `tree`, `edit`: edits in a YAML text that preserve its formatting;
 - `files`: texts and files on disk;
 - `fields`, `table`, `form`: form generated from the schema;
-- `choose`, `believed`: conversion of form edits into data;
+- `choose`, `nominal`: conversion of form edits into data;
 - `desk`: composition of all parts.
 """
 

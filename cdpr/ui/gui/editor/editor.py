@@ -13,7 +13,7 @@ from cdpr.config.problems import Problems
 from cdpr.config.yaml_nodes import parse
 from cdpr.config.yaml_text import flow
 from cdpr.plugins.registry import Registry, registry
-from cdpr.scenario import examples, load_scenario
+from cdpr.scenario import examples, load_scenario, nominal
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.source import kind_of, open_document, stem
 from cdpr.ui.gui.editor import edit, saving
@@ -53,7 +53,7 @@ class Editor:
         given = read_overrides(changes, problems)
         problems.raise_any()
         for change in given:
-            self._set(change.path, change.value)
+            self._set(nominal.renamed(change.path), change.value)
 
     def open(self, name: str) -> None:
         """Open another scenario or robot; this can be undone.
@@ -101,7 +101,7 @@ class Editor:
     def _look(self) -> None:
         """Parse the texts."""
         main = self._files.scenario
-        self._data = edit.read(main.text)
+        self._data = nominal.renamed_data(edit.read(main.text))
         self._robot: File | None = None
         name = self._data.get("robot")
         self._robot_file = name if isinstance(name, str) else ""
@@ -298,7 +298,7 @@ class Editor:
 def _path(text: str) -> Path:
     if not isinstance(text, str) or not KEY.fullmatch(text):
         raise CdprError(f"a key such as robot.platform.mass or robot.cables[0].frame is expected, got {text!r:.80}")
-    return tuple(_parts(text))
+    return nominal.renamed(tuple(_parts(text)))
 
 
 def _parts(text: str) -> list[str | int]:

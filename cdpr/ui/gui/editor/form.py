@@ -12,8 +12,8 @@ from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.nominal import cable_names
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.ui.gui.editor.believed import cables_in_place
 from cdpr.ui.gui.editor.fields import MISSING, Field, Maker, Schema, at, choice, entry, every, resolve
+from cdpr.ui.gui.editor.nominal import cables_in_place
 from cdpr.ui.gui.editor.starts import Starts
 from cdpr.ui.gui.editor.table import cable_table
 
@@ -108,7 +108,7 @@ def _robot(subject: Subject, maker: Maker) -> list[Field]:
         return made
     node = SCHEMA["$defs"]["RobotSection"]
     made += _of_robot(node, maker, ("robot",), robot, at(subject.known, ("robot",)))
-    made.append(_believed(subject, maker, node, robot))
+    made.append(_nominal(subject, maker, node, robot))
     return made
 
 
@@ -124,8 +124,8 @@ def _of_robot(node: Schema, maker: Maker, path: Path, robot: dict[str, Any], kno
     return [*rows, *(maker.odd((*path, key), value) for key, value in robot.items() if key not in ROBOT)]
 
 
-def _believed(subject: Subject, maker: Maker, node: Schema, robot: dict[str, Any]) -> Field:
-    """Return the field of the believed robot: its values default to those of the robot, and no key is required."""
+def _nominal(subject: Subject, maker: Maker, node: Schema, robot: dict[str, Any]) -> Field:
+    """Return the field of the nominal robot: its values default to those of the robot, and no key is required."""
     given = subject.data.get("believed", MISSING)
     about = resolve(SCHEMA["properties"]["believed"], SCHEMA)
     section = maker.field(about, ("believed",), MISSING if isinstance(given, dict) else given)

@@ -11,7 +11,8 @@ from cdpr.base.problems import Path, dotted
 from cdpr.config.document import copied
 from cdpr.config.yaml_nodes import parse_value
 from cdpr.plugins.registry import Registry, Role
-from cdpr.ui.gui.editor import believed, choose, edit
+from cdpr.scenario.nominal import ALTERNATIVE, KEY
+from cdpr.ui.gui.editor import choose, edit, nominal
 from cdpr.ui.gui.editor.fields import ANY, MISSING, ONE_OF, Field, Schema, at, branches, every, resolve
 from cdpr.ui.gui.editor.files import File, Files
 from cdpr.ui.gui.editor.form import SCHEMA
@@ -74,9 +75,10 @@ class FormEdits:
                 texts = self._cut(texts, (*limits, key[-1]))
         texts = self._cut(texts, key)
         if place[:2] == ("believed", "cables") and len(place) == 4:
-            left = at(edit.read(texts[self._files.main]), place[:3])
-            if set(left) == {"name"}:  # no belief is left for that cable
-                texts = {**texts, self._files.main: edit.remove(texts[self._files.main], place[:3])}
+            text = texts[self._files.main]
+            entry = _as_given(text, place[:3])
+            if set(at(edit.read(text), entry)) == {"name"}:  # no difference is left for that cable
+                texts = {**texts, self._files.main: edit.remove(text, entry)}
         return texts
 
     def insert(self, key: Path, value: Any) -> Texts:
@@ -196,16 +198,17 @@ class FormEdits:
             return os.path.abspath(self._robot.name), key[1:], None
         if key[0] != "believed":
             return self._files.main, key, None
-        path, entry = believed.target(key[1:], at(self._data, ("believed", "cables")), at(self._data, CABLES))
+        path, entry = nominal.target(key[1:], at(self._data, ("believed", "cables")), at(self._data, CABLES))
         return self._files.main, ("believed", *path), entry
 
     def _cut(self, texts: Texts, key: Path) -> Texts:
         file, path, _ = self._place(key)
-        return {**texts, file: edit.remove(texts[file], path)}
+        return {**texts, file: edit.remove(texts[file], _as_given(texts[file], path))}
 
     def _write(self, texts: Texts, key: Path, value: Any) -> Texts:
         file, path, entry = self._place(key)
         text = texts[file]
+        path = _as_given(text, path)
         if entry is not None and len(path) == 3:
             if not isinstance(value, dict):
                 raise CdprError(f"{dotted(key)}: a mapping of what differs is expected")
@@ -214,3 +217,11 @@ class FormEdits:
             text = text if entry is None else edit.insert(text, path[:2], entry)
             text = edit.set_value(text, path, value)
         return {**texts, file: text}
+
+
+def _as_given(text: str, path: Path) -> Path:
+    """Return a path with `nominal` in place of `believed` if the file has this spelling."""
+    if path[0] != KEY:
+        return path
+    given = edit.read(text)
+    return (ALTERNATIVE, *path[1:]) if ALTERNATIVE in given and KEY not in given else path

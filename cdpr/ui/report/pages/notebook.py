@@ -86,7 +86,7 @@ def of_scenario(scenario: Scenario) -> str:
         ("Robot", f"{robot.name}, {robot.m} cables"),
         ("To run on", f"{simulation.backend}, controller {scenario.controller.type}, solver {scenario.solver.type}"),
         ("Motion", f"{scenario.trajectory.type}, {simulation.duration:g} s in steps of {simulation.control_step:g} s"),
-        *([("Nominal model", scenario.belief)] if scenario.belief else []),
+        *([("Nominal model", scenario.nominal_differences)] if scenario.nominal_differences else []),
         *([("Events", "; ".join(events))] if events else []),
     ]
     try:

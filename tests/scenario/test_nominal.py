@@ -1,4 +1,4 @@
-"""What a scenario may say that is believed of its robot: laid over it, checked as a robot, told where it stands."""
+"""Nominal robot of a scenario: merge into the robot, checks, positions of problems, and both spellings of its key."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SAID = BASE + BELIEVED
 
 def test_it_is_the_robot_but_for_what_is_said():
     scenario = load(SAID)
-    robot, believed = scenario.robot, scenario.believed
+    robot, believed = scenario.robot, scenario.nominal
     assert (robot.platform.mass, believed.platform.mass) == (150, 140)
     assert believed.platform.center_of_mass.tolist() == [0, 0, 0.1]
     assert believed.platform.inertia.tolist() == robot.platform.inertia.tolist()
@@ -38,20 +38,36 @@ def test_it_is_the_robot_but_for_what_is_said():
     assert believed.tension_max.tolist() == [9000, *robot.tension_max[1:]]
     assert believed.tension_min.tolist() == robot.tension_min.tolist()
     assert (believed.cables[0].length_min, believed.cables[0].length_max) == (0.5, 11)
-    assert load(BASE).believed is None
-    assert load(BASE).belief == ""
+    assert load(BASE).nominal is None
+    assert load(BASE).nominal_differences == ""
+
+
+def test_the_key_may_be_spelled_nominal():
+    scenario = load(BASE + BELIEVED.replace("believed:", "nominal:"))
+    assert scenario == load(SAID)
+    assert scenario.with_changes({"nominal.platform.mass": 90}).nominal.platform.mass == 90
+    assert load(SAID, "nominal.platform.mass=80", "nominal.cables[1].frame[2]=3.3").nominal.platform.mass == 80
+    told = problem(BASE + "nominal:\n  platform: {mas: 3}\n")
+    assert told.startswith(f"a.yaml:{BASE.count(chr(10)) + 2}:")
+    assert "believed.platform.mas: unknown key 'mas'" in told
+
+
+def test_both_spellings_of_the_key_are_one_problem():
+    told = problem(SAID + "nominal: {platform: {mass: 3}}\n")
+    assert "nominal: another spelling of 'believed', which is given at " in told
+    assert told.endswith(": remove one of them")
 
 
 def test_all_cables_may_be_given_in_their_order():
     rows = "".join(f"  - {{platform: [0.{i}, 0, 0]}}\n" for i in range(3))
-    assert load(f"{BASE}believed:\n  cables:\n{rows}").believed.anchors[:, 3].tolist() == [0.0, 0.1, 0.2]
+    assert load(f"{BASE}believed:\n  cables:\n{rows}").nominal.anchors[:, 3].tolist() == [0.0, 0.1, 0.2]
 
 
 def test_one_line_says_what_differs():
     told = "platform.mass 140 kg instead of 150; platform.center_of_mass [0, 0, 0.1] m instead of [0.01, 0.02, 0.03]; "
     told += "cables.left.tension.max 9000 N instead of 9500; cables.left.length.max 11 m instead of 12; and 1 more"
-    assert load(SAID).belief == told
-    assert load(BASE + "believed: {}\n").belief == "the robot without changes"
+    assert load(SAID).nominal_differences == told
+    assert load(BASE + "believed: {}\n").nominal_differences == "the robot without changes"
 
 
 @pytest.mark.parametrize(
@@ -65,19 +81,19 @@ def test_one_line_says_what_differs():
     ],
 )
 def test_changes_from_outside(changes, expected):
-    assert load(SAID, *changes).believed.platform.mass == expected
+    assert load(SAID, *changes).nominal.platform.mass == expected
 
 
 def test_changes_through_a_list_count_from_the_robot_in_any_order():
     changes = ["believed.cables[1].frame[2]=3.3", "robot.cables[1].frame[0]=3.4", "believed.platform.inertia[0]=7"]
     for order in (changes, changes[::-1]):
-        believed = load(BASE, *order).believed
+        believed = load(BASE, *order).nominal
         assert believed.cables[1].frame.tolist() == [3.4, -2.0, 3.3]
         assert believed.platform.inertia[0, 0] == 7
     again = load(BASE, changes[0]).with_changes({"robot.cables[1].frame[0]": 3.4})
-    assert again.believed.cables[1].frame.tolist() == [3.4, -2.0, 3.3]
+    assert again.nominal.cables[1].frame.tolist() == [3.4, -2.0, 3.3]
     assert (
-        again.with_changes({"believed.cables": [{"name": "left", "diameter": 0.01}]}).believed.cables[1].frame[2] == 3.5
+        again.with_changes({"believed.cables": [{"name": "left", "diameter": 0.01}]}).nominal.cables[1].frame[2] == 3.5
     )
 
 
@@ -85,8 +101,8 @@ def test_the_resolved_scenario_is_equal():
     scenario = load(SAID, "believed.cables[1].platform[1]=-0.2", "believed.cables[0].tension.min=30")
     again = load(scenario.resolved_yaml())
     assert again == scenario
-    assert again.belief == scenario.belief
-    assert again.believed.anchors.tolist() == scenario.believed.anchors.tolist()
+    assert again.nominal_differences == scenario.nominal_differences
+    assert again.nominal.anchors.tolist() == scenario.nominal.anchors.tolist()
     assert "believed" not in load(BASE).resolved_yaml()
 
 
@@ -94,7 +110,7 @@ def test_a_study_varies_it(tmp_path):
     axis = "{key: 'believed.platform.mass', values: [140, 160]}"
     study = load_study(write_study(tmp_path, f"axes:\n  - {axis}\n"))
     found = [load_scenario("case.yaml", text=case.text) for case in study.cases]
-    assert [one.believed.platform.mass for one in found] == [140, 160]
+    assert [one.nominal.platform.mass for one in found] == [140, 160]
     assert len({one.robot.platform.mass for one in found}) == 1
 
 
@@ -103,20 +119,20 @@ def test_forms_are_replaced_and_not_mixed():
     assert "believed.platform.tools" in load(BASE, "believed.platform.tools.nozzle=[0, 0, -0.4]").unused
     scenario = load(BASE, "robot.home={position: [0, 0, 1], orientation: {rpy: [0, 0, 0]}}", "believed={}")
     turned = scenario.with_changes({"believed.home.orientation": {"quaternion": [1, 0, 0, 0]}})
-    assert turned.believed.home.tolist() == [0, 0, 1, 1, 0, 0, 0]
+    assert turned.nominal.home.tolist() == [0, 0, 1, 1, 0, 0, 0]
 
 
 def test_the_exits_of_cables_are_believed_too():
     """A pulley that is believed to be a point, and one of another radius."""
     pulleys = {"robot.cable.exit": {"type": "pulley", "radius": 0.05, "axis": [0, 1, 0]}}
     point = load_scenario(CAROCA, overrides={**pulleys, "believed.cable.exit": {"type": "point"}})
-    assert [{cable.exit.type for cable in each.cables} for each in (point.robot, point.believed)] == [
+    assert [{cable.exit.type for cable in each.cables} for each in (point.robot, point.nominal)] == [
         {"pulley"},
         {"point"},
     ]
     smaller = load_scenario(CAROCA, overrides={**pulleys, "believed.cable.exit.radius": 0.04})
-    assert smaller.believed.cables[0].exit.numbers()[:4] == [0.04, 0, 1, 0]
-    assert smaller.belief == "cable.exit.radius 0.04 m instead of 0.05"
+    assert smaller.nominal.cables[0].exit.numbers()[:4] == [0.04, 0, 1, 0]
+    assert smaller.nominal_differences == "cable.exit.radius 0.04 m instead of 0.05"
 
 
 @pytest.mark.parametrize(
@@ -206,4 +222,4 @@ def test_numbers_of_a_file_are_those_of_the_robot():
     scenario = load_scenario(str(ROOT / "scenarios" / "believed.yaml"))
     robot = cdpr.load_robot(str(ROOT / "scenarios" / "robots" / "caroca.yaml"))
     assert np.array_equal(scenario.robot.anchors, robot.anchors)
-    assert np.count_nonzero(scenario.believed.anchors != robot.anchors) == 2
+    assert np.count_nonzero(scenario.nominal.anchors != robot.anchors) == 2

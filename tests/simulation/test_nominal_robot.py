@@ -70,10 +70,10 @@ def test_wrong_anchors_shift_what_is_distributed_but_not_what_acts():
     run = cdpr.simulate(scenario)
     for k in (0, 10, len(run.rows) - 1):
         x = states(run)[k]
-        believed, true = (wrench_matrix(robot, x) @ run.tension[k] for robot in (scenario.believed, scenario.robot))
-        assert np.abs(believed - run.wrench[k]).max() < ROUND_OFF
+        nominal, true = (wrench_matrix(robot, x) @ run.tension[k] for robot in (scenario.nominal, scenario.robot))
+        assert np.abs(nominal - run.wrench[k]).max() < ROUND_OFF
         assert np.abs(true - run["true_wrench"][k]).max() < ROUND_OFF
-        assert np.abs(true - believed).max() > 1.0
+        assert np.abs(true - nominal).max() > 1.0
         assert run.length[k] == pytest.approx(lengths(scenario.robot, x), abs=1e-12)
     assert run.residual.max() < ROUND_OFF
     # What acts in truth carries the true weight where all is at rest.
@@ -84,9 +84,9 @@ def test_each_gets_its_robot():
     scenario = load_scenario(BELIEVED, overrides={"controlled": ["x", "y", "z"]})
     parts = build(scenario)
     assert parts.backend.robot is scenario.robot is parts.robot
-    assert parts.controller.robot is scenario.believed is parts.believed
+    assert parts.controller.robot is scenario.nominal is parts.nominal
     assert parts.controlled.dof == ("x", "y", "z")
-    assert parts.controlled.anchors.tolist() == scenario.believed.anchors.tolist()
+    assert parts.controlled.anchors.tolist() == scenario.nominal.anchors.tolist()
     parts.backend.close()
 
 
@@ -120,7 +120,7 @@ def test_control_of_lengths_meets_true_lengths_with_believed_ones():
             sim.step()
             first[kp] = sim.tension
             x = sim.scenario.initial.state()
-    error = lengths(scenario.robot, x) - lengths(scenario.believed, x)
+    error = lengths(scenario.robot, x) - lengths(scenario.nominal, x)
     assert np.abs(error).max() > 0.005
     assert first[1000.0] - first[0.0] == pytest.approx(1000.0 * error, abs=ROUND_OFF)
 

@@ -27,7 +27,7 @@ def entries(said: Any, cables: list[Any]) -> dict[int, int]:
 
 
 def cables_in_place(said: Any, cables: list[Any]) -> list[Any]:
-    """Return the believed values of each cable of the robot, without names; entries that are no mappings stay."""
+    """Return the nominal values of each cable of the robot, without names; entries that are no mappings stay."""
     found = entries(said, cables)
     rows: list[Any] = []
     for i in range(len(cables)):
