@@ -22,8 +22,8 @@ from websockets.typing import Subprotocol
 
 import cdpr
 from cdpr.base.errors import Interrupted
+from cdpr.log.header import Header
 from cdpr.log.ros2 import decode
-from cdpr.log.run import Header
 from cdpr.model.robot import Array
 from cdpr.ui.live.drive import Driven
 from cdpr.ui.live.foxglove import Foxglove

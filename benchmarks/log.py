@@ -15,10 +15,10 @@ import cdpr
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.finite import Finite
+from cdpr.log.header import Header
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
-from cdpr.log.run import Header
 from cdpr.model.robot import Array
 
 ROWS = 100 * BLOCK

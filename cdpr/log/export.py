@@ -15,7 +15,8 @@ import numpy as np
 from cdpr.base.errors import OutputError, PluginError
 from cdpr.log.csv_lines import csv_lines
 from cdpr.log.files import make_folder, replacing
-from cdpr.log.run import Header, Run
+from cdpr.log.header import Header
+from cdpr.log.run import Run
 from cdpr.model.robot import Array
 
 PIECE = 16_384  # rows in memory at a time

@@ -29,8 +29,8 @@ from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD, Chunk, Template
 from cdpr.log.chunk_index import ChunkIndex, Written, chunk_indexes
 from cdpr.log.compression import NAME, ZSTD_HEAD, Compressor, decompress, largest
+from cdpr.log.header import Header
 from cdpr.log.ros2 import schema_text
-from cdpr.log.run import Header
 from cdpr.log.topics import run_topics
 from cdpr.log.visuals import visual_topics
 from cdpr.model.robot import Array

@@ -27,10 +27,11 @@ from cdpr.log import run_json
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk_index import Written
 from cdpr.log.event import Event
+from cdpr.log.header import Header
 from cdpr.log.index import read_index
 from cdpr.log.mcap_file import FORMATS, LOG_NAME, MAGIC, METADATA, OPENING, LogFormat
 from cdpr.log.rows import IN_MEMORY, LogRows
-from cdpr.log.run import CLEARANCE, Header, Run
+from cdpr.log.run import CLEARANCE, Run
 from cdpr.log.walk import Walk
 from cdpr.model.robot import Array
 

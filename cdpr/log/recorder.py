@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from cdpr.base.errors import Diverged, OutputError
 from cdpr.log.finite import Finite
+from cdpr.log.header import Header
 from cdpr.log.mcap_file import BLOCK, LOG_NAME, PICTURE_ROWS
 from cdpr.log.pages import table
 from cdpr.log.rows import IN_MEMORY, LogRows
-from cdpr.log.run import Header
 from cdpr.log.summary import Accumulator
 from cdpr.log.writer import LogWriter
 from cdpr.model.robot import Array

@@ -16,9 +16,10 @@ from cdpr.base.errors import OutputError
 from cdpr.base.locks import Lock, lock, open_to_lock
 from cdpr.log import run_json
 from cdpr.log.files import GOES_ON, Reserved, replacing, unwritable
+from cdpr.log.header import Header
 from cdpr.log.mcap_file import BLOCK, FORMATS, LOG_NAME, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.reader import Scan, amended, locate, scan
-from cdpr.log.run import Header, Run
+from cdpr.log.run import Run
 from cdpr.log.run_folder import SCENARIO_NAME
 
 

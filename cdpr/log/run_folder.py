@@ -15,7 +15,8 @@ import numpy as np
 from cdpr.base.errors import OutputError
 from cdpr.log import run_json
 from cdpr.log.files import Reserved, beside, is_name, replace, require_process, unwritable
-from cdpr.log.run import Header, Run
+from cdpr.log.header import Header
+from cdpr.log.run import Run
 
 RUNS = Path("runs")
 SCENARIO_NAME = "scenario.yaml"

@@ -16,7 +16,8 @@ from cdpr.base.checksums import check_type, checksum, sealed, unsealed
 from cdpr.base.errors import LogError
 from cdpr.log.event import Event
 from cdpr.log.files import replace
-from cdpr.log.run import Header, Run
+from cdpr.log.header import Header
+from cdpr.log.run import Run
 
 NAME = "run.json"
 WITHOUT = "without that file the log still loads"

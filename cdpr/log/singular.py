@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.cables import read_exits
-from cdpr.log.run import Header, Run
+from cdpr.log.header import Header
+from cdpr.log.run import Run
 from cdpr.model.robot import Array
 
 STRIDE = 32  # samples between two checks far from axes

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.event import Event
-from cdpr.log.run import Header
+from cdpr.log.header import Header
 from cdpr.model.robot import Array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 

@@ -9,8 +9,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.log.header import Header
 from cdpr.log.limit_violations import beyond, tables
-from cdpr.log.run import Header, Run
+from cdpr.log.run import Run
 from cdpr.log.singular import Singular
 from cdpr.log.slack import Slack, slack
 from cdpr.mechanics.reach import Reach

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cdpr.base.columns import ARRAY, COMMANDS, TOPICS, Column
+from cdpr.log.header import Header
 from cdpr.log.layout import Layout
-from cdpr.log.run import Header
 from cdpr.model.robot import Array
 
 WORLD = "world"  # frame of all data in a log

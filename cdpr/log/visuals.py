@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.log.run import Header
+from cdpr.log.header import Header
 from cdpr.log.topics import CLOCK, STAMPED, Group, Topic, ros_pose
 from cdpr.model.robot import Array
 from cdpr.scene import Pictures, State, colours, pictures

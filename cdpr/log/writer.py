@@ -11,10 +11,10 @@ import numpy as np
 from cdpr.base.errors import OutputError
 from cdpr.log.chunk_file import ChunkFile
 from cdpr.log.files import unwritable
+from cdpr.log.header import Header
 from cdpr.log.layout import Rows
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.rows import LogRows
-from cdpr.log.run import Header
 from cdpr.model.robot import Array
 
 

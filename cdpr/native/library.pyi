@@ -1,4 +1,4 @@
-"""Extension module of the kernel library (binder.c)."""
+"""Extension module of the kernel library (binder.c, bound.c)."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-/* The part of CPython's stable ABI (3.11) that binder.c uses. SPDX-License-Identifier: Apache-2.0
+/* The part of CPython's stable ABI (3.11) that binder.c and bound.c use. SPDX-License-Identifier: Apache-2.0
 
    Declared here so that the library is built without Python.h, which Debian and others package apart from Python.
    tests/native/test_declarations.py compares these declarations with Python.h: included after it, this file gives

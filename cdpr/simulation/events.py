@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.event import Event
-from cdpr.log.run import Header
+from cdpr.log.header import Header
 from cdpr.mechanics.contacts import passing
 from cdpr.mechanics.reach import Exceeded
 from cdpr.model.robot import Array

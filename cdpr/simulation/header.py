@@ -11,7 +11,7 @@ import numpy as np
 
 from cdpr.base.version import VERSION
 from cdpr.cables import exits_of
-from cdpr.log.run import Header
+from cdpr.log.header import Header
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import rotations
 from cdpr.native.operations import kernels_version

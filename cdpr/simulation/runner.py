@@ -25,10 +25,11 @@ from cdpr.base.errors import (
     one_line,
 )
 from cdpr.log.event import Event
+from cdpr.log.header import Header
 from cdpr.log.mcap_file import LOG_NAME
 from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
-from cdpr.log.run import CLEARANCE, Header, Run
+from cdpr.log.run import CLEARANCE, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.log.summary import left_and_slack
 from cdpr.model.robot import Array

@@ -19,8 +19,9 @@ from cdpr.base.columns import CABLES, FIRST, LATER, NOMINAL_COLUMNS, TOPICS, WIN
 from cdpr.base.errors import LogError, PluginError
 from cdpr.base.lazy import LATE, late
 from cdpr.log.export import column_names, export
+from cdpr.log.header import Header
 from cdpr.log.ros2 import encode
-from cdpr.log.run import Header, Run
+from cdpr.log.run import Run
 from cdpr.log.topics import run_topics
 from cdpr.plugins import Backend, Controller, PluginInfo, TensionSolver
 from cdpr.simulation.columns import columns_of

@@ -11,10 +11,10 @@ from mcap.data_stream import RecordBuilder
 
 import cdpr
 from cdpr.log.chunk_index import Written, chunk_indexes
+from cdpr.log.header import Header
 from cdpr.log.index import read_index
 from cdpr.log.mcap_file import LogFormat
 from cdpr.log.reader import load_run
-from cdpr.log.run import Header
 
 
 @pytest.fixture(scope="module")

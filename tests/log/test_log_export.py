@@ -15,7 +15,8 @@ from log_cases import make_header, make_rows, same_bits, write_log
 from cdpr.base.columns import FIRST
 from cdpr.base.errors import ExitCode, OutputError, PluginError
 from cdpr.log.export import EXPORTS, column_names, export
-from cdpr.log.run import Header, Run
+from cdpr.log.header import Header
+from cdpr.log.run import Run
 from cdpr.ui.cli.export import command as export_command
 from cdpr.ui.cli.repair import command as repair_command
 

@@ -1,4 +1,4 @@
-"""Bound operations of binder.c, with a table of its own, whose only kernel notes what it gets."""
+"""Bound operations of bound.c, with a table of its own, whose only kernel notes what it gets."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def recorder(tmp_path_factory):
         "-DCDPR_ONE_TARGET",
         f"-I{NATIVE}",
     ]
-    sources = [NATIVE / "binder.c", folder / "recorder.c"]
+    sources = [NATIVE / "binder.c", NATIVE / "bound.c", folder / "recorder.c"]
     path = str(folder / "library.abi3.so")
     subprocess.run([*words, *sources, "-o", path], check=True, capture_output=True)
     spec = spec_from_file_location("recorder.library", path, loader=ExtensionFileLoader("recorder.library", path))

@@ -65,7 +65,7 @@ def test_instructions_beyond_the_set_do_not_compile(tmp_path, target, option, fi
 
 
 @processor
-@pytest.mark.parametrize("source", ["binder.c", "dispatch.cpp"])
+@pytest.mark.parametrize("source", ["binder.c", "bound.c", "dispatch.cpp"])
 def test_what_selects_the_set_is_compiled_for_every_processor(tmp_path, source):
     words = [
         tool("g++" if source.endswith("pp") else "gcc"),

@@ -16,7 +16,7 @@ from scenario_cases import BASE, load, problem
 import cdpr
 from cdpr import Simulation, load_run, simulate
 from cdpr.base.files import UnreadableError
-from cdpr.log.run import Header
+from cdpr.log.header import Header
 from cdpr.model import Box, Cylinder, Mesh, Sphere, rotations
 from cdpr.scenario import load_robot, load_scenario, mesh
 from cdpr.scene import Subject, pictures

@@ -11,6 +11,7 @@ from cdpr.formats.write.begin import begin
 from cdpr.model import rotations
 
 ROBOTS = ROOT / "scenarios" / "robots"
+NAMES = ["caroca", "off_centre", "planar", "spherical", "point_mass", "carriage", "twelve"]
 
 
 def subject_of(name, **pose):

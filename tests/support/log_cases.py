@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.log.run import Header
+from cdpr.log.header import Header
 from cdpr.log.writer import LogWriter
 from cdpr.model.robot import Array
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from cdpr.log.event import Event
+from cdpr.log.header import Header
 from cdpr.log.layout import Layout
-from cdpr.log.run import Header, Run
+from cdpr.log.run import Run
 from cdpr.model.robot import Array
 
 MASS = 60.0

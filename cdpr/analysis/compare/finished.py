@@ -13,8 +13,9 @@ from cdpr.analysis.compare.scenarios import ENGINE_KEYS, changes
 from cdpr.analysis.compare.verdict import Verdict, against_scheme, unjudged
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
+from cdpr.log.header import Header
 from cdpr.log.reader import load_run
-from cdpr.log.run import Header, Run
+from cdpr.log.run import Run
 from cdpr.log.run_folder import SCENARIO_NAME
 from cdpr.scenario import Scenario, load_scenario
 

@@ -12,7 +12,8 @@ from typing import Any, Protocol
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
-from cdpr.log.run import Header, Run
+from cdpr.log.header import Header
+from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from time import monotonic
 
 from cdpr.log.chunk import Chunk, Template
-from cdpr.log.run import Header
+from cdpr.log.header import Header
 from cdpr.log.topics import Group, Topic, run_topics
 from cdpr.log.visuals import PATH, PATH_RATE, visual_topics
 from cdpr.model.robot import Array

@@ -15,7 +15,7 @@ import numpy as np
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import printable, shown
 from cdpr.log.chunk import nanoseconds
-from cdpr.log.run import Header
+from cdpr.log.header import Header
 from cdpr.log.topics import Topic
 from cdpr.model.robot import Array
 from cdpr.ui.live.heard import request_of

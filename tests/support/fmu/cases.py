@@ -17,6 +17,7 @@ from cdpr.scenario import Scenario, load_scenario
 if shutil.which(os.environ.get("CXX") or "c++") is None and not os.environ.get("CI"):
     pytest.skip("no C++ compiler", allow_module_level=True)
 
+FMI = pytest.mark.parametrize("fmi", [2, 3])
 WINCH = [
     "robot.winch.drum_radius=0.05",
     "robot.winch.inertia=0.002",
