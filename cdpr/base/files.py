@@ -26,6 +26,17 @@ class ContentError(Exception):
         self.faults = faults
 
 
+def text_of(content: bytes, limit: int) -> str:
+    """Return UTF-8 content of at most `limit` bytes as text; raise ContentError otherwise."""
+    if len(content) > limit:
+        raise ContentError([(1, 0, f"the file is larger than {limit // 1024**2} MiB")])
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ContentError([(line, 0, "this is not a text in UTF-8")]) from None
+
+
 class CpuBudget:
     """Limit of the CPU time of this thread for loading one file, from reading to use."""
 

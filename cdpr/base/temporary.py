@@ -11,7 +11,6 @@ import shutil
 import tempfile
 from contextlib import suppress
 from functools import cache
-from types import TracebackType
 from typing import Self
 from weakref import finalize
 
@@ -44,9 +43,7 @@ class TemporaryFolder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.remove()
 
 

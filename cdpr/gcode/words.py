@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from cdpr.base.files import MAX_FAULTS, ContentError, UnreadableError
+from cdpr.base.files import MAX_FAULTS, ContentError, UnreadableError, text_of
 from cdpr.base.problems import shown
 
 LINUXCNC, REPRAPFIRMWARE = "linuxcnc", "reprapfirmware"
@@ -63,13 +63,7 @@ def read_lines(
     Raises:
         ContentError: if the content is not text, or `check` raises UnreadableError.
     """
-    if len(content) > MAX_BYTES:
-        raise ContentError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise ContentError([(line, 0, "this is not a text in UTF-8")]) from None
+    text = text_of(content, MAX_BYTES)
     if "\0" in text:
         raise ContentError([(text.count("\n", 0, text.index("\0")) + 1, 0, "this is not a text: it has a zero byte")])
     percent, faults = 0, 0

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model.robot import Array
-from cdpr.native.arrays import reals
-from cdpr.native.bind import bind
+from cdpr.tension.compiled import distribute_once
 from cdpr.tension.status import Status
 
 
@@ -36,9 +34,4 @@ def nearest_tension_by_rows(
         >>> nearest_tension_by_rows([[1.0, -1.0, 1.0]], [3.0], [1.0] * 3, [9.0] * 3, [1.0] * 3)[1]
         <Status.OK: 0>
     """
-    arrays = reals(matrix=matrix, wrench=wrench, tension_min=tension_min, tension_max=tension_max, target=target)
-    tension = np.empty(arrays["tension_min"].shape)
-    status = Status(bind("nearest_by_rows", **arrays, tension=tension, status=np.empty(1))())
-    if status != Status.OK:
-        tension[:] = np.nan
-    return tension, status
+    return distribute_once("nearest_by_rows", matrix, wrench, tension_min, tension_max, target=target)

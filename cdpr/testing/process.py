@@ -11,7 +11,6 @@ import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 
 
 class Silence:
@@ -43,9 +42,7 @@ class Silence:
         enter(contextlib.redirect_stderr(self._text))
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.left = sorted(os.listdir(self._folder))
         self._file.seek(0)
         self.said = self._text.getvalue() + self._file.read().decode(errors="replace")

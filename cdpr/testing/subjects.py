@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import copy
 from importlib import import_module
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -52,18 +51,16 @@ class _Subject:
     def _made(self, *arguments: Any) -> Any:
         return with_arrays(self.factory(*arguments), self.columns, arguments)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
         while self._open:
             self._open.pop().close()
 
 
 class BackendSubject(_Subject):
     """A backend under test."""
-
-    def __enter__(self) -> BackendSubject:
-        return self
 
     def make(self, state: Array, robot: Robot | None = None, gravity: Array = GRAVITY, step: float = 1e-3) -> Backend:
         """Create a plant in `state` (13,); by default the free robot with its centre of mass off the origin."""
@@ -94,9 +91,6 @@ class BackendSubject(_Subject):
 
 class SolverSubject(_Subject):
     """A tension solver under test."""
-
-    def __enter__(self) -> SolverSubject:
-        return self
 
     def make(self, robot: Robot) -> TensionSolver:
         """Create a solver for a robot."""
@@ -147,9 +141,6 @@ def ask(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
 
 class ControllerSubject(_Subject):
     """A controller under test."""
-
-    def __enter__(self) -> ControllerSubject:
-        return self
 
     @property
     def commands(self) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from numbers import Integral
 from threading import RLock
@@ -24,6 +23,7 @@ from cdpr.mechanics import dynamics
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
+from cdpr.model.threads import in_threads
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver, TensionSolver
@@ -250,8 +250,7 @@ def _compiled(task: _Task, jobs: int) -> None:
     batch = Batch(task.robot, task.gravity, task.solver, task.respects_bounds)
     wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
 
-    def part(start: int) -> None:
-        rows = slice(start, start + CHUNK)
+    def part(rows: slice) -> None:
         limits = task.limits if len(task.limits) == 1 else task.limits[rows]
         given = Rows.of(limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
         side_by_side = batch.bind_side_by_side(given) if len(given.poses) >= MANY else None
@@ -259,14 +258,7 @@ def _compiled(task: _Task, jobs: int) -> None:
             side_by_side.distribute()
         batch.bind(given).distribute()
 
-    starts = range(0, len(task.pose), CHUNK)
-    if jobs == 1 or len(starts) < 2:
-        for start in starts:
-            part(start)
-        return
-    with ThreadPoolExecutor(jobs) as threads:
-        for _ in threads.map(part, starts):
-            pass
+    in_threads(len(task.pose), part, jobs, CHUNK)
 
 
 def _row_by_row(task: _Task) -> None:

@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from cdpr.base.files import MAX_FAULTS, ContentError
+from cdpr.base.files import MAX_FAULTS, ContentError, text_of
 from cdpr.base.problems import shown
 from cdpr.model.robot import Array
 
@@ -65,13 +65,7 @@ def written(spans: Sequence[Span], cables: Sequence[str]) -> str:
 
 def parsed(content: bytes) -> tuple[tuple[str, ...], tuple[Span, ...]]:
     """Return the names of the cables and the spans; raise ContentError if the file is invalid."""
-    if len(content) > MAX_BYTES:
-        raise ContentError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
-    try:
-        lines = content.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        row = content.count(b"\n", 0, error.start) + 1
-        raise ContentError([(row, 0, "this is not a text in UTF-8")]) from None
+    lines = text_of(content, MAX_BYTES).splitlines()
     first = (*TIMES, *WRENCH)
     names = tuple(lines[0].split(",")) if lines else ()
     if names[: len(first)] != first or len(names) == len(first):

@@ -11,7 +11,7 @@ import numpy as np
 
 from cdpr.base import tolerances
 from cdpr.base.fields import MAX_DISTANCE, MAX_MAGNITUDE
-from cdpr.base.files import MAX_FAULTS, ContentError
+from cdpr.base.files import MAX_FAULTS, ContentError, text_of
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.config.problems import exact
@@ -61,13 +61,7 @@ class Table(Frozen):
 @lru_cache(maxsize=4)  # cases of a study use the same file
 def parse_table(content: bytes) -> Table:
     """Return the table in a file's content; raise ContentError if it is invalid."""
-    if len(content) > MAX_BYTES:
-        raise ContentError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise ContentError([(line, 0, "this is not a text in UTF-8")]) from None
+    text = text_of(content, MAX_BYTES)
     rows: list[list[float]] = []
     lines: list[int] = []
     faults: list[tuple[int, int, str]] = []

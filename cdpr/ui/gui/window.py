@@ -6,7 +6,6 @@ import traceback
 from collections.abc import Callable
 from functools import partial
 from threading import Lock
-from types import TracebackType
 from typing import Any, Self
 
 from cdpr.base.errors import CdprError, one_line
@@ -156,9 +155,7 @@ class Window:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

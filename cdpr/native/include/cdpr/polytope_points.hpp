@@ -25,22 +25,9 @@ struct NearestPoint {
 };
 
 struct ExtremePoint {
+    NearestPoint problem;
     const double* objective;  // (r), g
-    const double* basis;      // as in NearestPoint, and so on
-    const double* box;
-    double* x;
-    double* point;
-    double* active;
-    double* steps;
-    double* search;
-    int64_t m;
-    int64_t r;
-    static constexpr char fields[] =
-        "objective(r), basis(m, r), box(3, m), x(r), point(m), active(m), steps(1), work search(2*r + 8, m + r), m, r";
-
-    CDPR_INLINE Polytope<double> polytope() const {
-        return {{basis, r}, box, box + m, box + 2 * m, x, point, active, r, m};
-    }
+    static constexpr auto fields = extended(NearestPoint::fields, "objective(r)");
 };
 
 // Write the number of steps; return the status.
@@ -56,9 +43,10 @@ inline int nearest_point(NearestPoint& p) {
 }
 
 // Write the x that minimises g . x, with the least norm if there are several.
-inline int extreme_point(ExtremePoint& p) {
+inline int extreme_point(ExtremePoint& extreme_of) {
+    NearestPoint& p = extreme_of.problem;
     ActiveSet set = active_set(p.search, p.m + p.r, p.r);
-    return report(p.steps, extreme(p.polytope(), set, p.objective));
+    return report(p.steps, extreme(p.polytope(), set, extreme_of.objective));
 }
 
 }  // namespace cdpr::CDPR_TARGET

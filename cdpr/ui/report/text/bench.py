@@ -48,18 +48,6 @@ def jumps(found: Row) -> str:
     return f"{found['with_jump']}/{found['paths']}{largest}"
 
 
-# Columns of a solver on adversarial problems.
-MISLED: dict[str, Callable[[Row], str]] = {
-    "wrong": lambda row: str(row["misclassified"]),
-    "bad OK": lambda row: str(row["invalid_ok"]),
-    "residual": lambda row: power(row["worst_residual"]),
-    "beyond N": lambda row: digits(row["worst_violation_N"], 2),
-    "coverage": lambda row: percent(row["coverage"]),
-    "edge": lambda row: percent(row["edge_coverage"]),
-    "inf. found": lambda row: percent(row["on_infeasible"].get("INFEASIBLE", 0.0) if row["on_infeasible"] else None),
-    "asked": lambda row: str(row["problems"]),
-}
-
 # Columns of a solver on one robot: heading and text of a cell.
 COLUMNS: dict[str, Callable[[Row], str]] = {
     "coverage": lambda row: percent(row["coverage"]),
@@ -74,6 +62,13 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
     "p99 us": lambda row: digits(row["time"]["p99_us"]),
     "pinv": lambda row: digits(row["time"]["median_pinv"]),
     "asked": lambda row: str(row["problems"]),
+}
+
+# Columns of a solver on adversarial problems.
+MISLED: dict[str, Callable[[Row], str]] = {
+    **{name: COLUMNS[name] for name in ("wrong", "bad OK", "residual", "beyond N", "coverage")},
+    "edge": lambda row: percent(row["edge_coverage"]),
+    **{name: COLUMNS[name] for name in ("inf. found", "asked")},
 }
 
 MEANING = {
