@@ -7,17 +7,15 @@ from __future__ import annotations
 
 import json
 import random
-import resource
 import shutil
-import sys
 import warnings
-from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
 import pytest
 from conftest import ROOT
 from damage import SCALE, damage_json, damaged, forge_json
+from full_disk import file_size_limit
 
 import cdpr
 from cdpr import load_robot
@@ -34,19 +32,6 @@ from cdpr.scenario import load_scenario
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.02}
 CASES = 6
-
-
-@contextmanager
-def file_size_limit(size):
-    """Limit the size of all files; no bytecode is written meanwhile, for Python would leave a part of it."""
-    before, unwritten = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
-    sys.dont_write_bytecode = True
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-        sys.dont_write_bytecode = unwritten
 
 
 def copied(source, target):

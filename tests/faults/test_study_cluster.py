@@ -9,7 +9,7 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from clusters import start_cluster
+from clusters import cluster_in
 from command_line import cdpr_here
 from conftest import ROOT
 from study_cases import command, environment, faulty_study, tables, wait_until, write_study
@@ -40,12 +40,7 @@ axes:
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    """The process of a cluster of two workers, and its address."""
-    process = start_cluster(tmp_path_factory.mktemp("cluster"))
-    import psutil  # comes with distributed
-
-    yield psutil.Process(process.pid), process.stdout.readline().strip()
-    process.communicate(timeout=60)
+    yield from cluster_in(tmp_path_factory.mktemp("cluster"))
 
 
 @pytest.fixture

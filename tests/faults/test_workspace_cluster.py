@@ -9,7 +9,7 @@ import sys
 from importlib.util import find_spec
 
 import pytest
-from clusters import start_cluster
+from clusters import cluster_in
 from command_line import cdpr_here
 from conftest import ROOT
 from study_cases import wait_until
@@ -35,12 +35,7 @@ LINE = ["workspace", "wrench-feasible", str(CAROCA), "--wrench-box", "50,50,50,5
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    """The process of a cluster of two workers, and its address."""
-    process = start_cluster(tmp_path_factory.mktemp("cluster"))
-    import psutil  # comes with distributed
-
-    yield psutil.Process(process.pid), process.stdout.readline().strip()
-    process.communicate(timeout=60)
+    yield from cluster_in(tmp_path_factory.mktemp("cluster"))
 
 
 def begin(folder, cluster, *options):

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from fmpy.validation import validate_fmu
-from fmu.cases import plant_of, scenario, write
+from fmu.cases import FMI, plant_of, scenario, write
 from fmu.driver import Driver
 from spread import spread
 
@@ -26,8 +26,6 @@ from cdpr.ui.cli import main
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 ROBOT = str(ROOT / "scenarios" / "robots" / "caroca.yaml")
 WINCHES = str(ROOT / "scenarios" / "robots" / "caroca_winches.yaml")
-
-FMI = pytest.mark.parametrize("fmi", [2, 3])
 
 
 class Done(NamedTuple):

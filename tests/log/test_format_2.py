@@ -9,9 +9,8 @@ from __future__ import annotations
 import gzip
 from pathlib import Path
 
-import numpy as np
 import pytest
-from log_cases import make_header, same_bits, write_log
+from log_cases import make_header, plain_rows, same_bits, write_log
 from mcap.reader import make_reader
 
 from cdpr.log import run_json
@@ -19,20 +18,9 @@ from cdpr.log.mcap_file import LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.repair import repair
 from cdpr.log.run_folder import RunFolder
-from cdpr.model.robot import Array
 
 OLD = gzip.decompress((Path(__file__).parent / "format_2.mcap.gz").read_bytes())
 HEADER = make_header(2, versions={}, control_step=0.01, path=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-
-
-def truth() -> Array:
-    """What was logged."""
-    width, columns = HEADER.layout.width, HEADER.layout.columns
-    rows = (np.arange(5.0 * width).reshape(5, width) % 64) / 8
-    for name in ("orientation", "desired_orientation"):
-        rows[:, columns[name]] = (1.0, 0.0, 0.0, 0.0)
-    rows[:, 0] = np.arange(5) * HEADER.control_step
-    return rows
 
 
 @pytest.fixture
@@ -45,8 +33,8 @@ def old(tmp_path: Path) -> Path:
 def test_the_rows_of_an_old_log_are_read_to_the_bit(old: Path, tmp_path: Path) -> None:
     run = load_run(old)  # without a warning
     assert (run.header, run.status) == (HEADER, "finished")
-    assert same_bits(run.rows, truth())
-    new = write_log(tmp_path / "new.mcap", HEADER, truth())
+    assert same_bits(run.rows, plain_rows(HEADER, 5))
+    new = write_log(tmp_path / "new.mcap", HEADER, plain_rows(HEADER, 5))
     assert same_bits(load_run(new).rows, run.rows)
     counts = []
     for path in (old, new):
@@ -66,7 +54,7 @@ def test_a_torn_old_log_is_mended_in_its_own_format(old: Path) -> None:
         kept.append(repair(old).rows)
         found = scan(old)
         assert found.problem is None
-        assert same_bits(found.rows, truth()[: kept[-1]])
+        assert same_bits(found.rows, plain_rows(HEADER, 5)[: kept[-1]])
         assert (old.read_bytes() == OLD) == (kept[-1] == 5)
     assert set(kept) == {0, 5}  # its rows are one block
 

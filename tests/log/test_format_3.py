@@ -9,30 +9,18 @@ from __future__ import annotations
 import gzip
 from pathlib import Path
 
-import numpy as np
 import pytest
-from log_cases import make_header, same_bits
+from log_cases import make_header, plain_rows, same_bits
 from mcap.reader import make_reader
 
 from cdpr.log import reader
 from cdpr.log.mcap_file import LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.repair import repair
-from cdpr.model.robot import Array
 
 OLD = gzip.decompress((Path(__file__).parent / "format_3.mcap.gz").read_bytes())
 HEADER = make_header(2, versions={}, control_step=0.01, path=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
 ROWS = 300
-
-
-def truth() -> Array:
-    """What was logged."""
-    width, columns = HEADER.layout.width, HEADER.layout.columns
-    rows = (np.arange(float(ROWS) * width).reshape(ROWS, width) % 64) / 8
-    for name in ("orientation", "desired_orientation"):
-        rows[:, columns[name]] = (1.0, 0.0, 0.0, 0.0)
-    rows[:, 0] = np.arange(ROWS) * HEADER.control_step
-    return rows
 
 
 @pytest.fixture
@@ -47,7 +35,7 @@ def test_the_rows_are_read_to_the_bit(old: Path, memory: int, monkeypatch: pytes
     monkeypatch.setattr(reader, "IN_MEMORY", memory)
     run = load_run(old)  # without a warning
     assert (run.header, run.status) == (HEADER, "finished")
-    assert same_bits(run.rows[:], truth())
+    assert same_bits(run.rows[:], plain_rows(HEADER, ROWS))
     with old.open("rb") as file:
         assert len(list(make_reader(file, validate_crcs=True).iter_messages(["/cdpr/energy"]))) == ROWS
 
@@ -59,6 +47,6 @@ def test_a_torn_one_is_mended_in_its_own_format(old: Path) -> None:
         kept.append(repair(old).rows)
         found = scan(old)
         assert found.problem is None
-        assert same_bits(found.rows, truth()[: kept[-1]])
+        assert same_bits(found.rows, plain_rows(HEADER, ROWS)[: kept[-1]])
         assert (old.read_bytes() == OLD) == (kept[-1] == ROWS)
     assert set(kept) == {0, 256, ROWS}

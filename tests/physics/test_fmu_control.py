@@ -10,7 +10,7 @@ import pytest
 from conftest import ROOT
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
-from fmu.cases import ELASTIC, RIGID
+from fmu.cases import ELASTIC, FMI, RIGID
 from fmu.driver import Driver
 from spread import spread
 
@@ -21,8 +21,6 @@ from cdpr.fmu.read.archive import open_archive
 from cdpr.plugins.registry import registry
 from cdpr.simulation.exported import control_of
 from cdpr.ui.cli import main
-
-FMI = pytest.mark.parametrize("fmi", [2, 3])
 
 # m, rad, m/s, rad/s, and 1e3 N of tensions. Body frames whose origins are not the platform's bring last bits, which
 # the loop keeps small; elsewhere there is no difference.

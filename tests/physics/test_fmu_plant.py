@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from fmu.cases import CASES, load, plant_of, scenario, write
+from fmu.cases import CASES, FMI, load, plant_of, scenario, write
 from fmu.driver import Driver, FMICallException
 
 from cdpr.mechanics.kinematics import wrench_matrix
@@ -19,8 +19,6 @@ OPEN_LOOP = 1e-12
 CLOSED_LOOP = 1e-9  # over four seconds
 # Of tensions, N per N: a stiff cable makes a force of 1e5 N/m from the rounding of its length.
 TENSION = 1e-9
-
-FMI = pytest.mark.parametrize("fmi", [2, 3])
 
 
 def open_loop(driver, plant, steps, *, substeps=1, start=0):

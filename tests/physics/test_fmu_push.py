@@ -8,7 +8,7 @@ import fmpy
 import numpy as np
 import pytest
 from conftest import ROOT
-from fmu.cases import plant_of, scenario, write
+from fmu.cases import FMI, plant_of, scenario, write
 from fmu.driver import Driver
 
 from cdpr.fmu.read.archive import open_archive
@@ -16,7 +16,6 @@ from cdpr.fmu.read.options import FmuFile
 from cdpr.fmu.run.running import RunningFmu
 from cdpr.scenario import load_scenario
 
-FMI = pytest.mark.parametrize("fmi", [2, 3])
 STEPS = 20
 PULL = np.linspace(100.0, 300.0, 8)
 

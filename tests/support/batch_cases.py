@@ -30,3 +30,12 @@ def assert_same(batch, lane, simulation):
     assert np.array_equal(batch.rows[:, lane], simulation._loop.row, equal_nan=True)
     assert batch.time[lane] == simulation.time
     assert batch.samples[lane] == simulation.samples
+
+
+def assert_same_results(one, other):
+    """Assert that two rollouts have the same bits."""
+    assert one.status.tolist() == other.status.tolist()
+    assert one.messages == other.messages
+    assert np.array_equal(one.rows, other.rows, equal_nan=True)
+    for name, values in one.figures.items():
+        assert np.array_equal(values, other.figures[name], equal_nan=True), name

@@ -19,10 +19,12 @@ if __name__ == "__main__":
 """
 
 
-def start_cluster(folder):
-    """Its process, whose first line is its address."""
+def cluster_in(folder):
+    """Yield the process of a cluster of two workers, and its address."""
+    import psutil  # comes with distributed
+
     (folder / "cluster.py").write_text(CLUSTER)
-    return subprocess.Popen(
+    process = subprocess.Popen(
         [sys.executable, folder / "cluster.py"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -31,3 +33,5 @@ def start_cluster(folder):
         cwd=folder,
         env=environment(),
     )
+    yield psutil.Process(process.pid), process.stdout.readline().strip()
+    process.communicate(timeout=60)

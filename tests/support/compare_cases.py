@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import yaml
 from conftest import ROOT
@@ -105,3 +107,11 @@ def comparison(name, backends=None, changes=(), solvers=()):
     facts = {"scenario": name, "duration_s": 1.0, "control_step_s": 1e-3, "physics_step_s": 1e-3}
     facts |= {"judge": {"backend": chosen.judge.name, "order": chosen.judge.order}, "absent": chosen.absent}
     return summarise(facts, groups, {})
+
+
+def off(run, name, by, when=slice(100, None)):
+    """The run with one field moved from a time on."""
+    rows = run.rows.copy()
+    block = rows[:, run.header.layout.columns[name]]
+    (block if run[name].ndim > 1 else block[:, 0])[when] += by
+    return dataclasses.replace(run, rows=rows)

@@ -55,6 +55,16 @@ def make_rows(header: Header, k: int, seed: int = 0) -> Array:
     return rows
 
 
+def plain_rows(header: Header, k: int) -> Array:
+    """k rows of short binary fractions of a platform that does not turn: the same pictures on any machine."""
+    width, columns = header.layout.width, header.layout.columns
+    rows = (np.arange(float(k) * width).reshape(k, width) % 64) / 8
+    for name in ("orientation", "desired_orientation"):
+        rows[:, columns[name]] = (1.0, 0.0, 0.0, 0.0)
+    rows[:, 0] = np.arange(k) * header.control_step
+    return rows
+
+
 def write_log(path: Path, header: Header, rows: Array) -> Path:
     """A complete log of `rows`."""
     LogWriter(path, header).close(rows, len(rows))

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from compare_cases import ENGINES, INSTALLED, Here, comparison, load, shrunk
+from compare_cases import ENGINES, INSTALLED, Here, comparison, load, off, shrunk
 
 import cdpr
 from cdpr.analysis.compare.comparison import compare
@@ -27,14 +27,6 @@ needs_mujoco = pytest.mark.skipif("mujoco" not in ENGINES, reason="mujoco is not
 @pytest.fixture(scope="module")
 def run():
     return cdpr.simulate(load("rotated_start", SHORT))
-
-
-def off(run, name, by, when=slice(100, None)):
-    """The run with one field moved from a time on."""
-    rows = run.rows.copy()
-    block = rows[:, run.header.layout.columns[name]]
-    (block if run[name].ndim > 1 else block[:, 0])[when] += by
-    return dataclasses.replace(run, rows=rows)
 
 
 @pytest.mark.parametrize(

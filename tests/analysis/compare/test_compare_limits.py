@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
-from compare_cases import load
+from compare_cases import load, off
 
 import cdpr
 from cdpr.analysis.compare.verdict import against_order
@@ -15,14 +13,6 @@ from cdpr.analysis.compare.verdict import against_order
 @pytest.fixture(scope="module")
 def run():
     return cdpr.simulate(load("rotated_start", {"simulation.duration": 0.2}))
-
-
-def off(run, name, by, when=slice(100, None)):
-    """The run with one field moved from a time on."""
-    rows = run.rows.copy()
-    block = rows[:, run.header.layout.columns[name]]
-    (block if run[name].ndim > 1 else block[:, 0])[when] += by
-    return dataclasses.replace(run, rows=rows)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from batch_cases import assert_same_results
 from conftest import ROOT
 
 import cdpr
@@ -44,14 +45,6 @@ def both(monkeypatch):
     return run
 
 
-def assert_same(one, other):
-    assert one.status.tolist() == other.status.tolist()
-    assert one.messages == other.messages
-    assert np.array_equal(one.rows, other.rows, equal_nan=True)
-    for name, values in one.figures.items():
-        assert np.array_equal(values, other.figures[name], equal_nan=True), name
-
-
 ALIKE = {
     "mass": ("caroca", {"robot.platform.mass": {"uniform": [24.0, 30.0]}}),
     "anchors": ("caroca", {"robot.cables[2].frame[0]": {"normal": [3.5, 0.01]}}),
@@ -71,7 +64,7 @@ def test_they_go_all_the_way_together(name, both):
     assert far
     assert far[-1][1] == 300
     assert one.counts == {"finished": MORE}
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 @pytest.mark.parametrize("controller", ["static", "pid"])
@@ -79,7 +72,7 @@ def test_they_go_all_the_way_together(name, both):
 def test_controllers(controller, both):
     one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, "controller.type": controller})
     assert far == [(0, 300)]
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 @pytest.mark.parametrize(("name", "solver"), [("caroca", "dykstra"), ("caroca", "centroid"), ("planar", "lp")])
@@ -88,7 +81,7 @@ def test_solvers_without_lanes_are_asked_for_each(name, solver, both):
     """On a robot with a guide the solver gets some rows of W, which an act in lanes has selected."""
     one, other, far = both(name, GAINS, **{"simulation.duration": 0.3, "solver.type": solver})
     assert far[-1][1] == 300
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 @pytest.mark.parametrize("option", ["about: previous", "change: 5.0"])
@@ -98,7 +91,7 @@ def test_a_solver_that_follows_is_not_asked_side_by_side(option, both):
     given = float(value) if value[0].isdigit() else value
     one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, f"solver.{key}": given})
     assert far[-1][1] == 300
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 def test_limits_in_the_way_of_some(both):
@@ -109,20 +102,20 @@ def test_limits_in_the_way_of_some(both):
         counts = one.figures["infeasible_steps"]
         assert 0 in counts
         assert counts.max() > 100
-        assert_same(one, other)
+        assert_same_results(one, other)
 
 
 def test_what_happens_at_different_times(both):
     one, other, far = both("cable_break", {"events[0].time": {"uniform": [0.05, 0.25]}}, **{"simulation.duration": 0.4})
     assert len(far) > 1
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 def test_what_happens_in_each_step_leaves_them_alone_for_longer_and_longer(both):
     one, other, far = both("external_wrench", GAINS, **{"simulation.duration": 2.5})
     assert far[0][1] > 0
     assert len(far) < 15
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 def test_some_end_early_and_the_others_go_on(both):
@@ -137,7 +130,7 @@ def test_some_end_early_and_the_others_go_on(both):
     one, other, far = both("caroca", vary, n, **{"simulation.duration": 2.0, "simulation.control_step": 0.01})
     assert one.counts == {"finished": 6, "infeasible": 1, "failed": 1, "diverged": 1}
     assert far[-1][1] == 200
-    assert_same(one, other)
+    assert_same_results(one, other)
     for i in (2, 5):
         own = {key: values[i] for key, values in one.values.items()}
         with pytest.raises(cdpr.SimulationStopped) as stop:
@@ -159,7 +152,7 @@ DIFFERENT = {
 @pytest.mark.usual("controllers")
 def test_cases_that_are_made_differently_go_alone(name, both):
     one, other, _ = both("caroca", DIFFERENT[name], **{"simulation.duration": 0.2})
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 ALONE = {"cogiro_pulleys": GAINS, "winch": GAINS, "planar": GAINS}
@@ -170,7 +163,7 @@ ALONE = {"cogiro_pulleys": GAINS, "winch": GAINS, "planar": GAINS}
 def test_parts_without_lanes_are_done_for_each_case(name, both):
     one, other, far = both(name, ALONE[name], **{"simulation.duration": 0.2})
     assert far == [(0, 200)]
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 BROKEN = [{"type": "cable_break", "cable": "cable_1", "time": 0.05}]
@@ -180,7 +173,7 @@ BROKEN = [{"type": "cable_break", "cable": "cable_1", "time": 0.05}]
 def test_cases_with_other_events_go_alone(events, both):
     one, other, _ = both("caroca", {"events": events}, 4, **{"simulation.duration": 0.1})
     assert one.counts == {"finished": 4}
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 def test_exits_of_different_kinds_do_not_share_lanes(both):
@@ -195,7 +188,7 @@ def test_exits_of_different_kinds_do_not_share_lanes(both):
     without = {"robot.cable": {}, "simulation.duration": 0.1}
     one, other, _ = both("cogiro_pulleys", vary, 4, **without)
     assert one.counts == {"finished": 4}
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 @pytest.mark.parametrize("controller", ["computed_torque", "pid"])
@@ -220,5 +213,5 @@ def test_a_loop_serves_cases_that_differ_in_options_that_may_change(controller, 
     assert one.counts == {"finished": 22, "failed": 1, "diverged": 1}
     assert "controller.kp" in one.messages[14]
     monkeypatch.setattr(case.Case, "adopt", lambda *_: False)
-    assert_same(one, cdpr.rollout(SCENARIOS / "caroca.yaml", len(gains), **given))
+    assert_same_results(one, cdpr.rollout(SCENARIOS / "caroca.yaml", len(gains), **given))
     assert len(made) >= LANES + 20

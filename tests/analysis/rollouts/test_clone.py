@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from batch_cases import assert_same_results
 from conftest import ROOT
 
 import cdpr
@@ -67,21 +68,13 @@ def both(monkeypatch):
     return run
 
 
-def assert_same(one, other):
-    assert one.status.tolist() == other.status.tolist()
-    assert one.messages == other.messages
-    assert np.array_equal(one.rows, other.rows, equal_nan=True)
-    for name, values in one.figures.items():
-        assert np.array_equal(values, other.figures[name], equal_nan=True), name
-
-
 def test_platform_start_motion_and_gains(both):
     one, other, built = both("caroca", drawn())
     assert one.counts["failed"] == 3
     assert one.counts["diverged"] >= 1
     assert built[0] <= LANES + 5
     assert built[1] == N - 3
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 @pytest.mark.parametrize("controller", ["static", "pid"])
@@ -90,7 +83,7 @@ def test_controllers(controller, both):
     vary = {"robot.platform.mass": np.linspace(24.0, 30.0, N)}
     one, other, built = both("caroca", vary, **{"controller.type": controller})
     assert built == [LANES, N]
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 OTHERS = {
@@ -109,7 +102,7 @@ OTHERS = {
 def test_what_cannot_be_taken_over_is_built(name, both):
     scenario, vary = OTHERS[name]
     one, other, _ = both(scenario, vary)
-    assert_same(one, other)
+    assert_same_results(one, other)
 
 
 class Heavier(ComputedTorque):
@@ -146,7 +139,7 @@ def test_a_derived_controller_is_built(controller, monkeypatch):
     given["overrides"] = {"simulation.duration": 0.01, "simulation.ends_early": True}
     one = cdpr.rollout(SCENARIOS / "caroca.yaml", len(masses), **given)
     monkeypatch.setattr(case.Case, "adopt", lambda *_: False)
-    assert_same(one, cdpr.rollout(SCENARIOS / "caroca.yaml", len(masses), **given))
+    assert_same_results(one, cdpr.rollout(SCENARIOS / "caroca.yaml", len(masses), **given))
 
 
 def test_methods_that_may_use_the_platform_exist():
