@@ -34,12 +34,6 @@ CDPR_INLINE bool next_subset(int64_t* index, int64_t count, int64_t m) {
     return true;
 }
 
-CDPR_INLINE void exchange(double& a, double& b) {
-    const double kept = a;
-    a = b;
-    b = kept;
-}
-
 // Write a unit vector x (k + 1) with A[:k] x = 0 by elimination with complete pivoting; return false if there are
 // several. A (>= k + 1, >= k + 1) is overwritten; its row k holds the unknown of each column.
 inline bool eliminate(Matrix<double> A, int64_t k, double* x) {
@@ -57,9 +51,9 @@ inline bool eliminate(Matrix<double> A, int64_t k, double* x) {
         }
         if (!(largest > DEPENDENT)) return false;
         if (row != step)
-            for (int64_t j = 0; j <= k; j++) exchange(A(step, j), A(row, j));
+            for (int64_t j = 0; j <= k; j++) swap(A(step, j), A(row, j));
         if (column != step)
-            for (int64_t i = 0; i <= k; i++) exchange(A(i, step), A(i, column));
+            for (int64_t i = 0; i <= k; i++) swap(A(i, step), A(i, column));
         for (int64_t i = step + 1; i < k; i++) {
             const double factor = A(i, step) / A(step, step);
             for (int64_t j = step; j <= k; j++) A(i, j) -= factor * A(step, j);

@@ -28,8 +28,6 @@ struct Command {
     int64_t m;
     static constexpr char fields[] =
         "command(m), limits(2, m), matrix(6, m), both tension(m), both wrench(6), both report(4), stop, m";
-
-    CDPR_INLINE Limits<double> bounds() const { return {limits, limits + m, m}; }
 };
 
 // Clip the command to the limits. Return BAD_INPUT, and write nothing, if it is not finite; NOT_FOUND if it is beyond
@@ -37,7 +35,7 @@ struct Command {
 inline int take_command(Command& p) {
     for (int64_t i = 0; i < p.m; i++)
         if (!finite(p.command[i])) return BAD_INPUT;
-    const Limits<double> limits = p.bounds();
+    const Limits<double> limits = {p.limits, p.limits + p.m, p.m};
     const double tolerance = LIMIT_TOLERANCE * newton(limits);
     int status = OK;
     for (int64_t i = 0; i < p.m; i++) {

@@ -15,4 +15,10 @@ template <class T> struct Matrix {
     CDPR_INLINE Matrix from(int64_t row) const { return {data + row * stride, stride}; }
 };
 
+CDPR_INLINE void swap(double& a, double& b) {
+    const double kept = a;
+    a = b;
+    b = kept;
+}
+
 }  // namespace cdpr::CDPR_TARGET

@@ -38,12 +38,6 @@ template <class T> CDPR_INLINE Factors<T> factors_of(const TensionProblem<T>& pr
     return {rows, rows[n], rows[n + 1], rows[n + 2], rows[n + 3], rows[n + 4], n, 0, 0};
 }
 
-CDPR_INLINE void swap(double& a, double& b) {
-    const double kept = a;
-    a = b;
-    b = kept;
-}
-
 // Exchange row k and its data for the longest row from there on; return the square of its length.
 CDPR_INLINE double bring_longest(const Factors<double>& f, int64_t k) {
     int64_t pivot = k;
