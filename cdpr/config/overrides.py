@@ -17,7 +17,7 @@ from cdpr.config.document import Document
 from cdpr.config.problems import Problems
 from cdpr.config.scalars import MAX_DIGITS
 from cdpr.config.yaml_nodes import MAX_DEPTH, SURROGATE, parse_value
-from cdpr.native.masks import MASKED, masked
+from cdpr.native.arrays import MASKED, masked
 
 KEY = re.compile(r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*")
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")

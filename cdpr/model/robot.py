@@ -15,7 +15,7 @@ from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.model.frozen import Frozen
 from cdpr.model.shapes import Frame, Shape
-from cdpr.native.masks import MASKED, masked
+from cdpr.native.arrays import MASKED, masked
 
 Array = NDArray[np.float64]
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.base.errors import CdprError
-from cdpr.native.masks import MASKED, masked
 
 FLOAT, INTEGER = np.dtype(np.float64), np.dtype(np.int64)
 REAL = "iuf"  # numpy's kinds of real numbers; text, booleans and complex numbers are rejected
 WHOLE = "iub"
+MASKED = "some values are masked, so there are none; fill them in or leave them out"
 
 Array = np.ndarray[Any, Any]
 
@@ -52,3 +53,12 @@ def _converted(values: ArrayLike, name: str, dtype: np.dtype[Any], kinds: str, k
     if found.size and found.dtype.kind not in kinds:
         raise CdprError(f"{name}: {kind} numbers are expected, got an array of {found.dtype}")
     return np.require(found, dtype, ["C", "A", "W"])
+
+
+def masked(values: Any) -> bool:
+    """Return True if an array, or one in lists and tuples, has masked values."""
+    if "numpy.ma" not in sys.modules:  # slow to import; without it nothing is masked
+        return False
+    if isinstance(values, np.ma.MaskedArray):
+        return bool(np.ma.getmaskarray(values).any())
+    return isinstance(values, list | tuple) and any(map(masked, values))

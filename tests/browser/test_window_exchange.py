@@ -10,8 +10,7 @@ from browser_pages import PHONE
 from plugin_cases import SUCCESSOR, TRAJECTORY
 
 import cdpr
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import Options, export
+from cdpr.formats.write.export_model import Options, begin, export
 
 pytestmark = pytest.mark.browser
 

@@ -15,8 +15,7 @@ from spread import sampled
 
 import cdpr
 from cdpr.formats.write import TARGETS
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import Options, export
+from cdpr.formats.write.export_model import Options, begin, export
 from cdpr.mechanics.kinematics import lengths, wrench_matrix
 from cdpr.model import rotations
 

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 import cdpr
 from cdpr.formats import import_file
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import export
+from cdpr.formats.write.export_model import begin, export
 from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.model import rotations
 

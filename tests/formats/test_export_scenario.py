@@ -11,8 +11,7 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.formats.write import TARGETS
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import export
+from cdpr.formats.write.export_model import begin, export
 from cdpr.model import rotations
 from cdpr.model.shapes import Frame
 

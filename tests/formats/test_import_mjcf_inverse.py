@@ -9,8 +9,7 @@ import pytest
 from mjcf_cases import ROBOTS, SAME, compiled, mujoco, random_states, robot_of
 
 import cdpr
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import export
+from cdpr.formats.write.export_model import begin, export
 from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import rotations

@@ -11,8 +11,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import Options, export
+from cdpr.formats.write.export_model import Options, begin, export
 from cdpr.model import rotations
 
 LIBRARIES = ["ignition-physics5-sdf", "ignition-physics5", "ignition-plugin1-loader", "sdformat12"]

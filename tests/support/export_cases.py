@@ -7,7 +7,7 @@ from dataclasses import replace
 from conftest import ROOT
 
 import cdpr
-from cdpr.formats.write.begin import begin
+from cdpr.formats.write.export_model import begin
 from cdpr.model import rotations
 
 ROBOTS = ROOT / "scenarios" / "robots"

@@ -18,8 +18,7 @@ import cdpr
 from cdpr import trajectory
 from cdpr.base.errors import ScenarioError
 from cdpr.formats import import_file
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import export
+from cdpr.formats.write.export_model import begin, export
 from cdpr.model import rotations
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide

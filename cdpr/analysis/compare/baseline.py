@@ -8,6 +8,7 @@ detects any changed bit, and as exact decimal numbers at a few samples, which sh
 from __future__ import annotations
 
 import hashlib
+import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,11 +18,11 @@ from numpy.typing import NDArray
 
 from cdpr.analysis.compare.differences import POSE, QUANTITIES
 from cdpr.analysis.compare.engines import is_continuous
-from cdpr.analysis.compare.machine import machine
 from cdpr.base.files import seen_from
 from cdpr.log.run import Run
 from cdpr.log.run_folder import safe_name
 from cdpr.model.robot import Array
+from cdpr.native.operations import targets
 from cdpr.scenario import Scenario
 
 SUFFIX = ".baseline.json"
@@ -97,3 +98,13 @@ def digest(run: Run) -> str:
     for name in FIELDS:
         found.update(np.ascontiguousarray(run[name], dtype="<f8").tobytes())
     return found.hexdigest()
+
+
+def machine() -> dict[str, str]:
+    """Return the system, architecture, C library and largest instruction set that the processor supports."""
+    return {
+        "system": platform.system(),
+        "architecture": platform.machine(),
+        "libc": "-".join(platform.libc_ver()),
+        "processor": targets()[-1],
+    }

@@ -11,9 +11,8 @@ from typing import TypeVar
 import numpy as np
 
 from cdpr.analysis.compare import baseline, baseline_file
-from cdpr.analysis.compare.baseline import FIELDS, STATE, SUFFIX, Baseline
+from cdpr.analysis.compare.baseline import FIELDS, STATE, SUFFIX, Baseline, machine
 from cdpr.analysis.compare.differences import QUANTITIES
-from cdpr.analysis.compare.machine import machine
 from cdpr.analysis.compare.runs import Made, Progress, read
 from cdpr.analysis.compare.scenarios import changes
 from cdpr.analysis.jobs.pool import Case, Outcome, run_cases

@@ -16,7 +16,7 @@ from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.native.masks import masked
+from cdpr.native.arrays import masked
 from cdpr.plugins import CompiledSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import Registered, registry

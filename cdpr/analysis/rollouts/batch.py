@@ -22,7 +22,7 @@ from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
-from cdpr.native.masks import MASKED, masked
+from cdpr.native.arrays import MASKED, masked
 from cdpr.native.operations import LANES
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario

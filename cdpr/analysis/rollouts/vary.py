@@ -15,7 +15,7 @@ from cdpr.base.problems import Mark, Path, dotted, shown
 from cdpr.config.messages import explain
 from cdpr.config.overrides import Overrides, marked_changes, plain_value, read_overrides
 from cdpr.config.problems import Problems
-from cdpr.native.masks import MASKED, masked
+from cdpr.native.arrays import MASKED, masked
 from cdpr.scenario.schema import MAX_SEED
 
 # All cases have the same samples; a study can vary these keys.

@@ -17,8 +17,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import DOF_NAMES, Array, read_only
 from cdpr.model.rotations import held_upright
-from cdpr.native.arrays import real
-from cdpr.native.masks import MASKED, masked
+from cdpr.native.arrays import MASKED, masked, real
 
 CELLS = 40  # default along the longest side
 MOST_CELLS = 10**9  # limit of a table in memory

@@ -13,13 +13,17 @@ from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.cables import chain_of
 from cdpr.formats.write import TARGETS
+from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Box, Cylinder, Mesh, Sphere
+from cdpr.scenario import Scenario
+from cdpr.scenario.schema import World
 
 PLATFORM = "#4878a8"  # default colour
 FRAME = "#808080"
 EDGE = 0.02  # m, radius of the drawn frame bars
+STEP = 0.001  # s, for a robot without a scenario
 
 
 @dataclass(frozen=True)
@@ -186,3 +190,13 @@ def _along(direction: Array) -> Array:
         return np.array([0.0, 1.0, 0.0, 0.0])
     q = np.array([1.0 + z, -y, x, 0.0])
     return np.asarray(q / np.linalg.norm(q))
+
+
+def begin(loaded: Scenario | Robot) -> Subject:
+    """Return a scenario's robot in its initial state, or a robot at rest at its home."""
+    if isinstance(loaded, Robot):
+        state = np.concatenate([home_pose(loaded)[0], np.zeros(6)])
+        return Subject(loaded, np.array(World().gravity), state, STEP)
+    gravity, step = np.array(loaded.world.gravity), loaded.simulation.physics_step
+    state, actuated = loaded.initial.state(), loaded.actuators is not None
+    return Subject(loaded.robot, gravity, state, step, actuated, len(loaded.events))

@@ -128,8 +128,7 @@ def _robot(
     file: str, changes: tuple[str, ...], to: str, given: dict[str, str], out: Path | None, force: bool
 ) -> tuple[Path, dict[str, int]]:
     from cdpr.base.errors import CdprError, OutputError
-    from cdpr.formats.write.begin import begin
-    from cdpr.formats.write.export_model import Options, export, left_out
+    from cdpr.formats.write.export_model import Options, begin, export, left_out
     from cdpr.log.files import make_folder, replace
     from cdpr.ui.cli.load import load_told, tell
 

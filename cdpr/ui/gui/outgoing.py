@@ -10,8 +10,7 @@ from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.fmu.export.archive import zipped
 from cdpr.formats.write import TARGETS
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import CHOICES, Options, export, left_out
+from cdpr.formats.write.export_model import CHOICES, Options, begin, export, left_out
 from cdpr.formats.write.ros2 import packages
 from cdpr.scenario import Scenario
 

@@ -23,8 +23,7 @@ from websockets.sync.client import connect
 
 import cdpr
 from cdpr.formats import import_file
-from cdpr.formats.write.begin import begin
-from cdpr.formats.write.export_model import export
+from cdpr.formats.write.export_model import begin, export
 from cdpr.ui.gui.broadcast import Broadcast
 from cdpr.ui.gui.editor import Editor
 from cdpr.ui.gui.exchange import Exchange
