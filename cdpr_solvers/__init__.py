@@ -28,6 +28,7 @@ EXACT = {
     "respects_bounds": True,
     "bounded_time": True,
     "warm_start": False,
+    "platform_independent": True,
 }
 
 NORM = "min |t|^2, W t = wrench, t_min <= t <= t_max"

@@ -9,7 +9,6 @@ from pydantic import BaseModel
 from cdpr.model import Robot
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.compiled import speaks_for
-from cdpr.plugins.registry import OWN_DISTRIBUTION
 from cdpr.scenario import Scenario
 from cdpr.simulation.loop import Loop
 
@@ -69,8 +68,9 @@ def _speaks(plugin: Backend | Controller) -> bool:
 def _renew_platform(loop: Loop, now: Scenario) -> bool:
     """Give all parts the robot, whose platform is another one; return False if one cannot take it."""
     parts, robot = loop.parts, now.robot
-    if now.plugins.get("solver", now.solver.type).distribution != OWN_DISTRIBUTION:
-        return False  # ours do not depend on the platform
+    solver = now.plugins.get("solver", now.solver.type)
+    if not solver.properties(now.solver_options).get("platform_independent"):  # type: ignore[arg-type]
+        return False
     for plugin in (parts.backend, parts.controller):
         if not _speaks(plugin) or not plugin.renew(robot):
             return False

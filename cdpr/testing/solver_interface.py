@@ -87,6 +87,18 @@ def reset_forgets(subject: SolverSubject) -> None:
             expect_same_bits(ask(used, problem)[1], ask(fresh, problem)[1], "answer after reset")
 
 
+def the_platform_does_not_matter(subject: SolverSubject) -> None:
+    """With `platform_independent`, the mass, centre of mass and inertia of the platform change no bit of an answer."""
+    needs(subject.declares("platform_independent"), "it is made anew for another platform")
+    for group in samples.feasible():
+        robot = group[0].robot
+        one, other = subject.make(robot), subject.make(samples.laden(robot))
+        for problem in group[:20]:
+            wanted, found = ask(one, problem), ask(other, problem)
+            expect(found[0] == wanted[0], f"status {found[0]} with another platform, {wanted[0]} without")
+            expect_same_bits(found[1], wanted[1], "answer with another platform")
+
+
 def columns_are_written(subject: SolverSubject) -> str:
     """Every column that it declares holds finite numbers from the first sample on; nothing beside them is written."""
     group = samples.feasible()[0]
@@ -315,6 +327,7 @@ CHECKS = [
         instances_agree,
         answers_do_not_depend_on_the_past,
         reset_forgets,
+        the_platform_does_not_matter,
         columns_are_written,
         options_change,
         bad_input_raises_nothing,

@@ -62,6 +62,15 @@ class StaleWarmStart(MinimumNorm):
         return status
 
 
+class Weighing(MinimumNorm):
+    """It adds a share of the platform's mass to its answers."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        status = super().solve(W, wrench, t_min, t_max, tension)
+        tension *= 1.0 + 1e-15 * self.robot.platform.mass
+        return status
+
+
 class Raising(MinimumNorm):
     """numpy's pinv raises on NaN."""
 
@@ -293,6 +302,7 @@ MUTANTS = {
     Aliasing: ({}, ["answers_are_not_shared"]),
     Random: ({}, ["instances_agree"]),
     StaleWarmStart: ({"warm_start": True}, ["answers_do_not_depend_on_the_past", "reset_forgets"]),
+    Weighing: ({"platform_independent": True}, ["the_platform_does_not_matter"]),
     Raising: ({}, ["bad_input_raises_nothing"]),
     Owner: ({}, ["views_are_answered_alike"]),
     StaleWork: ({}, ["memory_never_decides"]),

@@ -15,6 +15,8 @@ from cdpr.plugins import Backend, Controller
 from cdpr.simulation.renewal import WORK
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
+from cdpr_solvers.options import QpOptions
+from cdpr_solvers.qp import GIVEN, MinimumNorm
 
 SCENARIOS = ROOT / "scenarios"
 ALL = tuple(column.name for column in FIRST if column.name != "time")
@@ -49,7 +51,7 @@ def drawn(seed=1):
 def both(monkeypatch):
     """Return a function for a rollout and one whose cases are all built, and the numbers of loops that were built."""
 
-    def run(name, vary, **overrides):
+    def run(name, vary, solver=None, **overrides):
         n, found, built = len(next(iter(vary.values()))), [], []
         build = case.build
         given = {"simulation.ends_early": True, "simulation.duration": 0.02, **overrides}
@@ -60,7 +62,7 @@ def both(monkeypatch):
                 for attribute, value in patch.items():
                     patched.setattr(case.Case, attribute, value)
                 path = SCENARIOS / f"{name}.yaml"
-                kept = {"every": 1, "columns": ALL, "threads": 1}
+                kept = {"every": 1, "columns": ALL, "threads": 1, "solver": solver}
                 found.append(cdpr.rollout(path, n, vary=vary, overrides=given, **kept))
             built.append(len(made))
         return *found, built
@@ -145,3 +147,29 @@ def test_a_derived_controller_is_built(controller, monkeypatch):
 def test_methods_that_may_use_the_platform_exist():
     """A renamed method would no longer be compared, and its overrides would be ignored."""
     assert all(hasattr(Backend, name) or hasattr(Controller, name) for name in WORK)
+
+
+class Weighing(MinimumNorm):
+    """Aims at tensions that depend on the mass, of which nobody knows."""
+
+    Options = QpOptions
+
+    def __init__(self, robot, options):
+        super().__init__(robot, options)
+        self.parameters["about"] = GIVEN
+        self.parameters["reference"] = np.full(robot.m, robot.platform.mass)
+
+
+class Independent(MinimumNorm):
+    """Declares that it does not depend on the platform."""
+
+    Options = QpOptions
+    properties = {"platform_independent": True}  # noqa: RUF012
+
+
+@pytest.mark.parametrize(("solver", "count"), [(Weighing, N), (Independent, LANES)])
+def test_only_a_solver_that_declares_it_is_taken_over(solver, count, both):
+    vary = {"robot.platform.mass": np.linspace(24.0, 30.0, N)}
+    one, other, built = both("caroca", vary, solver=solver)
+    assert built == [count, N]
+    assert_same(one, other)
