@@ -10,6 +10,7 @@ from cdpr.base import tolerances
 from cdpr.model.robot import DOF_NAMES, Array
 
 AXES = dict(zip("xyz", np.eye(3), strict=True))
+INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
 YZX, ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 # rad; closer to aligned axes, two Euler angles are lost in round-off.
@@ -31,19 +32,19 @@ def multiply(a: Array, b: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return cross products (K, 3) of vectors (K, 3); faster than numpy's function for few vectors."""
-    return np.asarray(a.take(YZX, 1) * b.take(ZXY, 1) - a.take(ZXY, 1) * b.take(YZX, 1))
+    """Return cross products (..., 3) of vectors (..., 3); faster than numpy's function for few vectors."""
+    return np.asarray(a.take(YZX, -1) * b.take(ZXY, -1) - a.take(ZXY, -1) * b.take(YZX, -1))
 
 
 def rotate(q: Array, vector: Array) -> Array:
-    """Return a vector (3,) rotated by each of the unit quaternions (K, 4), (K, 3)."""
-    twice = 2.0 * cross(q[:, 1:], np.broadcast_to(vector, (len(q), 3)))
-    return np.asarray(vector + q[:, :1] * twice + cross(q[:, 1:], twice))
+    """Return a vector (3,) rotated by each of the unit quaternions (..., 4), (..., 3)."""
+    twice = 2.0 * cross(q[..., 1:], np.broadcast_to(vector, (*q.shape[:-1], 3)))
+    return np.asarray(vector + q[..., :1] * twice + cross(q[..., 1:], twice))
 
 
 def conjugate(q: Array) -> Array:
-    """Return the inverse of a unit quaternion, (4,)."""
-    return np.array([q[0], -q[1], -q[2], -q[3]])
+    """Return the inverse of unit quaternions, (..., 4)."""
+    return np.asarray(q * INVERSE)
 
 
 def from_axis_angle(axis: Array, angle: float) -> Array:
@@ -74,15 +75,16 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Array:
 
 
 def matrix(q: Array) -> Array:
-    """Return the rotation matrix (3, 3) of a unit quaternion (4,)."""
-    w, x, y, z = q
-    return np.array(
+    """Return the rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    w, x, y, z = q if np.ndim(q) == 1 else np.moveaxis(q, -1, 0)
+    rows = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+    return rows if rows.ndim == 2 else np.moveaxis(rows, (0, 1), (-2, -1))
 
 
 def rotation_vector(q: Array) -> Array:
@@ -96,11 +98,12 @@ def rotation_vector(q: Array) -> Array:
 
 
 def between(a: Array, b: Array) -> Array:
-    """Return rotation vectors (K, 3), rad, from the attitudes a to b, both (K, 4), in their common reference axes."""
-    p, q = np.ascontiguousarray(a.T), np.ascontiguousarray(b.T)  # columns: three times as fast for many rows
+    """Return rotation vectors (..., 3), rad, from the attitudes a to b, (..., 4), in their common reference axes."""
+    p, q = (np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in np.broadcast_arrays(a, b))  # fast for many rows
     w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]  # the product b * conjugate(a), row by row
-    xyz = p[0] * q[1:] - q[0] * p[1:] - cross(q[1:].T, p[1:].T).T
-    return rotation_vector(np.concatenate([w[None], xyz]).T)
+    crossed = cross(np.moveaxis(q[1:], 0, -1), np.moveaxis(p[1:], 0, -1))
+    xyz = p[0] * q[1:] - q[0] * p[1:] - np.moveaxis(crossed, -1, 0)
+    return rotation_vector(np.moveaxis(np.concatenate([w[None], xyz]), 0, -1))
 
 
 def from_matrix(R: Array) -> Array:

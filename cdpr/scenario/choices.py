@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from cdpr.base.problems import Mark, shown
 from cdpr.config.overrides import Change, brief, marked_changes
@@ -18,16 +19,38 @@ DEFAULT_TYPE = {"controller": ControllerSection().type, "solver": SolverSection(
 CHOICES = {"backend": "simulation.backend", "solver": "solver.type", "controller": "controller.type"}
 
 
+@dataclass(frozen=True)
+class Choice(Change):
+    """Selection of a plugin by an argument."""
+
+
 def choices(chosen: Mapping[str, str | None], problems: Problems) -> list[Change]:
     """Return the changes that select plugins from the arguments `backend`, `solver` and `controller`."""
     given = [(name, key, chosen[name]) for name, key in CHOICES.items() if chosen.get(name) is not None]
-    return marked_changes([(key, value, Mark(f"{name}={brief(shown(value))}")) for name, key, value in given], problems)
+    rows = [(key, value, Mark(f"{name}={brief(shown(value))}")) for name, key, value in given]
+    return [Choice(each.path, each.value, each.mark) for each in marked_changes(rows, problems)]
 
 
 def typed(chosen: Mapping[str, str | None], texts: Sequence[str] = ()) -> list[Change | str]:
     """Return the changes from `--backend`, `--solver` and `--controller`, followed by the `--set` texts."""
     given = [(name, value) for name, value in chosen.items() if value is not None]
     return [
-        *(Change(tuple(CHOICES[name].split(".")), value, Mark(f"--{name} {brief(value)}")) for name, value in given),
+        *(Choice(tuple(CHOICES[name].split(".")), value, Mark(f"--{name} {brief(value)}")) for name, value in given),
         *texts,
     ]
+
+
+def report_contradictions(changes: Sequence[Change], problems: Problems) -> None:
+    """Report plugins selected by an argument that another change replaces."""
+    for choice in changes:
+        if not isinstance(choice, Choice):
+            continue
+        for other in changes:
+            if other is choice or other.path != choice.path[: len(other.path)]:
+                continue
+            value = other.value
+            for key in choice.path[len(other.path) :]:
+                value = value.get(key) if isinstance(value, dict) else None
+            if value != choice.value:
+                found = "another value" if value is None else shown(value)
+                problems.add(choice.mark, choice.path, f"contradicts {found} of {other.mark}; give one of the two")

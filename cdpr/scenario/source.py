@@ -16,6 +16,7 @@ from cdpr.config.problems import Problems
 from cdpr.config.yaml_nodes import parse
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import examples, nominal
+from cdpr.scenario.choices import report_contradictions
 from cdpr.scenario.initial_from_home import INITIAL, begin_at_home, forget
 from cdpr.scenario.option_migration import Replacement
 from cdpr.scenario.robot_schema import RobotSection
@@ -86,7 +87,9 @@ def change(
     nominal.rename_alternative(document, problems)
     document.data.setdefault("name", stem(document.source))
     replacement = Replacement(document, plugins)
-    for given in [*chosen, *read_overrides(overrides, problems)]:
+    changes = [*chosen, *read_overrides(overrides, problems)]
+    report_contradictions(changes, problems)
+    for given in changes:
         each = replace(given, path=nominal.renamed(given.path))
         if each.path[0] == nominal.KEY:
             nominal.change_nominal(document, each, problems)

@@ -43,7 +43,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
         )
     if scenario.actuators is not None:
         raise CdprError(
-            f"scenario '{scenario.name}' has actuators: an FMU with a controller has the robot's own winches"
+            f"scenario '{scenario.name}' has actuators: an exported controller supports only the robot's own winches"
         )
     known, chosen = registry(), chosen_plugins(scenario)
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)

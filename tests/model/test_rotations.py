@@ -102,3 +102,35 @@ def test_euler_angles_are_those_of_scipy(order):
 @given(vectors)
 def test_of_the_two_quaternions_of_a_matrix_it_is_the_one_with_a_positive_first(v):
     assert rotations.from_matrix(Rotation.from_rotvec(3.0 * v).as_matrix())[0] >= 0.0
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (1,), (4,), (2, 3)])
+def test_many_attitudes_are_as_one_to_the_bit(shape):
+    """Shape (4, 4) must not be taken for a single quaternion."""
+    rng = np.random.default_rng(3)
+    a, b = rng.normal(size=(2, *shape, 4))
+    vector = rng.normal(size=3)
+    functions = {
+        rotations.matrix: (3, 3),
+        rotations.conjugate: (4,),
+        rotations.rotation_vector: (3,),
+        lambda q: rotations.rotate(q, vector): (3,),
+        lambda q: rotations.between(a, q): (3,),
+        lambda q: rotations.between(a[..., :1, :] if a.ndim > 1 else a, q): (3,),
+    }
+    for function, own in functions.items():
+        assert function(b).shape == (*shape, *own)
+    for at in np.ndindex(shape):
+        assert rotations.between(a, b)[at].tobytes() == rotations.between(a[at], b[at]).tobytes()
+        for function in list(functions)[:4]:
+            assert function(b)[at].tobytes() == function(b[at]).tobytes()
+        turned = rotations.multiply(b[at], rotations.conjugate(a[at]))
+        np.testing.assert_allclose(rotations.between(a, b)[at], rotations.rotation_vector(turned), atol=1e-14)
+
+
+@pytest.mark.parametrize("function", [rotations.multiply, rotations.to_euler])
+@pytest.mark.parametrize("shape", [(0, 4), (1, 4), (4, 4)])
+def test_functions_of_one_attitude_take_no_others(function, shape):
+    arguments = {rotations.multiply: (np.ones(4),), rotations.to_euler: ("XYZ",)}.get(function, ())
+    with pytest.raises((TypeError, ValueError, IndexError)):
+        function(np.ones(shape), *arguments)

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from scenario_cases import BASE, HEAD, PLUGINS, QUINTIC, ROBOT, TAIL, changed, load, problem, problems
 
-from cdpr.base.errors import ScenarioError
+import cdpr
+from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.scenario import load_robot, load_scenario
+from cdpr.scenario.choices import CHOICES, typed
+from cdpr.ui.gui.editor import Editor
 
 pytestmark = pytest.mark.core
 
@@ -245,3 +248,51 @@ def test_so_it_does_with_what_is_believed():
 def test_an_item_of_a_list_that_is_not_there_is_one_problem():
     override = "events[0].time=1"
     assert problem(BASE, override) == f"--set {override}: events: there is no item [0]: no list is given here"
+
+
+CONTRADICTIONS = {
+    "backend": {"simulation.backend": "mujoco"},
+    "solver": {"solver": {"type": "lp"}},
+    "controller": {"controller": {"kp": 3.0}},  # the section without `type` selects the default
+}
+CHOSEN = {"backend": "reference", "solver": "qp", "controller": "static"}
+
+
+@pytest.mark.parametrize("role", CONTRADICTIONS)
+@pytest.mark.parametrize("entry", ["load_scenario", "simulate", "rollout", "Batch", "Simulation", "with_changes"])
+def test_an_argument_and_an_override_must_agree(role, entry):
+    def call(overrides, chosen):
+        given = {"overrides": overrides, role: chosen}
+        if entry == "with_changes":
+            return load_scenario("caroca").with_changes(**given)
+        more = {"n": 1, "vary": {"initial.position[0]": [0.0]}} if entry == "rollout" else {}
+        return getattr(cdpr, entry)("caroca", *((1,) if entry == "Batch" else ()), **given, **more)
+
+    with pytest.raises(ScenarioError, match=rf"{role}='{CHOSEN[role]}': .*overrides; give one of the two"):
+        call(CONTRADICTIONS[role], CHOSEN[role])
+    if entry == "load_scenario":
+        assert call({CHOICES[role]: CHOSEN[role]}, CHOSEN[role])
+
+
+def test_a_typed_choice_and_a_set_value_must_agree():
+    given = typed({"backend": "mujoco"}, ["simulation.backend=reference"])
+    with pytest.raises(ScenarioError) as told:
+        load_scenario("caroca", overrides=given)
+    (line,) = str(told.value).splitlines()
+    assert line.startswith("--backend mujoco: simulation.backend: contradicts 'reference' of --set simulation.backend")
+    with pytest.raises(ScenarioError, match="contradicts"):
+        Editor("caroca", given)
+    assert Editor("caroca", typed({"backend": "reference"}, ["simulation.backend=reference"]))
+
+
+@pytest.mark.parametrize("entry", ["rollout", "Batch"])
+def test_a_varied_key_and_an_argument_exclude_each_other(entry):
+    with pytest.raises(ScenarioError, match=r"controller= sets controller\.type"):
+        getattr(cdpr, entry)("caroca", 2, vary={"controller.type": ["pid", "static"]}, controller="pid")
+
+
+@pytest.mark.parametrize("given", [{"vary": {}}, {"seed": -1, "vary": {"controller.kp": [1.0]}}])
+@pytest.mark.parametrize("entry", ["rollout", "Batch"])
+def test_a_message_names_the_function_that_was_called(entry, given):
+    with pytest.raises(CdprError, match=f"^{entry}: "):
+        getattr(cdpr, entry)("caroca", 1, **given)

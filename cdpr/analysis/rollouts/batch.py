@@ -85,7 +85,8 @@ class Batch:
         controller: str | type[Controller] | None = None,
     ) -> None:
         n = check_count(lanes, "Batch")
-        values = {} if vary is None else values_of(vary, n, seed, {} if overrides is None else overrides)
+        chosen = {"backend": backend, "solver": solver, "controller": controller}
+        values = {} if vary is None else values_of(vary, n, seed, overrides, chosen, "Batch")
         base = chosen_scenario(scenario, backend, solver, controller, overrides)
         check_repeatable(base, "a batch")
         self._plan = plan = Plan(base, tuple(values), 0, ())

@@ -111,7 +111,8 @@ def rollout(
         (3, 3, 3)
     """
     n = check_count(n)
-    values = values_of(vary, n, seed, {} if overrides is None else overrides)
+    chosen = {"backend": backend, "solver": solver, "controller": controller}
+    values = values_of(vary, n, seed, overrides, chosen)
     if scheduler is not None and not all(
         each is None or isinstance(each, str) for each in (backend, solver, controller)
     ):

@@ -16,6 +16,7 @@ from cdpr.config.messages import explain
 from cdpr.config.overrides import Overrides, marked_changes, plain_value, read_overrides
 from cdpr.config.problems import Problems
 from cdpr.native.arrays import MASKED, masked
+from cdpr.scenario.choices import CHOICES
 from cdpr.scenario.schema import MAX_SEED
 
 # All cases have the same samples; a study can vary these keys.
@@ -33,32 +34,40 @@ def check_count(n: object, title: str = "rollout") -> int:
     return int(n)
 
 
-def values_of(vary: object, n: int, seed: object, overrides: Overrides) -> dict[str, Sequence[Any]]:
+def values_of(
+    vary: object,
+    n: int,
+    seed: object,
+    overrides: Overrides | None,
+    chosen: Mapping[str, object],
+    title: str = "rollout",
+) -> dict[str, Sequence[Any]]:
     """Return the values of each key for n cases: arrays (n, ...) of numbers, or lists of other values.
 
     Each key has an array (n, ...) or a list of n values, or a distribution as in a study's `random`: {"uniform":
     [lowest, highest]}, {"normal": [mean, standard deviation]} or {"log_uniform": [lowest, highest]}, optionally with
-    its own "seed".
+    its own "seed". Keys must not contradict the `overrides` and the `chosen` backend, solver and controller.
 
     Raises:
         ScenarioError: with all errors, one per line.
     """
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
-        raise CdprError(f"rollout: seed: a whole number from 0 to {MAX_SEED} is expected, got {shown(seed)}")
+        raise CdprError(f"{title}: seed: a whole number from 0 to {MAX_SEED} is expected, got {shown(seed)}")
     if not isinstance(vary, Mapping) or not vary:
-        raise CdprError(f"rollout: vary: {{key: values}} of at least one key is expected, got {shown(vary)}")
+        raise CdprError(f"{title}: vary: {{key: values}} of at least one key is expected, got {shown(vary)}")
     problems = Problems()
     mark = Mark("vary")
-    taken: dict[Path, str] = {change.path: "overrides" for change in read_overrides(overrides, problems)}
+    taken: dict[Path, str] = {change.path: "overrides set" for change in read_overrides(overrides or {}, problems)}
+    taken |= {tuple(CHOICES[name].split(".")): f"{name}= sets" for name, value in chosen.items() if value is not None}
     found: dict[str, Sequence[Any]] = {}
     for key, given in vary.items():
         for change in marked_changes([(key, None, mark)], problems):
             path = tuple(int(part) if str(part).isdecimal() else part for part in change.path)
             other = next((one for one in taken if one[: len(path)] == path[: len(one)]), None)
             if path in FIXED:
-                problems.add(mark, path, "all cases of a rollout have the same samples; a study can vary this")
+                problems.add(mark, path, "all cases have the same samples; a study can vary this")
             elif other is not None:
-                problems.add(mark, path, f"{taken[other]} set {dotted(other)}, which says the same or a part of it")
+                problems.add(mark, path, f"{taken[other]} {dotted(other)}, which says the same or a part of it")
             taken[path] = "vary has"
             try:
                 found[key] = _values(given, n, f"{seed} {key}")

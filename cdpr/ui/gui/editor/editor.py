@@ -14,6 +14,7 @@ from cdpr.config.yaml_nodes import parse
 from cdpr.config.yaml_text import flow
 from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import examples, load_scenario, nominal
+from cdpr.scenario.choices import report_contradictions
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.source import kind_of, open_document, stem
 from cdpr.ui.gui.editor import edit, saving
@@ -51,6 +52,7 @@ class Editor:
         self._look()
         problems = Problems()
         given = read_overrides(changes, problems)
+        report_contradictions(given, problems)
         problems.raise_any()
         for change in given:
             self._set(nominal.renamed(change.path), change.value)
