@@ -1,4 +1,4 @@
-"""Write the generated parts of README.md and docs/: plugins, solvers and figures.
+"""Write the generated parts of README.md and docs/: plugins, checks of plugins, solvers and figures.
 
 Run: python docs/update_readme.py. A test holds the pages to it. The README's picture is drawn by docs/picture.py.
 """
@@ -6,12 +6,17 @@ Run: python docs/update_readme.py. A test holds the pages to it. The README's pi
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from marked import rewritten
+from marked import rewritten, table
 
 from cdpr.analysis.bench.overview import overview
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
+from cdpr.testing.check import Check
+from cdpr.testing.kit import BACKEND, CONTROLLER, SOLVER
 from cdpr.ui.report.text.bench import OVERVIEW, overview_cells
 
 ROOT = Path(__file__).parent.parent
@@ -27,6 +32,11 @@ def plugin_table() -> str:
                 options = ", ".join(f"`{key}`" for key in entry.info.options.model_fields) or "none"
                 lines.append(f"| {role} | `{name}` | {entry.info.summary} | {options} |")
     return "\n".join(lines)
+
+
+def check_table(checks: Sequence[Check[Any]]) -> str:
+    """Return the table of checks of the conformance kit: their names, and the first lines of their docstrings."""
+    return table(("check", "requirement"), ((f"`{check.id}`", check.reason) for check in checks))
 
 
 def figure_table() -> str:
@@ -86,6 +96,11 @@ def solver_table() -> str:
 PAGES = {
     "../README.md": {"step": step_cost},
     "plugin_list.md": {"plugins": plugin_table},
+    "plugins.md": {
+        "checks of solvers": partial(check_table, SOLVER),
+        "checks of controllers": partial(check_table, CONTROLLER),
+        "checks of backends": partial(check_table, BACKEND),
+    },
     "solvers.md": {"solvers": solver_table},
     "figures.md": {"figures": figure_table},
 }

@@ -33,7 +33,7 @@ def _ride(subject: BackendSubject, steps: int = 200) -> Array:
 
 
 def arrays_are_kept(subject: BackendSubject) -> None:
-    """The arrays command (m,), external (6,) and state (13,) are made once, float64, and only the state is written."""
+    """The float64 arrays `command`, `external` and `state` are created once; the backend writes only `state`."""
     backend = subject.make(samples.state(np.random.default_rng(0)))
     arrays = {"command": backend.command, "external": backend.external, "state": backend.state}
     for (name, array), size in zip(arrays.items(), (8, 6, 13), strict=True):
@@ -48,12 +48,12 @@ def arrays_are_kept(subject: BackendSubject) -> None:
 
 
 def made_and_closed_twice(subject: BackendSubject) -> None:
-    """A plant made after another was closed does the same."""
+    """A plant created after another one was closed behaves the same."""
     expect_same_bits(_ride(subject), _ride(subject), "state of a second plant after 200 steps")
 
 
 def reset_forgets(subject: BackendSubject) -> None:
-    """After a reset the motion is that of a new plant, to the bit."""
+    """After `reset`, the plant gives the same bits as a new one."""
     rng = np.random.default_rng(2)
     start, other = samples.state(rng, tilt=0.3), samples.state(rng, speed=5.0)
     fresh, used = subject.make(start), subject.make(other)
@@ -67,7 +67,7 @@ def reset_forgets(subject: BackendSubject) -> None:
 
 
 def platform_is_renewed(subject: BackendSubject) -> None:
-    """After renew and a reset the motion is that of a new plant with the other platform, to the bit."""
+    """After `renew` and `reset`, the plant gives the same bits as a new one with the other platform."""
     start, robot = samples.state(np.random.default_rng(2), tilt=0.3), samples.laden(samples.free())
     fresh, used = subject.make(start, robot), subject.make(start)
     used.step(37)
@@ -80,7 +80,7 @@ def platform_is_renewed(subject: BackendSubject) -> None:
 
 
 def steps_add_up(subject: BackendSubject) -> None:
-    """step(10) is ten times step(1), and step(0) nothing: command and wrench are held in between."""
+    """step(10) equals ten times step(1), and step(0) does nothing; command and wrench are constant in between."""
     start = samples.state(np.random.default_rng(3), tilt=0.3)
     whole, parts = subject.make(start), subject.make(start)
     for backend in (whole, parts):
@@ -94,7 +94,7 @@ def steps_add_up(subject: BackendSubject) -> None:
 
 
 def instances_are_apart(subject: BackendSubject) -> None:
-    """Two plants in one process do not touch each other."""
+    """Two plants in one process do not affect each other."""
     rng = np.random.default_rng(4)
     start, other = samples.state(rng, tilt=0.3), samples.state(rng)
     alone = subject.make(start)
@@ -113,7 +113,7 @@ def instances_are_apart(subject: BackendSubject) -> None:
 
 
 def snapshot_restores(subject: BackendSubject) -> None:
-    """A restored snapshot continues to the same bits, however often, clock included."""
+    """After every restore of a snapshot, the plant continues with the same bits, including the clock."""
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     backend = subject.make(samples.state(np.random.default_rng(5), tilt=0.3))
     backend.command[:], backend.external[:] = np.linspace(40.0, 130.0, 8), [1.0, 2.0, 3.0, 0.4, 0.5, 0.6]
@@ -132,7 +132,7 @@ def snapshot_restores(subject: BackendSubject) -> None:
 
 
 def columns_are_written(subject: BackendSubject) -> str:
-    """Every column that it declares holds finite numbers from the first sample on; nothing beside them is written."""
+    """Every declared column contains finite numbers from the first sample on; nothing else is written."""
     start = samples.state(np.random.default_rng(9), tilt=0.3)
     backend = subject.make(start)
 
@@ -145,7 +145,7 @@ def columns_are_written(subject: BackendSubject) -> str:
 
 
 def clock_counts_steps(subject: BackendSubject) -> None:
-    """engine_time is the number of steps since the reset times the step."""
+    """`engine_time` is the step times the number of steps since the reset."""
     backend = subject.make(samples.state(np.random.default_rng(6)), step=2e-3)
     needs(backend.engine_time() is not None, "it has no clock")
     for _ in range(2):
@@ -157,7 +157,7 @@ def clock_counts_steps(subject: BackendSubject) -> None:
 
 
 def keeps_quiet(subject: BackendSubject) -> None:
-    """Nothing is printed and no file is left in the working folder, not even where NaN goes in."""
+    """The backend prints nothing and leaves no file in the working folder, even with NaN as input."""
     with tempfile.TemporaryDirectory() as folder, Silence(Path(folder)) as silence:
         backend = subject.make(samples.state(np.random.default_rng(7)))
         backend.step(10)
@@ -172,7 +172,7 @@ def keeps_quiet(subject: BackendSubject) -> None:
 
 
 def nothing_leaks(subject: BackendSubject) -> None:
-    """Forty plants made, run and closed leave no descriptor, no thread and at most 4 MB behind."""
+    """After forty plants were created, run and closed, no descriptor, no thread and at most 4 MB remain."""
     needs(os.path.isdir("/proc/self/fd"), "only Linux reports the resources of a process")
 
     def cycle(count: int) -> tuple[int, int, int]:

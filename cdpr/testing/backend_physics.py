@@ -29,7 +29,7 @@ NO_WRENCH = np.zeros(6)
 
 
 def state_round_trip(subject: BackendSubject) -> None:
-    """The state that reset is given comes back, in any attitude, and what was given stays unchanged."""
+    """After `reset`, `state` equals the given state, in any attitude, and the given array is unchanged."""
     rng = np.random.default_rng(10)
     backend = subject.make(samples.state(rng))
     for _ in range(100):
@@ -47,7 +47,7 @@ def state_round_trip(subject: BackendSubject) -> None:
 
 
 def state_is_current(subject: BackendSubject) -> None:
-    """After a step the state is that of its end, pose and twist, not of the step before."""
+    """After a step, pose and twist are those at the end of this step, not of the previous one."""
     rng = np.random.default_rng(11)
     start = samples.state(rng)
     start[7:] = [8.0, -5.0, 6.0, 3.0, -2.0, 4.0]
@@ -58,13 +58,13 @@ def state_is_current(subject: BackendSubject) -> None:
 
 
 def gravity_pulls(subject: BackendSubject) -> None:
-    """The platform falls along the gravity it was given, whatever that is."""
+    """The platform falls along the given gravity, in any direction."""
     for gravity in (np.array([0.0, 0.0, -9.81]), np.array([1.0, 2.0, -5.0]), np.zeros(3)):
         _accelerates(subject, gravity, NO_COMMAND, NO_WRENCH, "acceleration by gravity")
 
 
 def external_wrench_acts_on_the_origin(subject: BackendSubject) -> None:
-    """Each external force and moment gives I^-1 of it, at the origin, world axes, full inertia, any attitude."""
+    """External forces and moments act at the origin, in world axes, with the full inertia, in any attitude."""
     for k, part in enumerate(np.eye(6)):
         _accelerates(subject, NO_GRAVITY, NO_COMMAND, 100.0 * part, f"acceleration by external[{k}]")
 
@@ -97,7 +97,7 @@ def _accelerates(
 
 
 def wrench_ends(subject: BackendSubject) -> None:
-    """Command and external wrench act no longer than they are set."""
+    """Command and external wrench act only as long as they are set."""
     backend = subject.make(samples.state(np.random.default_rng(13), tilt=0.3))
     backend.command[:], backend.external[:] = np.linspace(100.0, 400.0, 8), [900.0, 500.0, 700.0, 50.0, 40.0, 60.0]
     backend.step(3)
@@ -109,7 +109,7 @@ def wrench_ends(subject: BackendSubject) -> None:
 
 
 def coasting_keeps_velocity(subject: BackendSubject) -> None:
-    """Nothing slows a free body down, fast or almost at rest: no damping, no sleeping."""
+    """A free body keeps its velocity, whether fast or almost at rest: no damping, no sleeping."""
     for speed in (3.0, 1e-4):
         start = samples.state(np.random.default_rng(14), speed=speed)
         backend = subject.make(start, samples.ball(), NO_GRAVITY, 1e-2)
@@ -119,7 +119,7 @@ def coasting_keeps_velocity(subject: BackendSubject) -> None:
 
 
 def coasts_however_slowly(subject: BackendSubject) -> None:
-    """No sleeping: what moves or turns alone, a nanometre or nanoradian in a second, continues to do so."""
+    """A free body keeps moving or rotating even at a nanometre or nanoradian per second: no sleeping."""
     for speed in SLOW:
         for part, what in ((slice(7, 10), "m/s"), (slice(10, 13), "rad/s")):
             start = samples.state(np.random.default_rng(14), speed=0.0)
@@ -154,7 +154,7 @@ def _after_a_step(subject: BackendSubject, gravity: Array, command: Array, exter
 
 
 def long_fall(subject: BackendSubject) -> None:
-    """A fall of 30 s is not cut off at some speed, or at one that is declared as speed_max."""
+    """During a fall of 30 s, the speed is not limited, or only at the declared `speed_max`."""
     limit = float(subject.properties.get("speed_max", math.inf))
     h = 1e-2
     steps = int(min(3000.0, 0.9 * limit / (9.81 * h)))
@@ -188,7 +188,7 @@ def _invariants(robot: Robot, state: Array) -> tuple[float, Array, Array]:
 
 
 def hovers_in_balance(subject: BackendSubject) -> None:
-    """Under the wrench that carries it the platform stays where it is for two seconds."""
+    """Under a wrench that balances its weight, the platform stays in place for two seconds."""
     start = samples.state(np.random.default_rng(17), speed=0.0)
     backend = subject.make(start)
     backend.external[:] = dynamics.required_wrench(samples.free(), start, GRAVITY)
@@ -205,7 +205,7 @@ def nan_shows(subject: BackendSubject) -> None:
 
 
 def huge_wrench_shows(subject: BackendSubject) -> None:
-    """An absurd wrench makes an absurd speed, not a reset and not a clamp."""
+    """An absurd wrench causes an absurd speed, not a reset and not a limited speed."""
     for part in np.eye(6):
         _shows(subject, NO_COMMAND, 1e30 * part)
 
@@ -226,7 +226,7 @@ def _shows(subject: BackendSubject, command: Array, external: Array) -> None:
 
 
 def order_is_as_declared(subject: BackendSubject) -> str:
-    """The error under held commands falls with the declared power of the step."""
+    """With constant commands, the error decreases with the declared power of the step."""
     order = subject.properties.get("order")
     needs(order is not None, "it declares no order")
     rng = np.random.default_rng(5)

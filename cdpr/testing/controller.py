@@ -61,7 +61,7 @@ def inputs_stay_unchanged(subject: ControllerSubject) -> None:
 
 
 def reset_forgets(subject: ControllerSubject) -> None:
-    """After reset the output is that of a new controller, to the bit."""
+    """After `reset`, the controller gives the same bits as a new one."""
     used, fresh = subject.make(samples.braced()), subject.make(samples.braced())
     for k in range(50):
         subject.ask(used, *_motion(k), time=1e-3 * k)
@@ -73,7 +73,7 @@ def reset_forgets(subject: ControllerSubject) -> None:
 
 
 def platform_is_renewed(subject: ControllerSubject) -> None:
-    """After renew and reset the output is that of a new controller for the other platform, to the bit."""
+    """After `renew` and `reset`, the controller gives the same bits as a new one for the other platform."""
     robot = samples.laden(samples.braced())
     used, fresh = subject.make(samples.braced()), subject.make(robot)
     for k in range(20):
@@ -86,7 +86,7 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
 
 
 def columns_are_written(subject: ControllerSubject) -> str:
-    """Every column that it declares holds finite numbers from the first sample on; nothing beside them is written."""
+    """Every declared column contains finite numbers from the first sample on; nothing else is written."""
     robot = samples.braced()
     controller = subject.make(robot)
 
@@ -97,7 +97,7 @@ def columns_are_written(subject: ControllerSubject) -> str:
 
 
 def options_change(subject: ControllerSubject) -> str:
-    """Options that it declares changeable change it to what it would be made with, and cost no memory."""
+    """After a change of options, the controller equals a new one with these options; changes need no memory."""
     return expect_changes(
         subject.changeable,
         subject.options,
@@ -107,7 +107,7 @@ def options_change(subject: ControllerSubject) -> str:
 
 
 def snapshot_restores(subject: ControllerSubject) -> None:
-    """A restored snapshot continues to the same bits, however often; a plugin without support raises an error."""
+    """After each restore of a snapshot, the run continues with the same bits; without support there is an error."""
     controller = subject.make(samples.braced())
     for k in range(30):
         subject.ask(controller, *_motion(k), time=1e-3 * k)
@@ -124,7 +124,7 @@ def snapshot_restores(subject: ControllerSubject) -> None:
 
 
 def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
-    """At rest on a resting target the wrench is that of the statics, centre of mass off the origin included."""
+    """At rest at a constant target, the wrench is that of the statics, also with a centre of mass off the origin."""
     needs(not subject.commands, "it puts out commands, no wrench")
     for seed, gravity in ((1, GRAVITY), (2, np.array([1.0, -2.0, -5.0])), (3, NO_GRAVITY)):
         state = _rest(seed)
@@ -134,7 +134,7 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
 
 
 def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
-    """An error along or about an axis gives more pull that way: no sign and no row is wrong."""
+    """A target farther along or about an axis increases this force or moment: all signs and rows are correct."""
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.ask(subject.make(robot), state, _target(state)))
@@ -152,7 +152,7 @@ def _wrench(subject: ControllerSubject, W: Array, out: Array) -> Array:
 
 
 def directions_are_equal(subject: ControllerSubject) -> None:
-    """Turning robot, motion and gravity turns the wrench and keeps the commands, with equal gains everywhere."""
+    """With equal gains, rotating robot, motion and gravity rotates the wrench and keeps the commands."""
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
     robot = samples.braced()
     q = samples.attitude(np.random.default_rng(5))
@@ -180,7 +180,7 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 
 
 def nan_shows(subject: ControllerSubject) -> None:
-    """A state that is not finite never becomes an output that looks sound."""
+    """A state that is not finite never gives a plausible output."""
     for k in range(13):
         state, desired = _motion(6)
         state[k] = np.nan
@@ -192,7 +192,7 @@ def nan_shows(subject: ControllerSubject) -> None:
 
 
 def it_settles(subject: ControllerSubject) -> str:
-    """A platform 3 cm and 0.03 rad away from its target gets closer than half of that in three seconds."""
+    """A platform 3 cm and 0.03 rad from its target moves closer than half of that in three seconds."""
     robot, step = samples.braced(), 5e-3
     controller = subject.make(robot, step=step)
     target = _target(_rest(7))

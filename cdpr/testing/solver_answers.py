@@ -44,7 +44,7 @@ def _answered(subject: SolverSubject) -> Iterator[tuple[Problem, Array]]:
 
 
 def answers_balance(subject: SolverSubject) -> str:
-    """OK means that W t is the wrench: to 1e-9 of it if declared exact, to 1e-6 otherwise."""
+    """With OK, W t equals the wrench, to 1e-9 of it if the solver declares `exact`, otherwise to 1e-6."""
     count = 0
     started = perf_counter()
     for problem, tension in _answered(subject):
@@ -56,7 +56,7 @@ def answers_balance(subject: SolverSubject) -> str:
 
 
 def answers_are_within_the_limits(subject: SolverSubject) -> None:
-    """OK means within the limits to 1e-6 N, or of the largest if less, unless respects_bounds is declared false."""
+    """With OK, unless `respects_bounds` is false, limits hold to 1e-6 N, or to 1e-6 of the largest if less."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for problem, tension in _answered(subject):
         over = float(np.maximum(problem.t_min - tension, tension - problem.t_max).max())
@@ -64,7 +64,7 @@ def answers_are_within_the_limits(subject: SolverSubject) -> None:
 
 
 def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
-    """Every problem that has an answer gets one, from a solver that declares coverage: full.
+    """A solver that declares `coverage: full` solves every feasible problem.
 
     Robots with more redundant cables than a declared max_redundancy may be UNSUPPORTED instead.
     """
@@ -79,7 +79,7 @@ def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
 
 
 def infeasible_is_never_ok(subject: SolverSubject) -> None:
-    """A wrench that no tensions within the limits balance is never OK."""
+    """The status is never OK for a wrench that no tensions within the limits balance."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for group in subject.asked(samples.infeasible()):
         solver = subject.make(group[0].robot)
@@ -88,7 +88,7 @@ def infeasible_is_never_ok(subject: SolverSubject) -> None:
 
 
 def unreachable_is_never_ok(subject: SolverSubject) -> None:
-    """A wrench that no tensions at all balance, fewer cables than freedoms or a singular W, is never OK."""
+    """The status is never OK for a wrench that no tensions balance at all (too few cables, or a singular W)."""
     rng = np.random.default_rng(50)
     robot = samples.sparse()
     solver = subject.make(robot)
@@ -105,7 +105,7 @@ def unreachable_is_never_ok(subject: SolverSubject) -> None:
 
 
 def limits_are_the_arguments(subject: SolverSubject) -> None:
-    """The limits of a call are its arguments; scaled with the wrench they scale the tensions."""
+    """A solver uses the limits of the call; if limits and wrench are scaled together, tensions scale with them."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:50]:
@@ -119,7 +119,7 @@ def limits_are_the_arguments(subject: SolverSubject) -> None:
 
 
 def cables_may_come_in_any_order(subject: SolverSubject) -> None:
-    """Renumbering the cables renumbers the tensions, unless continuity: jump allows several answers."""
+    """Another order of the cables gives the same tensions in it, unless `continuity: jump` allows several answers."""
     needs(subject.properties.get("continuity") != "jump", "it declares continuity: jump")
     for k, group in enumerate(samples.feasible()):
         order = np.random.default_rng(60 + k).permutation(group[0].robot.m)
@@ -140,7 +140,7 @@ def _reordered(problem: Problem, robot: Robot, order: NDArray[np.int64]) -> Prob
 
 
 def answers_are_continuous(subject: SolverSubject) -> None:
-    """Along a smooth path of pose and wrench the tensions do not jump, unless continuity: jump is declared."""
+    """Tensions do not jump along a smooth path of pose and wrench, unless the solver declares `continuity: jump`."""
     declared = subject.properties.get("continuity")
     needs(declared not in (None, "jump"), "it declares no continuity")
     for robot, paths in zip(samples.solver_robots(), samples.paths(), strict=True):
@@ -162,7 +162,7 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
 
 
 def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
-    """For parallel columns, touched limits, thin sets and singular W, OK is true, and so is INFEASIBLE."""
+    """OK and INFEASIBLE are correct for parallel columns, touched limits, thin feasible sets and singular W."""
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
     needs(
         (subject.declares("exact") or full) and subject.respects_bounds,
@@ -194,7 +194,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
 
 
 def objective_is_reached(subject: SolverSubject) -> str:
-    """The tensions are nearest to zero (min_norm), to the middle of the limits (mid_range), or of least declared cost.
+    """Tensions are nearest to zero (`min_norm`) or to the middle of the limits (`mid_range`), or of least `cost`.
 
     A plugin that minimises something else declares its `cost`, as below.
 

@@ -41,7 +41,7 @@ def inputs_stay_unchanged(subject: SolverSubject) -> None:
 
 
 def answers_are_not_shared(subject: SolverSubject) -> None:
-    """An answer is written into the array given for it and never touched again."""
+    """The solver writes an answer into the array of the call, and does not change it later."""
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)
     answers = [ask(solver, problem)[1] for problem in group[:20]]
@@ -53,7 +53,7 @@ def answers_are_not_shared(subject: SolverSubject) -> None:
 
 
 def instances_agree(subject: SolverSubject) -> None:
-    """Two solvers given the same problems give the same bits: nothing random, nothing shared."""
+    """Two solvers give the same bits for the same problems: nothing is random, nothing is shared."""
     for group in samples.feasible():
         first, second = subject.make(group[0].robot), subject.make(group[0].robot)
         for problem in group[:50]:
@@ -61,7 +61,7 @@ def instances_agree(subject: SolverSubject) -> None:
 
 
 def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
-    """A problem has the same answer whatever was solved before it: to the bit, or as exactly as warm_start allows."""
+    """Earlier problems do not change an answer: by no bit, or with `warm_start` by no more than the accuracy."""
     for group, other in zip(samples.feasible(), samples.infeasible(), strict=True):
         used = subject.make(group[0].robot)
         for problem, hard in zip(group[:40], other[:40], strict=True):
@@ -77,7 +77,7 @@ def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
 
 
 def reset_forgets(subject: SolverSubject) -> None:
-    """After reset the answers are those of a new solver, to the bit."""
+    """After `reset`, the solver gives the same bits as a new one."""
     for group in samples.feasible():
         fresh, used = subject.make(group[0].robot), subject.make(group[0].robot)
         for problem in group[50:60]:
@@ -88,7 +88,7 @@ def reset_forgets(subject: SolverSubject) -> None:
 
 
 def the_platform_does_not_matter(subject: SolverSubject) -> None:
-    """With `platform_independent`, the mass, centre of mass and inertia of the platform change no bit of an answer."""
+    """With `platform_independent`, mass, centre of mass and inertia of the platform do not change an answer."""
     needs(subject.declares("platform_independent"), "it is made anew for another platform")
     for group in samples.feasible():
         robot = group[0].robot
@@ -100,7 +100,7 @@ def the_platform_does_not_matter(subject: SolverSubject) -> None:
 
 
 def columns_are_written(subject: SolverSubject) -> str:
-    """Every column that it declares holds finite numbers from the first sample on; nothing beside them is written."""
+    """Every declared column contains finite numbers from the first sample on; nothing else is written."""
     group = samples.feasible()[0]
     solver = subject.make(group[0].robot)
     return expect_written(
@@ -109,7 +109,7 @@ def columns_are_written(subject: SolverSubject) -> str:
 
 
 def options_change(subject: SolverSubject) -> str:
-    """Options that it declares changeable change it to what it would be made with, and cost no memory."""
+    """After a change of options, the solver equals a new one with these options; changes need no memory."""
     group = samples.feasible()[0]
     return expect_changes(
         subject.changeable,
@@ -120,7 +120,7 @@ def options_change(subject: SolverSubject) -> str:
 
 
 def bad_input_raises_nothing(subject: SolverSubject) -> None:
-    """NaN, infinity and contradictory limits yield a status; the stage that called decides what to do."""
+    """NaN, infinity and contradictory limits return a status, not an exception; the caller decides how to react."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:3]:
@@ -132,7 +132,7 @@ def bad_input_raises_nothing(subject: SolverSubject) -> None:
 
 
 def views_are_answered_alike(subject: SolverSubject) -> None:
-    """Inputs may be read-only views into other memory, C-contiguous float64 as promised, with the same answer."""
+    """Inputs may be read-only parts of other arrays (C-contiguous float64), with the same answer."""
     for problem in samples.feasible()[2][:10]:
         view = replace(problem, **{name: _view(getattr(problem, name)) for name in ARRAYS})  # type: ignore[arg-type]
         wanted, found = ask(subject.make(problem.robot), problem), ask(subject.make(problem.robot), view)
@@ -149,7 +149,7 @@ def _view(array: Array) -> Array:
 
 
 def memory_never_decides(subject: SolverSubject) -> None:
-    """The content of the solver's memory before a call does not matter: NaN, 1e30 or 0 there give the same bits."""
+    """The content of the solver's memory before a call does not matter: NaN, 1e30 and 0 there give the same bits."""
     hard = [problems for _, problems in samples.misleading(40, seed=300)[2:6]]
     groups = [*(group[:20] for group in (*samples.feasible(), *samples.infeasible())), *hard]
     if subject.declares("slow"):
@@ -178,7 +178,7 @@ def memory_never_decides(subject: SolverSubject) -> None:
 
 
 def eight_are_answered_as_one(subject: SolverSubject) -> str:
-    """Its operation for eight problems at once, if any, gives each the status and the bits that it gets alone.
+    """A kernel for eight problems at once, if any, solves the same problems as that for one, with the same bits.
 
     The result must not depend on the other problems or on the contents of the memory.
     """
@@ -249,7 +249,7 @@ def _spoilt(problem: Problem) -> list[Problem]:
 
 
 def degenerate_problems_are_answered(subject: SolverSubject) -> None:
-    """No wrench, a locked or cut cable, equal cables, too few cables and a singular W yield true answers."""
+    """Answers are correct for a zero wrench, a locked or cut cable, equal cables, too few cables, and a singular W."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:10]:
@@ -299,7 +299,7 @@ BLOCKS, BYTES = 0.5, 200.0
 
 
 def nothing_leaks(subject: SolverSubject) -> str:
-    """Two thousand answers, or a hundred of a slow solver, leave nothing behind that grows with their number."""
+    """After two thousand answers (a hundred of a slow solver), nothing remains that grows with their number."""
     needs(os.path.isdir("/proc/self"), "only Linux reports the resources of a process")
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)
