@@ -91,6 +91,10 @@ class PluginError(CdprError):
     exit_code = ExitCode.PLUGIN
 
 
+class MissingPackageError(PluginError, ImportError):
+    """Module of cdpr that cannot be imported, because it needs a package of a pip extra."""
+
+
 class OutputError(CdprError):
     """File or folder that cannot be written.
 

@@ -59,10 +59,10 @@ class Subject:
         """
         out = np.empty((len(position), len(self.cables), 2, 3))
         with np.errstate(all="ignore"):
-            R = rotations.matrix(np.asarray(orientation).T)  # (3, 3, n)
+            R = rotations.matrix(np.asarray(orientation))  # (n, 3, 3)
             out[:, :, 1] = np.asarray(position)[:, None]
             for j in range(3):  # R @ B_i without matmul, whose rounding depends on the machine
-                out[:, :, 1] += R[:, None, j].T * self.anchors[:, None, 3 + j]
+                out[:, :, 1] += R[:, None, :, j] * self.anchors[:, None, 3 + j]
         if self._lines is None:
             out[:, :, 0] = self.anchors[:, :3]
         else:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import os
+import subprocess
+import sys
 from importlib import import_module
 
 import pytest
@@ -52,6 +55,31 @@ def test_examples_give_what_they_show(name):
     done = doctest.testmod(import_module(name), optionflags=FLAGS, report=False)
     assert done.attempted
     assert done.failed == 0
+
+
+# Packages of extras that the extra `test` does not have.
+EXTRAS = (
+    "mujoco pybullet dartpy fmpy matplotlib osqp piqp clarabel highspy pyarrow distributed websockets zenoh cma numba"
+)
+WITHOUT = """
+from functools import partial
+from importlib.machinery import PathFinder
+def unless_hidden(find, name, *more):
+    return None if name.partition(".")[0] in {names} else find(name, *more)
+PathFinder.find_spec = partial(unless_hidden, PathFinder.find_spec)
+"""
+
+
+@pytest.mark.slow
+def test_examples_need_no_extra(tmp_path):
+    """The packages of extras are hidden from this Python, and from all that it starts."""
+    (tmp_path / "sitecustomize.py").write_text(WITHOUT.format(names=set(EXTRAS.split())))
+    command = [sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", "--doctest-modules"]
+    packages = ["cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers"]
+    done = subprocess.run(
+        [*command, *packages], cwd=ROOT, env={**os.environ, "PYTHONPATH": str(tmp_path)}, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout[-3000:]
 
 
 INTERFACES = (

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from cdpr.analysis.bench.problems import Problems
 from cdpr.analysis.distribution.adversaries import BAND, Adversaries
-from cdpr.base.errors import PluginError
+from cdpr.base.errors import MissingPackageError
 from cdpr.model.robot import Array
 
 try:
     import daqp
     from scipy.optimize import linprog
 except ImportError as error:
-    raise PluginError(f"the benchmark needs scipy and daqp ({error}): pip install 'cdpr[solvers]'") from error
+    raise MissingPackageError(f"the benchmark needs scipy and daqp ({error}): pip install 'cdpr[solvers]'") from error
 
 # Share of the largest limit: problems with a smaller absolute margin count as neither feasible nor infeasible, because
 # round-off decides.

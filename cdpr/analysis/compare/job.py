@@ -83,9 +83,8 @@ def compare_scenario(
 
     Example:
         >>> import cdpr
-        >>> comparison = cdpr.compare_scenario("planar", changes=["simulation.duration=0.02"], backends=["mujoco"])
-        >>> comparison
-        <Comparison of planar: the engines agree>
+        >>> cdpr.compare_scenario("remote_plant", changes=["simulation.duration=0.02"], backends=["remote"])
+        <Comparison of remote_plant: differences not judged>
     """
     scenario = load_scenario(path, overrides=list(changes))
     for note in (*scenario.notes, *judged(scenario.warnings, strict=strict)):

@@ -124,9 +124,8 @@ def load_study(
 
     Example:
         >>> import cdpr
-        >>> study = cdpr.load_study("gains", overrides={"simulation.duration": 0.1})
-        >>> study
-        <Study gains: 108 cases>
+        >>> cdpr.load_study("thesis_belief", overrides={"simulation.duration": 0.1})
+        <Study thesis_belief: 128 cases>
     """
     problems = Problems()
     document = open_document(file_name(path), "study", problems)

@@ -13,7 +13,7 @@ from cdpr.analysis.workspace.ask import BOUNDARY
 from cdpr.analysis.workspace.certify import INSIDE
 from cdpr.analysis.workspace.kinds import KINDS
 from cdpr.analysis.workspace.result import Workspace, verdicts
-from cdpr.base.errors import CdprError, LogError, PluginError
+from cdpr.base.errors import CdprError, LogError, MissingPackageError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot
@@ -24,7 +24,7 @@ from cdpr.model.rotations import from_axis_angle, multiply
 try:
     from scipy.optimize import linprog
 except ImportError as error:
-    raise PluginError(f"the linear programs need scipy ({error}): pip install 'cdpr[solvers]'") from error
+    raise MissingPackageError(f"the linear programs need scipy ({error}): pip install 'cdpr[solvers]'") from error
 
 # Smallest tolerance that HiGHS accepts; problems are scaled to tensions near 1.
 OPTIONS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}

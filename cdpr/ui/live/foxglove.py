@@ -8,7 +8,7 @@ from threading import Lock, Thread
 from time import time_ns
 from typing import Any
 
-from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.errors import CdprError, MissingPackageError
 from cdpr.log.topics import Topic
 from cdpr.ui.live import foxglove_protocol as protocol
 from cdpr.ui.live.sender import SERVICES, Sender
@@ -19,7 +19,7 @@ try:
     from cdpr.link.web_socket import WebSocket
     from cdpr.ui.live.foxglove_client import Client
 except ImportError as error:
-    raise PluginError(f"a live link needs websockets ({error}): pip install 'cdpr[live]'") from None
+    raise MissingPackageError(f"a live link needs websockets ({error}): pip install 'cdpr[live]'") from None
 
 CLOSES = 1.0  # s that clients have to receive pending data at the end of the run
 MOST_CLIENTS = 16

@@ -15,7 +15,7 @@ from itertools import count
 from threading import Thread
 from typing import Any
 
-from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.errors import CdprError, MissingPackageError
 from cdpr.log.ros2 import decode, encode
 from cdpr.log.topics import Topic
 from cdpr.ui.live.heard import KINDS, bounded
@@ -27,7 +27,8 @@ try:
 
     from cdpr.ui.live.rmw_zenoh import PUBLISHER, SERVICE, SUBSCRIPTION, Node, attachment, gid, parse_attachment
 except ImportError as error:
-    raise PluginError(f"a live link to ROS 2 needs Zenoh and xxhash ({error}): pip install 'cdpr[live]'") from None
+    text = f"a live link to ROS 2 needs Zenoh and xxhash ({error}): pip install 'cdpr[live]'"
+    raise MissingPackageError(text) from None
 
 NAME = "cdpr"
 ROUTER = 7447  # port of a Zenoh router

@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from cdpr.base.errors import PluginError
+from cdpr.base.errors import MissingPackageError
 from cdpr.scene import colours
 from cdpr.ui.report.style import DRAWN_BY, INK, PALE
 
@@ -30,7 +30,7 @@ try:
     from matplotlib.textpath import TextToPath
     from matplotlib.ticker import MaxNLocator
 except ImportError as error:
-    raise PluginError(f"plots and reports need matplotlib ({error}): pip install 'cdpr[plot]'") from error
+    raise MissingPackageError(f"plots and reports need matplotlib ({error}): pip install 'cdpr[plot]'") from error
 
 __all__ = [
     "Axes",
