@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import operator
 from functools import lru_cache
+from itertools import combinations
 from pathlib import Path
 from typing import Any, cast
 
@@ -30,11 +31,13 @@ class Foreign:
     Args:
         function: address, function of a ctypes library, or object with the address as `address`, such as a
             `numba.cfunc`. Objects are kept alive.
-        arguments: C-contiguous arrays of float64 or int64, which must not move, and numbers.
+        arguments: C-contiguous arrays of float64 or int64, which must not move, and numbers. A writeable array must not
+            share memory with another array.
 
     Raises:
         TypeError: if the function has no address, or an argument has another type.
-        ValueError: if an array is not C-contiguous or not aligned to 8 bytes; or, on Linux, no code is at the address.
+        ValueError: if an array is not C-contiguous or not aligned to 8 bytes, or a writeable one shares memory with
+            another one; or, on Linux, no code is at the address.
 
     Attributes:
         operation: address of the function.
@@ -57,6 +60,7 @@ class Foreign:
     def __init__(self, function: Any, *arguments: Any) -> None:
         self.arrays: tuple[Array, ...] = tuple(each for each in arguments if isinstance(each, np.ndarray))
         self.words = np.array([_word(i, each) for i, each in enumerate(arguments)], dtype=np.int64)
+        _check_apart(arguments)
         self.operation = _address(function)
         self._function = function  # keeps its code in memory
         self.place = address(self.words)
@@ -100,6 +104,18 @@ def _check_code(found: int) -> None:
         f"function: expected the address of a function, got {found:#x}, where no code is; keep its library loaded, and "
         "with ctypes use `ctypes.cast(function, ctypes.c_void_p).value`, not `addressof`."
     )
+
+
+def _check_apart(arguments: tuple[Any, ...]) -> None:
+    """Raise ValueError if a writeable array shares memory with another array."""
+    given = [(i, each) for i, each in enumerate(arguments) if isinstance(each, np.ndarray) and each.size]
+    spans = [(i, address(each), address(each) + each.nbytes, each.flags.writeable) for i, each in given]
+    for (i, first, last, writes), (j, start, end, also) in combinations(spans, 2):
+        if (writes or also) and first < end and start < last:
+            raise ValueError(
+                f"argument {j}: shares memory with argument {i}, and one of them is writeable; pass a separate array, "
+                "or both read-only."
+            )
 
 
 def _word(i: int, argument: Any) -> int:

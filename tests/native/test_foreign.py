@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import cdpr
-from cdpr.base.errors import CdprError
+from cdpr.base.errors import CdprError, PluginError
+from cdpr.model.robot import read_only
 from cdpr.native.bind import bind
 from cdpr.native.foreign import MAPPINGS, OPERATION, Foreign
 from cdpr.plugins import CompiledSolver, Controller
@@ -70,6 +71,40 @@ def test_the_struct_holds_addresses_and_numbers():
 def test_what_cannot_stand_in_the_struct_is_rejected(arguments, error, told):
     with pytest.raises(error, match=told):
         Foreign(1 << 20, *arguments)
+
+
+NOTHING = OPERATION(lambda place, time: 0)
+
+
+def test_a_writeable_array_shares_no_memory():
+    """A kernel would read what it has overwritten; read-only views may overlap, as of a state and its position."""
+    numbers = np.zeros(8)
+    fixed = read_only(numbers)
+    for first, second in ((numbers, numbers), (fixed, numbers[:1]), (numbers[:5], fixed[4:]), (fixed, numbers)):
+        with pytest.raises(ValueError, match="argument 2: shares memory with argument 0, and one"):
+            Foreign(NOTHING, first, 1, second)
+    for first, second in (
+        (fixed, fixed[3:]),
+        (numbers[:4], numbers[4:]),
+        (numbers, numbers[:0]),
+        (numbers[2:2], fixed),
+    ):
+        assert Foreign(NOTHING, first, second).words.size == 2
+
+
+class Overlapping(CompiledSolver):
+    """Its work array is the end of its answer."""
+
+    def __init__(self, robot, options):
+        super().__init__(robot, options, NOTHING)
+
+    def compiled(self, W, wrench, t_min, t_max, tension):
+        return Foreign(NOTHING, W, wrench, t_min, t_max, tension, tension[-2:])
+
+
+def test_a_solver_whose_work_arrays_overlap_those_of_the_stage_is_rejected():
+    with pytest.raises(PluginError, match="argument 5: shares memory with argument 4"):
+        cdpr.simulate("caroca", solver=Overlapping, overrides={"simulation.duration": 0.01})
 
 
 def test_a_function_of_ctypes_is_called_by_its_address():
