@@ -92,7 +92,13 @@ class PluginError(CdprError):
 
 
 class MissingPackageError(PluginError, ImportError):
-    """Module of cdpr that cannot be imported, because it needs a package of a pip extra."""
+    """Module of cdpr that cannot be imported, because it needs a package of a pip extra.
+
+    Example:
+        >>> import cdpr
+        >>> issubclass(cdpr.MissingPackageError, ImportError)
+        True
+    """
 
 
 class OutputError(CdprError):
