@@ -18,7 +18,12 @@ WITHOUT_MATPLOTLIB = "import sys; sys.modules['matplotlib'] = None; from cdpr.ui
 
 @pytest.fixture(scope="module")
 def python(tmp_path_factory):
-    """The Python of a new environment that holds the wheel, and finds our dependencies where this one has them."""
+    """The Python of a new environment that holds the wheel, and finds our dependencies where this one has them.
+
+    CDPR_TEST_WHEEL is a wheel that has been built already.
+    """
+    if "CDPR_TEST_WHEEL" in os.environ:
+        return unpacked(tmp_path_factory.mktemp("wheel"), os.environ["CDPR_TEST_WHEEL"])
     if not has_compiler():
         pytest.skip("there is no C++ compiler, and building with zig takes too long here")
     folder = tmp_path_factory.mktemp("wheel")

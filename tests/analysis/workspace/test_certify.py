@@ -187,14 +187,14 @@ def test_the_command_proves(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "undecided"), [("cogiro", 0.01), ("caroca", 0.03)])
+@pytest.mark.parametrize(("name", "undecided"), [("cogiro", 0.02), ("caroca", 0.03)])
 def test_no_proof_of_a_large_share_is_against_many_samples(name, undecided):
     found, robot = certified(name, undecided=undecided)
     assert found.proofs.shares()["undecided"] <= undecided
     assert contradicted(found, robot, *samples(found, SAMPLES)) == 0
 
 
-CHECKED = 600 * CASES  # boxes of each kind, in rational arithmetic
+CHECKED = 300 * CASES  # boxes of each kind, in rational arithmetic
 
 
 @pytest.mark.slow
