@@ -96,7 +96,7 @@ def solver_table() -> str:
 PAGES = {
     "../README.md": {"step": step_cost},
     "plugin_list.md": {"plugins": plugin_table},
-    "plugins.md": {
+    "plugin_checks.md": {
         "checks of solvers": partial(check_table, SOLVER),
         "checks of controllers": partial(check_table, CONTROLLER),
         "checks of backends": partial(check_table, BACKEND),

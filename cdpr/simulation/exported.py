@@ -137,7 +137,7 @@ def _own_entry(role: str, plugin: Controller | TensionSolver, bound: Any, own: d
     if plugin.source is None:
         raise CdprError(
             f"the {role}'s operation was compiled elsewhere, so it cannot be exported: give the plugin the attribute "
-            "`source`, the C++ of its operation (docs/plugins.md)"
+            "`source`, the C++ of its operation (docs/plugin_kernels.md)"
         )
     own[f"own_{role}"] = plugin.source
     return f"own_{role}"

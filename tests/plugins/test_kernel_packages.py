@@ -15,7 +15,7 @@ from conftest import ROOT
 from offline import has_compiler
 
 HERE = ROOT / "tests" / "plugins"
-TUTORIAL = (ROOT / "docs" / "plugins.md").read_text()
+TUTORIAL = (ROOT / "docs" / "plugin_kernels.md").read_text()
 SETUPTOOLS = "70.1"  # makes wheels by itself since
 # Name, plugin and requirements beside the compiler of each package.
 PACKAGES = {

@@ -128,8 +128,9 @@ def test_the_solver_has_less_than_thirty_lines_of_code():
     assert lines < 30, lines
 
 
-def test_every_check_is_in_the_tutorial():
+def test_every_check_is_documented():
     from cdpr.testing.kit import BACKEND, CONTROLLER, SOLVER
 
-    missing = [check.id for check in [*BACKEND, *SOLVER, *CONTROLLER] if f"`{check.id}`" not in TUTORIAL]
+    page = (ROOT / "docs" / "plugin_checks.md").read_text()
+    missing = [check.id for check in [*BACKEND, *SOLVER, *CONTROLLER] if f"`{check.id}`" not in page]
     assert missing == []

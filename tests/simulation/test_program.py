@@ -263,7 +263,7 @@ def test_a_controller_of_python_leaves_the_rest_compiled(tmp_path):
 
 def example(words):
     """Return the Python of the documentation that holds these words."""
-    text = (ROOT / "docs" / "plugins.md").read_text()
+    text = (ROOT / "docs" / "plugin_kernels.md").read_text()
     (code,) = (each for each in re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE) if words in each)
     return code
 
