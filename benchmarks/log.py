@@ -14,6 +14,7 @@ import numpy as np
 import cdpr
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.chunk_index import Written
 from cdpr.log.finite import Finite
 from cdpr.log.header import Header
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
@@ -63,15 +64,22 @@ def measure(header: Header, rows: Array, where: str | None = None) -> dict[str, 
     def uncompressed(path: Path) -> float:
         """Check and write rows as versions before format 4 did, without a thread."""
         finite = Finite(header.layout, header.control_step)
+        chunks: list[Written] = []
         with path.open("wb", buffering=0) as file:
+            file.write(old.description)
             started = process_time()
-            for n in range(0, ROWS, BLOCK):
-                finite.take(rows, n + BLOCK)
-                file.write(old.block(rows[n : n + BLOCK], n))
-                if (n + BLOCK) % PICTURE_ROWS == 0:
-                    first = n + BLOCK - PICTURE_ROWS
-                    for piece in old.pictures(rows[first : n + BLOCK], first):
-                        file.write(piece.raw)
+            for n in range(BLOCK, ROWS + 1, BLOCK):
+                finite.take(rows, n)
+                first = n - BLOCK
+                pieces = [Piece(0, first, BLOCK, old.block(rows[first:n], first))]
+                if n % PICTURE_ROWS == 0 or n == ROWS:
+                    first = (n - 1) // PICTURE_ROWS * PICTURE_ROWS
+                    pieces += old.pictures(rows[first:n], first)
+                for piece in pieces:
+                    _, written = old.stored(piece, file.tell())
+                    chunks.append(written)
+                    file.write(piece.raw)
+            file.write(old.ending(chunks, ROWS - 1, file.tell()))
             return (process_time() - started) / ROWS
 
     def close(folder: Path) -> float:

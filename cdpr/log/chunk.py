@@ -26,6 +26,7 @@ Count = TypeVar("Count", int, NDArray[np.int64])
 # opcode, length, first time, last time, size, crc, length of the compression's name (0), size
 CHUNK_HEAD = struct.Struct("<BQQQQIIQ")
 _MESSAGE_HEAD = struct.Struct("<BQH20x")  # opcode, length, channel; then the 20 bytes of number and times
+_HEAD_NUMBER = 20  # bytes of number and times at its end
 _INDEX_HEAD = struct.Struct("<BQHI")  # opcode, length, channel, length of the entries
 _INDEX_ENTRY = 16
 # Variable part of a message's head. In most messages the CDR begins with the stamp, so that it is contiguous.
@@ -64,7 +65,7 @@ class Template:
             data += cdr
             stamps = [places[path] for path in topic.stamps]
             merged = stamps[:1] == [4]
-            heads.append((body - 20, 0, _HEAD.itemsize if merged else 20))
+            heads.append((body - _HEAD_NUMBER, 0, _HEAD.itemsize if merged else _HEAD_NUMBER))
             heads += [(body + place, _HEAD_STAMP, 8) for place in stamps[merged:]]
             for path, runs in topic.columns.items():
                 place = body + places[path]
@@ -76,6 +77,9 @@ class Template:
         self.unheld = [column for column in range(group.width) if column not in held]
         self.group = group
         self.row = np.frombuffer(data, np.uint8)
+        # Number and times of a message equal those of the message before: their positions, and the distances.
+        self.heads = np.array(self.starts[1:], np.int64) + (_MESSAGE_HEAD.size - _HEAD_NUMBER)
+        self.before = np.diff(np.array(self.starts, np.int64))
         self.head_to, self.head_from = _view(heads, 0, len(data)), _view(heads, 1, _HEAD.itemsize)
         self.values_to, self.values_from = _view(copies, 0, len(data)), _view(copies, 1, 8 * group.width)
 

@@ -131,14 +131,12 @@ class ChunkFile:
     def _append(self, kind: Kind, stop: int, make: Callable[[], Sequence[Piece]]) -> None:
         if stop <= self.done[kind]:
             return
-        parts: list[bytes | memoryview] = []
         chunks, end = [], self.end
         for piece in make():
             stored, written = self._form.stored(piece, end)
-            parts += stored
+            self._put(stored, end)
             chunks.append(written)
             end += sum(map(len, stored))
-        self._put(parts, self.end)
         if self._size > self.end:
             self._cut(end)
         self._size = end

@@ -176,12 +176,16 @@ class LogFormat:
         return pieces
 
     def stored(self, piece: Piece, start: int) -> tuple[list[bytes | memoryview], Written]:
-        """Return a chunk and its indexes as stored in the file, at byte `start`, in parts."""
+        """Return a chunk and its indexes as stored in the file, at byte `start`, in parts.
+
+        The result is valid until the next call.
+        """
         parts: list[bytes | memoryview] = [piece.raw]
+        template = self.templates[piece.group]
         if self.compressor is None:
-            size = piece.n * self.templates[piece.group].row.size
+            size = piece.n * template.row.size
         else:
-            parts, size = self.compressor.compress(piece.raw)
+            parts, size = self.compressor.compress(piece.raw, template)
         return parts, Written(piece.group, piece.first, piece.n, start, size)
 
     def length(self, written: Written) -> int:

@@ -21,6 +21,7 @@ extern const cdpr_group trajectory;
 extern const cdpr_group workspace;
 extern const cdpr_group loop;
 extern const cdpr_group proofs;
+extern const cdpr_group log;
 
 static const cdpr_group* const groups[] = {
     &mathematics,
@@ -37,6 +38,7 @@ static const cdpr_group* const groups[] = {
     &workspace,
     &loop,
     &proofs,
+    &log,
 };
 // clang-format on
 
