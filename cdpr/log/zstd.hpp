@@ -21,7 +21,7 @@ struct ZstdFrame {
     const int64_t* buffer;  // (c), contains the content
     const int64_t* heads;   // (h), positions in a row of bytes that equal those of the message before, in order
     const int64_t* before;  // (h), distances to these
-    int64_t* sequences;     // (s), one for each 4 bytes of a block
+    int64_t* sequences;     // (s), one for each 4 bytes of a block; fewer are used, as literals precede short matches
     int64_t* frame;         // (f): 9 bytes, the content, 3 for each block, and ZSTD_SPARE
     int64_t* size;          // (1), of the frame, bytes
     int64_t start, count;   // of the content, bytes

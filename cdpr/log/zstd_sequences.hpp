@@ -82,19 +82,10 @@ template <int symbols> inline uint8_t* put_description(const StateCode<symbols>&
     return out;
 }
 
-// Write sequences, the last one first, up to `limit`; return their end, or nullptr if they do not fit.
+// Write sequences, 1 to 0x7eff, the last one first, up to `limit`; return their end, or nullptr if they do not fit.
 inline uint8_t* put_sequences(const int64_t* sequences, int64_t count, uint8_t* out, const uint8_t* limit) {
-    if (count < 128) {
-        *out++ = uint8_t(count);
-    } else if (count < 0x7f00) {
-        *out++ = uint8_t((count >> 8) + 128);
-        *out++ = uint8_t(count);
-    } else {
-        *out++ = 255;
-        *out++ = uint8_t(count - 0x7f00);
-        *out++ = uint8_t((count - 0x7f00) >> 8);
-    }
-    if (count == 0) return out;
+    if (count >= 128) *out++ = uint8_t((count >> 8) + 128);
+    *out++ = uint8_t(count);
     *out++ = 0xa8;  // all three codes are described
     out = put_description(LITERALS_CODE, out);
     out = put_description(OFFSET_CODE, out);

@@ -155,10 +155,10 @@ def test_a_block_that_cannot_be_made_leaves_no_gap(tmp_path: Path, monkeypatch: 
     assert compressor is not None
     compress, calls = compressor.compress, itertools.count()
 
-    def failing(raw: memoryview) -> tuple[bytes, int]:
+    def failing(*chunk: Any) -> tuple[list[bytes | memoryview], int]:
         if next(calls) == at:
             raise MemoryError
-        return compress(raw)
+        return compress(*chunk)
 
     monkeypatch.setattr(compressor, "compress", failing)
     for _ in range(2):
