@@ -8,12 +8,16 @@ library that saves as much.
 from __future__ import annotations
 
 import struct
+from typing import TYPE_CHECKING
 
 import numpy as np
 import zstandard
 
 from cdpr.log.chunk import CHUNK_HEAD, Template
 from cdpr.native.bind import bind
+
+if TYPE_CHECKING:
+    from cdpr.native.library import Bound
 
 # CHUNK_HEAD with the compression's name.
 ZSTD_HEAD = struct.Struct("<BQQQQII4sQ")
@@ -30,6 +34,8 @@ class Compressor:
         self._frame = np.empty(0, np.int64)
         self._sequences = np.empty(_BLOCK // _SHORTEST, np.int64)
         self._size = np.empty(1, np.int64)
+        self._source: object = None  # of the last chunk
+        self._call: Bound | None = None  # kernel for this source
 
     def compress(self, raw: memoryview, template: Template) -> tuple[list[bytes | memoryview], int]:
         """Return a compressed chunk and the message indexes after it, in parts, and the size of its compressed records.
@@ -37,15 +43,23 @@ class Compressor:
         The result is valid until the next call.
 
         Args:
-            raw: the uncompressed chunk, followed by its message indexes.
+            raw: the uncompressed chunk, followed by its message indexes: the whole of an array.
             template: template of its rows.
         """
         stop = 9 + int.from_bytes(raw[1:9], "little")
-        count = stop - CHUNK_HEAD.size
+        if self._call is None or raw.obj is not self._source:
+            self._call, self._source = self._bind(raw, stop - CHUNK_HEAD.size, template), raw.obj
+        status = self._call.unlocked()
+        assert status == 0, status
+        size = int(self._size[0])
+        return [compressed_head(raw, size), self._frame.data.cast("B")[:size], raw[stop:]], size
+
+    def _bind(self, raw: memoryview, count: int, template: Template) -> Bound:
+        """Bind the kernel to the chunks with `count` bytes of records in one array; this takes as long as 30 rows."""
         needed = (count + 3 * (count // _BLOCK + 1) + _SPARE) // 8
         if self._frame.size < needed:
             self._frame = np.empty(needed, np.int64)
-        status = bind(
+        return bind(
             "write_zstd",
             buffer=np.frombuffer(raw, np.int64, len(raw) // 8),  # the indexes are longer than the rest
             heads=template.heads,
@@ -56,10 +70,7 @@ class Compressor:
             start=CHUNK_HEAD.size,
             count=count,
             row=template.row.size,
-        ).unlocked()
-        assert status == 0, status
-        size = int(self._size[0])
-        return [compressed_head(raw, size), self._frame.data.cast("B")[:size], raw[stop:]], size
+        )
 
 
 def compressed_head(raw: bytes | memoryview, size: int) -> bytes:
