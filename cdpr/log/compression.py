@@ -1,8 +1,8 @@
 """Compression of MCAP chunks by zstd, with a kernel suited to the messages of a run.
 
 Successive rows differ in the low bytes of their numbers and repeat everything else, so no search for repetitions is
-needed: the kernel compares each row with the one before. This takes half the time of the fastest level of zstd's
-library that saves as much.
+needed: the kernel compares each row with the one before. A row of eight moving cables takes 511 bytes, 493 with level 1
+of zstd's library. The library's fastest parameters for such rows gave 542, and took twice the time.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Compressor:
         return [compressed_head(raw, size), self._frame.data.cast("B")[:size], raw[stop:]], size
 
     def _bind(self, raw: memoryview, count: int, template: Template) -> Bound:
-        """Bind the kernel to the chunks with `count` bytes of records in one array; this takes as long as 30 rows."""
+        """Bind the kernel to the chunks with `count` bytes of records in one array."""
         needed = (count + 3 * (count // _BLOCK + 1) + _SPARE) // 8
         if self._frame.size < needed:
             self._frame = np.empty(needed, np.int64)

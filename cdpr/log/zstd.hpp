@@ -12,7 +12,7 @@ namespace cdpr::CDPR_TARGET {
 
 constexpr int64_t ZSTD_BLOCK = 1 << 17;   // content of a block, bytes, at most
 constexpr int64_t ZSTD_OFFSET = 1 << 20;  // of a match, bytes, at most
-constexpr int64_t SHORTEST_MATCH = 4;     // 3 is allowed and 8 % smaller, but takes more time
+constexpr int64_t SHORTEST_MATCH = 4;     // 3 is allowed and 6 % smaller, and takes 1.4 times as long
 constexpr int64_t WORD = 8;
 constexpr int64_t FRAME_HEAD = 9;                  // bytes
 constexpr int64_t ZSTD_SPARE = LONGEST_HEAD + 32;  // bytes that are written and not used
@@ -33,7 +33,7 @@ struct ZstdFrame {
 };
 
 inline uint64_t word_at(const uint8_t* place) {
-    uint64_t word;
+    uint64_t word = 0;
     memcpy(&word, place, WORD);
     return word;
 }
