@@ -149,9 +149,7 @@ class RemoteOptions(PluginOptions, PeerOptions):
     program: FileName | None = Field(
         None, description="a program to start, relative to this file; it talks through its standard input and output"
     )
-    real_time: bool = Field(
-        False, description="let each step take as long as it simulates, and count those that come too late"
-    )
+    real_time: bool = Field(False, description="run each step in real time, and count late steps")
 
     def declares(self) -> dict[str, Any]:
         """Return whether runs are reproducible; a real-time plant is not."""
@@ -233,6 +231,6 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="a plant in another process: a robot's own computer, or another simulator (docs/remote.md)",
             properties={"order": 0, "exits": ALL_EXITS, "scheme": "", "deterministic": True, "live": True},
             options=RemoteOptions,
-            columns=(Column("step_late", 1, "s", "how late the last step was by the wall clock; of real time alone"),),
+            columns=(Column("step_late", 1, "s", "delay of the last step by the wall clock; only in real time"),),
         ),
     ]

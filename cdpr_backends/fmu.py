@@ -132,7 +132,7 @@ class FmuBackend(Backend):
         plant = Plant(self.robot, self.gravity, float(self.physics_step), kinematics.make_state(np.zeros(3)))
         archive = open_archive(cached_fmu(plant, self.options.export.fmi if self.options.export else 3))
         if archive.sha256 != archive.path.stem:
-            raise FmuError(f"{archive.path}: was changed since cdpr made it; remove it")
+            raise FmuError(f"{archive.path}: has changed since cdpr wrote it; remove it")
         return archive
 
     def _steps_in(self, physics_step: float) -> int:

@@ -56,7 +56,7 @@ def start_fault(robot: Robot, start: Array, state: Array, length: Array | None, 
         ours = kinematics.lengths(robot, start)
         if not (np.abs(length - ours) <= LENGTH_TOLERANCE * ours).all():
             return (
-                f"says that its cables are {_brief(length)} m long at the start, the robot's are {_brief(ours)} m: "
+                f"its cables are {_brief(length)} m long at the start, the robot's are {_brief(ours)} m: "
                 "check signals.cable_order, the units, and that it is an FMU of this robot"
             )
     return ""

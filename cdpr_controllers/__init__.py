@@ -88,7 +88,7 @@ class CableLengthOptions(PluginOptions):
     )
     pretension: Gain = Field(
         0.0,
-        description="tension that the feed-forward stays close to while it balances the weight",
+        description="reference tension of the feed-forward, which balances the weight",
         json_schema_extra={"unit": "N"},
     )
     forward_kinematics: bool = Field(
@@ -109,12 +109,12 @@ class RemoteOptions(PluginOptions, PeerOptions):
         None, description="a program to start, relative to this file; it talks through its standard input and output"
     )
     output: Literal["wrench", "command"] = Field(
-        "wrench", description="what it answers: the wrench on the platform, or the command of each cable"
+        "wrench", description="output: the wrench on the platform, or the command of each cable"
     )
     lockstep: bool = Field(
         True,
-        description="wait for the answer to each step; false lets it run freely and takes its newest answer, with "
-        "which no two runs are the same",
+        description="wait for the answer to each step; false lets it run freely and takes its newest answer, so runs "
+        "are not reproducible",
     )
 
     def declares(self) -> Mapping[str, object]:

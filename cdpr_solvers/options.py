@@ -20,7 +20,7 @@ class QpOptions(PluginOptions):
 
     about: Literal["zero", "middle", "previous", "given"] = Field(
         "zero",
-        description="what the tensions are to be near: zero, the middle of their limits, those of the step before, or "
+        description="target of the tensions: zero, the middle of their limits, those of the step before, or "
         "`reference`",
     )
     reference: Tensions | None = Field(
@@ -49,7 +49,7 @@ class MaximinOptions(PluginOptions):
 
     norm: Literal["slack", "ball"] = Field(
         "slack",
-        description="what is made largest: the smallest distance of a tension from its limits (slack), or the radius "
+        description="maximised quantity: the smallest distance of a tension from its limits (slack), or the radius "
         "of a ball in the null space within the limits (ball, Chebyshev centre)",
     )
 
@@ -58,7 +58,7 @@ class AnalyticCentreOptions(PluginOptions):
     """Options of the solver `analytic_centre`."""
 
     weights: Weights | None = Field(
-        None, description="how strongly each cable is kept off its limits, one per cable; all 1 by default"
+        None, description="weight of each cable's distance from its limits, one per cable; all 1 by default"
     )
 
 
@@ -66,7 +66,7 @@ class ExactOptions(PluginOptions):
     """Options of the solver `exact`."""
 
     objective: Literal["min_norm", "one_norm"] = Field(
-        "min_norm", description="what is least: the 2-norm (min_norm) or the sum of the tensions (one_norm)"
+        "min_norm", description="minimised quantity: the 2-norm (min_norm) or the sum of the tensions (one_norm)"
     )
 
     def declares(self) -> dict[str, object]:
@@ -83,7 +83,7 @@ class LibraryOptions(PluginOptions):
         le=1e-3,
         description="of limits and wrench, as a share of the largest limit; a millionth is too much for the stage",
     )
-    iterations: int = Field(1000, ge=1, description="steps of the library after which it gives up")
+    iterations: int = Field(1000, ge=1, description="maximum number of iterations of the library")
 
 
 class TimedOptions(LibraryOptions):
@@ -92,7 +92,7 @@ class TimedOptions(LibraryOptions):
     time: float | None = Field(
         None,
         gt=0.0,
-        description="wall time after which it gives up; answers then depend on the machine; by default there is none",
+        description="time limit; results then depend on the machine; default: none",
         json_schema_extra={"unit": "s"},
     )
 
@@ -100,7 +100,7 @@ class TimedOptions(LibraryOptions):
 class OsqpOptions(TimedOptions):
     """Options of the solver `osqp`."""
 
-    iterations: int = Field(10_000, ge=1, description="steps of the library after which it gives up")
+    iterations: int = Field(10_000, ge=1, description="maximum number of iterations of the library")
 
 
 class DaqpOptions(LibraryOptions):
@@ -162,20 +162,20 @@ class ImprovedClosedFormOptions(PluginOptions):
 
     rule: Literal["published", "scaled"] = Field(
         "published",
-        description="which cable is fixed next: the farthest beyond its limit in newtons (published), or relative to "
-        "how far the null space that is left moves it (scaled)",
+        description="selection of the next fixed cable: farthest beyond its limit in N (published), or relative to "
+        "its motion in the remaining null space (scaled)",
     )
 
 
 class DykstraOptions(PluginOptions):
     """Options of the solver `dykstra`."""
 
-    iterations: int = Field(500, ge=1, description="pairs of projections after which it gives up")
+    iterations: int = Field(500, ge=1, description="maximum number of pairs of projections")
     tolerance: float = Field(
         1e-12,
         gt=0.0,
         le=1e-9,
-        description="how far beyond its limits a tension may be, as a share of the largest limit",
+        description="tolerance of the limits, as a share of the largest limit",
     )
 
 
@@ -191,5 +191,5 @@ def per_cable(robot: Robot, name: str, values: Sequence[float] | None) -> list[f
         return [1.0] * robot.m
     if len(values) != robot.m:
         wanted = f"one number per cable, {robot.m} for robot '{robot.name}'"
-        raise PluginError(f"{name}: {wanted}, is expected, got {len(values)}")
+        raise PluginError(f"{name}: expected {wanted}, got {len(values)}")
     return list(values)

@@ -27,7 +27,7 @@ KEY = "checksum"
 LENGTH = 2 * hashlib.sha256().digest_size  # characters of a checksum
 BLOCK = 1 << 20  # bytes per read
 COMMENT = struct.Struct("<H")  # length of the comment, the last field of that record
-CHANGED = "it was changed since it was written: its checksum differs"
+CHANGED = "it has changed since it was written: its checksum differs"
 
 
 def checksum(content: bytes | memoryview) -> str:
@@ -51,7 +51,7 @@ def unsealed(text: str | bytes, job: str = "") -> dict[str, Any]:
     try:
         content = json.loads(text)
         if not isinstance(content, dict):
-            raise ValueError(f"a JSON object is expected, got {type(content).__name__}")
+            raise ValueError(f"expected a JSON object, got {type(content).__name__}")
         found = content.pop(KEY, None)
         if found is None:
             raise ValueError("it has no checksum: an older version wrote it, or it was edited")
@@ -109,7 +109,7 @@ def _problems(value: Any, kind: Any, where: str) -> Iterator[str]:
             yield from _problems(each, parts[0], f"{where}{i}.")
     elif not _is_a(value, plain, parts):
         name = getattr(kind, "__name__", str(kind))
-        yield f"{where.rstrip('.')}: {name} expected, got {type(value).__name__}"
+        yield f"{where.rstrip('.')}: expected {name}, got {type(value).__name__}"
 
 
 def _is_a(value: Any, plain: Any, parts: tuple[Any, ...]) -> bool:
@@ -133,7 +133,7 @@ def seal_archive(file: BinaryIO) -> None:
     """Add the checksum of a finished zip archive, open for reading and writing, as its comment."""
     file.seek(-COMMENT.size, 2)
     if file.read() != COMMENT.pack(0):
-        raise ValueError("an archive without a comment is expected")
+        raise ValueError("expected an archive without a comment")
     file.seek(-COMMENT.size, 2)
     file.write(COMMENT.pack(LENGTH))
     text = _of_bytes(file, file.seek(0, 2))
@@ -147,7 +147,7 @@ def check_archive(file: BinaryIO) -> None:
     file.seek(max(0, size))
     text = file.read()
     if size < 0 or text != _of_bytes(file, size).encode():
-        raise ValueError("it was changed since it was written, or an older version wrote it: its checksum differs")
+        raise ValueError("it has changed since it was written, or an older version wrote it: its checksum differs")
     file.seek(0)
 
 

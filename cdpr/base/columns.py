@@ -162,7 +162,7 @@ FIRST: tuple[Column, ...] = (
     Column("tension", CABLES, "N", f"Commanded tension, {_HELD}", places=(COMMANDS + "/effort", _STATES + "/effort")),
     Column("length", CABLES, "m", "Cable lengths", places=(_STATES + "/position",)),
     Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(_STATES + "/velocity",)),
-    Column("status", 1, "", "What the solver's answer was found to be, a `cdpr.tension.Status`", places=_SOLVER),
+    Column("status", 1, "", "Status of the verified solution, a `cdpr.tension.Status`", places=_SOLVER),
     Column(
         "residual", 1, "N", f"Norm of W tension - wrench in the controlled directions, {_BY_LENGTH}", places=_SOLVER
     ),
@@ -184,14 +184,14 @@ NOMINAL_COLUMNS: tuple[Column, ...] = (
         "true_wrench",
         6,
         "N, N m",
-        "Wrench that the cables exert in truth, about the origin: W tension of the sample",
+        "True wrench of the cables, about the origin: W tension of the sample",
         WORLD,
     ),
     Column(
         "true_margin",
         CABLES,
         "N",
-        "Room of each command within its limits in truth, negative beyond, NaN for what broke or jammed",
+        "Margin of each command within the true limits, negative beyond, NaN for broken or jammed cables",
     ),
 )
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
@@ -210,7 +210,7 @@ def check_declared(columns: object) -> None:
         if column.places or column.owner:
             raise ValueError(f"column '{column.name}': a plugin cannot set its topic or owner")
         if column.name in ours:
-            raise ValueError(f"column '{column.name}': a run has something of that name already; choose another name")
+            raise ValueError(f"column '{column.name}': a column of this name already exists; choose another name")
         if column.name in (other.name for other in columns[:i]):
             raise ValueError(f"column '{column.name}' is declared twice")
 

@@ -54,7 +54,7 @@ def _near(value: float) -> float:
 
 def _named(value: str) -> str:
     if not re.fullmatch(NAME_PATTERN, value):
-        text = f"a name of at most 64 letters, digits, '_', '-' and '.' is expected, got {value[:70]!r}"
+        text = f"expected a name of at most 64 letters, digits, '_', '-' and '.', got {value[:70]!r}"
         meant = re.sub(r"\s+", "_", value.strip())
         raise ValueError(f"{text}; write {meant}" if re.fullmatch(NAME_PATTERN, meant) else text)
     return value
@@ -63,7 +63,7 @@ def _named(value: str) -> str:
 def _turns(value: str) -> str:
     if not re.fullmatch(r"([xyz]){3}|([XYZ]){3}", value) or value[0] == value[1] or value[1] == value[2]:
         raise ValueError(
-            "three axes are expected, all upper case (moving axes, such as XYZ) or all lower case (fixed "
+            "expected three axes, all upper case (moving axes, such as XYZ) or all lower case (fixed "
             f"axes, such as xyz), no axis twice in a row, got {value[:20]!r}"
         )
     return value
@@ -97,7 +97,7 @@ COLOURS = {
 def _coloured(value: str) -> str:
     known = COLOURS.get(value, value.lower())
     if not re.fullmatch(r"#[0-9a-f]{6}", known):
-        raise ValueError(f"a colour is expected, '#rrggbb' or one of {', '.join(COLOURS)}, got {value[:20]!r}")
+        raise ValueError(f"expected a colour, '#rrggbb' or one of {', '.join(COLOURS)}, got {value[:20]!r}")
     return known
 
 

@@ -92,7 +92,7 @@ def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml",
             return b"".join(parts)
     except FileNotFoundError:
         if os.path.islink(path):
-            raise UnreadableError(f"'{path}' is a link to '{os.readlink(path)}', which is not there") from None
+            raise UnreadableError(f"'{path}' is a link to '{os.readlink(path)}', which does not exist") from None
         raise UnreadableError(f"there is no file '{path}'{_suggestion(path, endings)}") from None
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
@@ -110,7 +110,7 @@ def seen_from(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> s
 
 def _refuse_special(status: os.stat_result, path: str) -> None:
     if stat.S_ISDIR(status.st_mode):
-        raise UnreadableError(f"'{path}' is a folder; a file is expected")
+        raise UnreadableError(f"'{path}' is a folder; expected a file")
     if not stat.S_ISREG(status.st_mode):
         raise UnreadableError(f"'{path}' is not a regular file")
 

@@ -15,9 +15,9 @@ RETRY_SECONDS = 0.01
 class Lock(Enum):
     """Result of a lock request."""
 
-    OURS = "this process has it, until it closes the descriptor"
-    ANOTHERS = "another process has it, or another descriptor of this one"
-    UNKNOWN = "the file system has no locks: nobody can tell, and nobody is kept away"
+    OURS = "held by this process until it closes the descriptor"
+    ANOTHERS = "held by another process, or by another descriptor of this process"
+    UNKNOWN = "the file system does not support locks"
 
 
 def open_to_lock(path: str | Path, flags: int = os.O_RDWR | os.O_CREAT, mode: int = 0o666) -> int:

@@ -57,7 +57,7 @@ def declared(numbers: Iterable[Number]) -> dict[str, Number]:
     found: dict[str, Number] = {}
     for number in numbers:
         if found.setdefault(number.name, number) != number:
-            raise CdprError(f"two parts of cables declare {number.name}: one must take that of the other")
+            raise CdprError(f"two parts of cables declare {number.name}: one must import that of the other")
     return found
 
 

@@ -56,7 +56,7 @@ class Number:
     def __post_init__(self) -> None:
         """Raise CdprError for values that robot files and FMUs do not support."""
         if self.owner not in ("cable", "winch") or not self.key.isidentifier() or self.key[0] == "_":
-            raise CdprError(f"a number of a cable is called cable.KEY or winch.KEY, not {self.name}")
+            raise CdprError(f"expected a name such as cable.KEY or winch.KEY, got {self.name}")
         unit = known_unit(self.unit_of_fmu) if self.unit else None
         if self.unit and (unit is None or unit.factor != 1.0):
             found = "is not known: see cdpr.base.units" if unit is None else "is no SI unit: kernels take those"
@@ -124,8 +124,8 @@ class Part:
             if number.key in TAKEN[number.owner] or hasattr(Section, number.key):
                 taken = sorted({*TAKEN[number.owner], *(name for name in dir(Section) if name[0] != "_")})
                 raise CdprError(
-                    f"{self.header or 'a part of a cable'}: its number {number.name} has a name that means something "
-                    f"else; taken are {', '.join(taken)}: call it otherwise"
+                    f"{self.header or 'a part of a cable'}: its number {number.name} has a reserved name; reserved "
+                    f"names: {', '.join(taken)}"
                 )
         if len(self.numbers) > MOST:
             raise CdprError(f"a part of a cable takes {MOST} numbers at most, not {len(self.numbers)}")

@@ -159,11 +159,11 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         return _unknown_type(fault, place.types)
     if fault.type == "literal_error" and len(fault.kinds) == 1:
         hint = did_you_mean(str(fault.value), _words(fault.context["expected"]))
-        return Message(path, f"{fault.kinds[0]} expected, got {found}{'; ' + hint.strip() if hint else ''}")
+        return Message(path, f"expected {fault.kinds[0]}, got {found}{'; ' + hint.strip() if hint else ''}")
     if fault.kinds:
-        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_remedy(fault, place)}")
+        return Message(path, f"expected {' or '.join(fault.kinds)}{unit}, got {found}{_remedy(fault, place)}")
     if fault.type == "finite_number":
-        return Message(path, f"a finite number expected{unit}, got {found}")
+        return Message(path, f"expected a finite number{unit}, got {found}")
     if fault.type in BOUNDS:
         words, key = BOUNDS[fault.type]
         limit = fault.context[key]
@@ -216,7 +216,7 @@ def _nested(path: Path) -> str:
 def _unknown_type(fault: _Fault, types: tuple[str, ...]) -> Message:
     listed = f"allowed: {', '.join(types)}"
     if not isinstance(fault.value, dict):
-        return Message(fault.path, f"a mapping with a type expected ({listed}), got {shown(fault.value)}")
+        return Message(fault.path, f"expected a mapping with a type ({listed}), got {shown(fault.value)}")
     path = (*fault.path, "type")
     if "type" not in fault.value:
         return Message(path, f"required but not given; {listed}")
@@ -229,10 +229,10 @@ def _wrong_size(fault: _Fault, place: Place, unit: str) -> str:
     if place.size is not None:
         meaning = place.description.partition(";")[0]
         which = f": {meaning}" if place.size > OBVIOUS and meaning.count(",") >= place.size - 1 else ""
-        return f"{place.size} {place.item or 'items'} expected{unit}{which}, got {found}"
+        return f"expected {place.size} {place.item or 'items'}{unit}{which}, got {found}"
     if "max_length" in fault.context and found > fault.context["max_length"]:
-        return f"{fault.context['max_length']} items at most expected, got {found}"
-    return f"{fault.context.get('min_length', 1)} or more items expected, got {found}"
+        return f"expected at most {fault.context['max_length']} items, got {found}"
+    return f"expected {fault.context.get('min_length', 1)} or more items, got {found}"
 
 
 def _words(listed: str) -> list[str]:

@@ -48,7 +48,7 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
         given = None
     wrong = [overrides] if given is None else [item for item in given if not isinstance(item, (str, Change))]
     if given is None or wrong:
-        raise CdprError(f"overrides: {{key: value}} or texts KEY=VALUE are expected, got {wrong[0]!r}")
+        raise CdprError(f"overrides: expected {{key: value}} or texts KEY=VALUE, got {wrong[0]!r}")
     changes = [item for item in given if isinstance(item, Change)]
     texts = [item for item in given if isinstance(item, str)]
     rows = [(text.partition("=")[0], text, Mark(f"--set {brief(text)}"), _parsed) for text in texts]
@@ -64,7 +64,7 @@ def _changes(rows: Sequence[tuple[str, Any, Mark, Callable[[Any], Any]]], proble
     changes: list[Change] = []
     for key, value, mark, convert in rows:
         if not isinstance(key, str) or not KEY.fullmatch(key.strip()):
-            text = "a key such as simulation.duration or robot.cables[0].frame[2] is expected"
+            text = "expected a key such as simulation.duration or robot.cables[0].frame[2]"
             problems.add(mark, (), text if str(mark).startswith("--") else f"{text}, got {shown(key)}")
             continue
         path: Path = tuple(int(index) if index else word for index, word in PART.findall(key.strip()))
@@ -104,7 +104,7 @@ def _key_in(node: Any, part: str | int, path: Path, mark: Mark, problems: Proble
         problems.add(mark, path, f"there is no item [{part}]: {_extent(node)}")
     else:
         what = "a list" if isinstance(node, list) else shown(node)
-        problems.add(mark, path, f"{shown(part)} names nothing in it: it is {what}")
+        problems.add(mark, path, f"{shown(part)} does not exist in it: it is {what}")
     return None
 
 
@@ -115,7 +115,7 @@ def _extent(items: list[Any]) -> str:
 def _parsed(text: str) -> Any:
     key, equals, value = text.partition("=")
     if not equals:
-        raise ValueError(f"key=value is expected, such as {key.strip()}=1.5")
+        raise ValueError(f"expected key=value, such as {key.strip()}=1.5")
     return parse_value(value.strip())
 
 
@@ -134,7 +134,7 @@ def plain_value(value: Any, depth: int = 1) -> Any:
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
     if isinstance(value, str) and SURROGATE.search(value):
-        raise ValueError(f"a text of valid characters is expected, got {shown(value)}")
+        raise ValueError(f"expected a text of valid characters, got {shown(value)}")
     if isinstance(value, int) and abs(value) >= 10**MAX_DIGITS:
         raise ValueError("the whole number is too large")
     if value is None or isinstance(value, bool | int | float | str):
@@ -143,7 +143,7 @@ def plain_value(value: Any, depth: int = 1) -> Any:
         return {str(key): plain_value(item, depth + 1) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain_value(item, depth + 1) for item in value]
-    raise ValueError(f"a number, a text, a list or a mapping is expected, got {type(value).__name__}")
+    raise ValueError(f"expected a number, a text, a list or a mapping, got {type(value).__name__}")
 
 
 def brief(value: object) -> str:

@@ -72,12 +72,12 @@ def parse(content: bytes | str, source: str, problems: Problems, *, parser: Any 
     try:
         if XML.match(content if isinstance(content, str) else content.decode("latin-1")):
             raise _RefusedError(
-                Mark(source, 1, 1), "XML; YAML is expected: 'cdpr import' reads robots of other programs"
+                Mark(source, 1, 1), "expected YAML, got XML; 'cdpr import' reads robots of other programs"
             )
         data = composer.compose(content, parser)
         if not isinstance(data, dict):
             found = "a list" if isinstance(data, list) else shown(data)
-            raise _RefusedError(composer.values[()], f"a mapping (key: value) is expected at the top, got {found}")
+            raise _RefusedError(composer.values[()], f"expected a mapping (key: value) at the top, got {found}")
     except _RefusedError as refused:
         problems.add(refused.mark, refused.path, refused.text)
         return None
@@ -254,17 +254,17 @@ class _Composer:
         if plain and key in WORDS and WORDS[key] is None:
             raise _RefusedError(mark, "a key is missing before ':'", path)
         if SURROGATE.search(key):
-            raise _RefusedError(mark, "a key has an escape that is no character", path)
+            raise _RefusedError(mark, "a key has an escape that is not a character", path)
         return key
 
     def _scalar(self, event: Any, mark: Mark, path: Path) -> Any:
         if SURROGATE.search(event.value):
-            raise _RefusedError(mark, "the text has an escape that is no character", path)
+            raise _RefusedError(mark, "the text has an escape that is not a character", path)
         if not event.implicit[0]:  # quoted or block scalar: always text
             return event.value
         try:
             return resolve(event.value)
         except ValueError as error:
             self.problems.add(mark, path, str(error))
-            self.problems.unreadable.add(path)  # suppresses a further "a number expected"
+            self.problems.unreadable.add(path)  # suppresses a further "expected a number"
             return event.value

@@ -188,7 +188,7 @@ def _arc(step: Step, here: list[float], there: list[float], offset: list[float])
     x0, y0, x1, y1 = begin[0] - middle[0], begin[1] - middle[1], end[0] - middle[0], end[1] - middle[1]
     r0, r1 = math.hypot(x0, y0), math.hypot(x1, y1)
     if r0 <= NO_WAY or r1 <= NO_WAY:
-        raise ValueError("the arc's centre is where it begins or ends")
+        raise ValueError("the centre of the arc coincides with its start or end")
     if abs(r1 - r0) > max(SPIRAL, SPIRAL_SHARE * r0):
         raise ValueError(
             f"no arc: its centre is {r0:.9g} m from where it begins and {r1:.9g} m from where it ends; "
@@ -214,7 +214,7 @@ def _middle(begin: Point, end: Point, radius: float, clockwise: bool) -> Point:
     x, y = end[0] - begin[0], end[1] - begin[1]
     length = math.hypot(x, y)
     if length <= NO_WAY:
-        raise ValueError("an arc with a radius R ends where it begins: give its centre instead")
+        raise ValueError("the arc with a radius R ends at its start: give its centre instead")
     away = radius**2 - 0.25 * length**2
     if away < -max(2.0 * SPIRAL * abs(radius), SPIRAL_SHARE * radius**2):
         raise ValueError(f"no arc of radius {abs(radius):.9g} m reaches over {length:.9g} m, more than twice of it")

@@ -113,7 +113,7 @@ class _Reader:
         elif "F" in others:
             self.feed = others.pop("F") * self.metres / 60.0
             if not self.feed >= SLOWEST:
-                raise LineError(f"F: a feed of {SLOWEST:g} m/s or more is expected, got {self.feed:g} m/s")
+                raise LineError(f"F: expected a feed of {SLOWEST:g} m/s or more, got {self.feed:g} m/s")
         if 4.0 in codes:
             self._pause(number, others)
         for code in (92.0, 92.1, 92.2, 92.3):
@@ -132,20 +132,20 @@ class _Reader:
             if name in SILENT[self.dialect]:
                 self.passed_over.add(name)
             elif not machine_words:  # it may be a parameter of these
-                raise LineError(f"{name}{value:g} means nothing here{self._way_out(name)}")
+                raise LineError(f"{name}{value:g} is not supported{self._way_out(name)}")
 
     def _command(self, name: str) -> None:
         """Skip a command of other firmware that is listed in `ignore`."""
         if name not in self.ignore:
-            raise LineError(f"{name} is a command of other firmware, which is not known here{self._way_out(name)}")
+            raise LineError(f"{name} is a command of other firmware, which is not supported{self._way_out(name)}")
         self.passed_over.add(name)
 
     def _program_number(self, word: Word) -> None:
         """Skip the program number. A second one starts a subprogram, which runs only when called."""
         if self.program_number is not None or self.moves:
             raise LineError(
-                f"{word.name} begins a subprogram, and these are not run here: a program number is expected once, "
-                "before the first move; write out the moves of the subprogram where it is called, or remove it"
+                f"{word.name} begins a subprogram, which is not supported: expected a single program number, "
+                "before the first move; replace each call by the moves of the subprogram, or remove it"
             )
         self.program_number = word.value
         self.passed_over.add(word.name)
@@ -170,7 +170,7 @@ class _Reader:
                 continue
             if letter == "G":
                 if value is None:
-                    raise LineError("G: a number is expected after it")
+                    raise LineError("G: expected a number after it")
                 if value in codes:
                     raise LineError(f"{word.name} occurs twice")
                 self._known(word, value)
@@ -183,7 +183,7 @@ class _Reader:
             others = {letter: value for letter, value in others.items() if letter == "F"}
         bare = [letter for letter, value in others.items() if math.isnan(value)]
         if bare:
-            raise LineError(f"{bare[0]}: a number is expected after it")
+            raise LineError(f"{bare[0]}: expected a number after it")
         if codes & OFFSETS:
             self._retraction(codes, others)
             return codes - OFFSETS, {}, machine
@@ -205,7 +205,7 @@ class _Reader:
             raise LineError("G10 or G11 beside other G words: put it on a separate line")
         moved = [name for name in ("L", *AXES) if name in others]
         if moved:
-            raise LineError(f"G10 with {moved[0]} moves the coordinates, which is not known here{self._way_out('G10')}")
+            raise LineError(f"G10 with {moved[0]} moves the coordinates, which is not supported{self._way_out('G10')}")
         self.passed_over.add("G10")
 
     def _way_out(self, name: str) -> str:
@@ -239,7 +239,7 @@ class _Reader:
             if "P" in others:
                 self.tolerance = others.pop("P") * self.metres
                 if self.tolerance < 0.0:
-                    raise LineError("P: a tolerance of 0 or more is expected")
+                    raise LineError("P: expected a tolerance of 0 or more")
             if "Q" in others:
                 others.pop("Q")
 
@@ -254,15 +254,15 @@ class _Reader:
         elif "P" in others:
             pause = others.pop("P")
         else:
-            raise LineError("G4: P, how long in s, is expected")
+            raise LineError("G4: expected P, how long in s")
         self.moves += 1
         if not 0.0 <= pause <= MAX_PAUSE:
-            raise LineError(f"G4: a pause between 0 and {MAX_PAUSE:g} s is expected, got {pause:g} s")
+            raise LineError(f"G4: expected a pause between 0 and {MAX_PAUSE:g} s, got {pause:g} s")
         self.steps.append(Step(number, "stop", pause=pause))
 
     def _move(self, number: int, others: dict[str, float], machine: bool) -> None:
         if self.motion is None:
-            raise LineError("coordinates without a motion: G0, G1, G2 or G3 is expected before them")
+            raise LineError("coordinates without a motion: expected G0, G1, G2 or G3 before them")
         self.moves += 1
         target = self._triple(others, AXES)
         speed, duration = self._pace()
@@ -281,9 +281,9 @@ class _Reader:
         if radius is not None and centre != (None, None, None):
             raise LineError("an arc has a centre or a radius R, not both")
         if radius is None and not self.centre_relative and None in [centre[axis] for axis in self.plane[:2]]:
-            raise LineError("both coordinates of an arc's centre are expected, for G90.1 counts them from the origin")
+            raise LineError("expected both coordinates of an arc's centre, for G90.1 counts them from the origin")
         if turns != int(turns) or not 1 <= turns <= MAX_TURNS:
-            raise LineError(f"P: a whole number of turns from 1 to {MAX_TURNS} is expected, got {turns:g}")
+            raise LineError(f"P: expected a whole number of turns from 1 to {MAX_TURNS}, got {turns:g}")
         self.steps.append(
             Step(
                 number,
@@ -315,7 +315,7 @@ class _Reader:
                 )
             return math.inf, 1.0 / self.feed
         if self.feed is None:
-            raise LineError("no feed yet: an F is expected before the first move by G1, G2 or G3")
+            raise LineError("no feed yet: expected an F before the first move by G1, G2 or G3")
         return self.feed * self.factor, None
 
     def _triple(self, others: dict[str, float], letters: str, plane: tuple[int, int, int] = (0, 1, 2)) -> Triple:
@@ -335,9 +335,9 @@ class _Reader:
             if word.letter != "M":
                 continue
             if word.value is None or word.value < 0.0:
-                raise LineError("M: a number of 0 or more is expected after it")
+                raise LineError("M: expected a number of 0 or more after it")
             if word.value in REFUSED[self.dialect] and word.name not in self.ignore:
-                raise LineError(f"{word.name} runs or changes what is not known here{self._way_out(word.name)}")
+                raise LineError(f"{word.name} runs or changes an unsupported function{self._way_out(word.name)}")
             if word.value in ENDS[self.dialect]:
                 self.ended = True
             elif word.value in WAITS[self.dialect]:
@@ -347,7 +347,7 @@ class _Reader:
                 factor = next((other.value for other in words[k + 1 :] if other.letter == "S"), None)
                 if factor is not None:
                     if not 1e-3 <= factor <= 1e4:
-                        raise LineError(f"M220: S, a percentage greater than 0, is expected, got {factor:g}")
+                        raise LineError(f"M220: expected S, a percentage greater than 0, got {factor:g}")
                     self.factor = 0.01 * factor
             else:
                 self.passed_over.add(word.name)

@@ -109,13 +109,11 @@ def _words(text: str, dialect: str) -> list[Word]:
     if not line:
         return []
     if len(line) > MAX_LINE:
-        raise LineError(f"the line has {len(line)} characters, {MAX_LINE} at most are expected")
+        raise LineError(f"expected a line of at most {MAX_LINE} characters, got {len(line)}")
     if "(" in line or ")" in line:
-        raise LineError("a comment in brackets must end in its line, and hold no other")
+        raise LineError("a comment in brackets must end in its line, and must not contain another")
     if line[0] == "/":
-        raise LineError(
-            "whether lines that begin with '/' are meant depends on a switch: take away the '/', or the line"
-        )
+        raise LineError("lines that begin with '/' depend on a switch of the machine: remove the '/', or the line")
     if dialect == LINUXCNC:
         _plain_numbers(line)
         line = line.replace(" ", "").replace("\t", "")
@@ -123,7 +121,7 @@ def _words(text: str, dialect: str) -> list[Word]:
         if program:
             return [Word("O", float(program[1]))]
         if line[0] == "O" or "#" in line or "[" in line:
-            raise LineError("parameters, expressions and O words are not computed here: write out what they come to")
+            raise LineError("parameters, expressions and O words are not supported: write their values")
         return _split(line)
     star = line.rfind("*")
     if star >= 0:
@@ -132,7 +130,7 @@ def _words(text: str, dialect: str) -> list[Word]:
     if SAID.match(line):
         return [Word("M", 118.0)]  # also a message
     if COMPUTED.match(line) or "{" in line:
-        raise LineError("conditions, loops, variables, expressions are not computed here: write out what they come to")
+        raise LineError("conditions, loops, variables and expressions are not supported: write their values")
     begin = re.match(r"N\s*[0-9]+\s*", line)
     line = line[begin.end() :] if begin else line
     # The text after M or T belongs to it.
@@ -165,7 +163,7 @@ def _split(line: str) -> list[Word]:
     assert whole is not None  # the pattern matches an empty text
     if whole.end() < len(line):
         place = line[whole.end() : whole.end() + 20]
-        raise LineError(f"words of a letter and a number are expected, got {shown(place)}")
+        raise LineError(f"expected words of a letter and a number, got {shown(place)}")
     return [Word(name, float(number) if number else None) for name, number in WORD.findall(line) if name != "N"]
 
 

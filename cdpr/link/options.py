@@ -20,7 +20,7 @@ class PeerOptions(BaseModel):
         description="checksum of the program; given, the file must have it, and is trusted to run",
     )
     address: str | None = Field(
-        None, min_length=1, description="where a peer that runs already listens: HOST:PORT, or unix:PATH of a socket"
+        None, min_length=1, description="address of a running peer: HOST:PORT, or unix:PATH of a socket"
     )
     timeout: float = Field(
         1.0,
@@ -33,7 +33,7 @@ class PeerOptions(BaseModel):
         10.0,
         gt=0.0,
         le=3600.0,
-        description="longest time until the peer is there and has answered the greeting",
+        description="time limit until the peer is connected and has answered the greeting",
         json_schema_extra={"unit": "s"},
     )
 
@@ -41,7 +41,7 @@ class PeerOptions(BaseModel):
     def _one_way(self) -> Self:
         program = getattr(self, "program", None)
         if (program is None) == (self.address is None):
-            raise ValueError("exactly one of program, which is started, and address, where one listens, is expected")
+            raise ValueError("set either `program` (command to start) or `address` (host:port to connect to)")
         if program is None and self.sha256 is not None:
-            raise ValueError("sha256 is of a program; a peer at an address is trusted by who started it")
+            raise ValueError("sha256 requires a program; with an address, you trust the peer that you started")
         return self

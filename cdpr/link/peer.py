@@ -180,7 +180,7 @@ class Peer:
             where = int(np.argmin(np.isfinite(self._in)))
             raise self._wrong(f"number {where} of its answer to frame {self._answered + 1} is {self._in[where]}")
         if not 0 <= self._in[0] == int(self._in[0]) <= MOST_FRAMES:
-            text = f"its sequence is no number of a frame, {self._in[0]}: are these little-endian 64-bit floats?"
+            text = f"sequence: expected the number of a frame, got {self._in[0]}: send little-endian 64-bit floats"
             raise self._wrong(text)
         self._answered = int(self._in[0])
 
@@ -199,13 +199,13 @@ class Peer:
             answer = json.loads(line)
             version = answer["cdpr"]
         except (ValueError, TypeError, KeyError, RecursionError):
-            raise self._wrong(f'greets with {line[:80]!r}; {{"cdpr": {VERSION}}} and a new line are expected') from None
+            raise self._wrong(f'greets with {line[:80]!r}; expected {{"cdpr": {VERSION}}} and a new line') from None
         if version != VERSION:
             raise self._wrong(f"speaks version {version!r:.40} of the protocol, not {VERSION}")
 
     def _silent(self, when: str) -> BackendDied:
         return BackendDied(
-            f"{self._transport.called}: gave no answer {when} within its time-out, {self._options.timeout:g} s: "
+            f"{self._transport.called}: no answer {when} within the time-out, {self._options.timeout:g} s: "
             "it hangs, is stopped or too slow"
         )
 

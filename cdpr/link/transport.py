@@ -59,7 +59,7 @@ class Transport(ABC):
             view = view[self.send_some(view) :]
             self.cut = 0 < len(view) < len(data)
             if view and not ready([], [self._sending], until):
-                raise BackendDied(f"{self.called}: takes nothing more: it hangs, or reads too slowly")
+                raise BackendDied(f"{self.called}: accepts no more data: it hangs, or reads too slowly")
 
     def send_some(self, data: bytes | memoryview) -> int:
         """Send as many bytes as possible without waiting, and return their number.
@@ -123,8 +123,8 @@ def ready(reading: list[int], writing: list[int], until: float | None) -> list[i
 def check_program(path: Path, called: str, sha256: str | None) -> None:
     """Raise CdprError if a program is missing or does not have the trusted checksum."""
     if sha256 != (found := hashlib.sha256(_content(path, called)).hexdigest()):
-        text = "has another checksum than the scenario says" if sha256 else "is not trusted to run"
-        raise CdprError(f"{called}: {text}: look at it, and if it may run, write sha256: {found}")
+        text = "its checksum differs from the one in the scenario" if sha256 else "is not trusted to run"
+        raise CdprError(f"{called}: {text}: inspect it, and if you trust it, write sha256: {found}")
 
 
 def _remedy(error: OSError) -> str:
@@ -258,7 +258,7 @@ def connected(address: str, called: str, start_timeout: float) -> Transport:
                 made.close()
                 if time.monotonic() >= until:
                     why = f"within start_timeout, {start_timeout:g} s ({error.strerror or error})"
-                    raise BackendDied(f"{called}: nobody answers there {why}; start it first") from None
+                    raise BackendDied(f"{called}: no connection {why}; start it first") from None
                 if not told:
                     told = True
                     tell_wait(called, start_timeout)
@@ -277,11 +277,11 @@ def parsed(address: str, called: str) -> tuple[socket.AddressFamily, str | tuple
     kind, _, path = address.partition(":")
     if kind == "unix":
         if "\0" in path or not 0 < len(os.fsencode(path)) <= MOST_PATH:
-            raise CdprError(f"{called}: the path of a socket has from 1 to {MOST_PATH} bytes, none of them 0")
+            raise CdprError(f"{called}: the path of a socket must have 1 to {MOST_PATH} bytes, none of them 0")
         return socket.AF_UNIX, path
     host, _, port = address.rpartition(":")
     if not _named(host) or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
-        raise CdprError(f"{called}: HOST:PORT, with a port from 1 to 65535, or unix:PATH is expected")
+        raise CdprError(f"{called}: expected HOST:PORT, with a port from 1 to 65535, or unix:PATH")
     return socket.AF_INET, (host, int(port))
 
 
@@ -296,9 +296,9 @@ def _named(host: str) -> bool:
 def _content(path: Path, called: str) -> bytes:
     try:
         if not path.is_file():
-            raise CdprError(f"{called}: there is no such file")
+            raise CdprError(f"{called}: no such file")
         if path.stat().st_size > MOST_BYTES:
-            raise CdprError(f"{called}: is larger than {MOST_BYTES // 2**20} MiB: name a small program that starts it")
+            raise CdprError(f"{called}: is larger than {MOST_BYTES // 2**20} MiB: give a small program that starts it")
         return path.read_bytes()
     except OSError as error:
         raise CdprError(f"{called}: cannot be read: {error.strerror}") from None

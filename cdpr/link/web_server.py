@@ -173,7 +173,7 @@ class WebServer:
         if getattr(request, "method", "GET") != "GET":
             raise RefusedError(HTTPStatus.METHOD_NOT_ALLOWED, "only GET is supported")
         if path not in ("", "/"):
-            raise RefusedError(HTTPStatus.NOT_FOUND, "there is nothing here")
+            raise RefusedError(HTTPStatus.NOT_FOUND, "not found")
         if "Upgrade" not in headers:
             if self._page is None:
                 raise RefusedError(HTTPStatus.UPGRADE_REQUIRED, "open a WebSocket here")

@@ -39,7 +39,7 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
     """
     write = EXPORTS[to]
     if out.exists() and not out.is_file():
-        raise OutputError(f"{out}: is no regular file; choose another --out")
+        raise OutputError(f"{out}: is not a regular file; choose another --out")
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; choose another --out or give --force")
     make_folder(out.parent)
@@ -86,7 +86,7 @@ def _mat(run: Run, file: BinaryIO) -> None:
     size = 8 * run.header.layout.width * len(run.rows)
     if size > MAT_LIMIT:
         raise OutputError(
-            f"{size / 2**30:.3g} GiB of samples do not fit into a MATLAB file of version 5, which holds "
+            f"{size / 2**30:.3g} GiB of samples do not fit into a MATLAB file of version 5, whose limit is "
             f"{MAT_LIMIT / 2**30:g} GiB: export as parquet or csv, or thin the log by log.step"
         )
     fields = _fields(run)

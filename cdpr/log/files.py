@@ -73,7 +73,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     temporary = path.with_name(f"{path.name}.tmp")
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):  # a device: the file would replace it
-            raise OutputError(f"{path}: cannot be written: it is no regular file")
+            raise OutputError(f"{path}: cannot be written: it is not a regular file")
         with temporary.open("wb") as file:
             yield file
         os.replace(temporary, path)

@@ -66,7 +66,7 @@ def load_run(path: str | Path) -> Run:
     found = scan(log, verify=False)
     if found.problem is not None:
         warnings.warn(
-            f"{log}: {found.problem}; {len(found.rows)} rows kept. `cdpr repair {path}` makes a complete log of them",
+            f"{log}: {found.problem}; {len(found.rows)} rows kept. `cdpr repair {path}` writes a complete log",
             stacklevel=2,
         )
     known = None if folder is None else run_json.read(folder)
@@ -138,12 +138,12 @@ def _number(value: Any) -> Any:
 def locate(path: str | Path) -> tuple[Path, Path | None]:
     """Return the log of a path (run folder or log), and the run folder, if any."""
     if not isinstance(path, str | os.PathLike):
-        raise LogError(f"the folder of a run, or a log, is expected, got {path!r}")
+        raise LogError(f"expected the folder of a run, or a log, got {path!r}")
     path = Path(path)
     if path.is_dir():
         log = path / LOG_NAME
         if not log.exists():
-            raise LogError(f"{path}: holds no {LOG_NAME}; give the folder of a run, or a log")
+            raise LogError(f"{path}: contains no {LOG_NAME}; give the folder of a run, or a log")
         return log, path
     if not path.exists():
         raise LogError(f"{path}: no such file or folder; give the folder of a run, or a log")
@@ -199,7 +199,7 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
         raise LogError(f"{log}: is not an MCAP file")
     head = file.read(9)
     if len(head) < 9:
-        raise LogError(f"{log}: ends within its first bytes: nothing can be read from it")
+        raise LogError(f"{log}: is truncated within its first bytes: no data can be read")
     if opening != OPENING or head[0] != Opcode.METADATA:
         raise LogError(f"{log}: is an MCAP file, but no log of cdpr, or damaged at its start")
     length = min(int.from_bytes(head[1:], "little"), os.fstat(file.fileno()).st_size)
@@ -210,7 +210,7 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
         if metadata.name != METADATA or f"{crc32(text.encode()):08x}" != crc:
             raise ValueError("checksum")
     except (McapError, KeyError, ValueError, struct.error) as error:
-        raise LogError(f"{log}: its header is damaged or cut off: nothing can be read from it") from error
+        raise LogError(f"{log}: the header is damaged or truncated: no data can be read") from error
     if version not in FORMATS:
         known = f"{', '.join(FORMATS[:-1])} and {FORMATS[-1]}"
         raise LogError(f"{log}: has log format {version}, this cdpr reads {known}: use the version that wrote it")
@@ -229,11 +229,11 @@ def _unsound(header: Header) -> str:
     m, bounds = len(header.cables), np.array(header.bounds, dtype=object)
     for name in TEXTS:
         if not isinstance(getattr(header, name), str):
-            return f"{name}: a text expected"
+            return f"{name}: expected a text"
     if not all(isinstance(cable, str) for cable in header.cables):
-        return "cables: texts expected"
+        return "cables: expected texts"
     if not all(0 <= cable < m for cable, _ in header.broken):
-        return f"broken: cables from 0 to {m - 1} expected"
+        return f"broken: expected cables from 0 to {m - 1}"
     for name, values, shape in (
         ("gravity", header.gravity, (3,)),
         ("anchors", header.anchors, (m, 6)),
@@ -247,7 +247,7 @@ def _unsound(header: Header) -> str:
     ):
         array = np.array(values, dtype=np.float64)
         if array.shape != shape or not np.isfinite(array).all():
-            return f"{name}: {' x '.join(map(str, shape))} finite numbers expected"
+            return f"{name}: expected {' x '.join(map(str, shape))} finite numbers"
     return ""
 
 

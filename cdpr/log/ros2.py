@@ -201,7 +201,7 @@ def decode(kind: str, data: bytes) -> dict[str, Any]:
         ValueError: if the bytes are no such message.
     """
     if len(data) < len(ENCAPSULATION) or data[:2] not in (ENCAPSULATION[:2], _BIG_ENDIAN):
-        raise ValueError("plain CDR is expected")
+        raise ValueError("expected plain CDR")
     order, at = ">" if data[:2] == _BIG_ENDIAN else "<", len(ENCAPSULATION)
 
     def number(form: str) -> Any:

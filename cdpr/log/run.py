@@ -42,7 +42,7 @@ class Quantity(property):
     def __init__(self, name: str) -> None:
         def read(run: Run) -> Array:
             if name not in run.header.layout.fields:
-                raise AttributeError(f"{name}: recorded only where the scenario says `believed`")
+                raise AttributeError(f"{name}: recorded only if the scenario contains `believed`")
             return run[name]
 
         super().__init__(read)
@@ -149,7 +149,7 @@ class Run(Frozen):
         """Return a field by name: (K,) if it has one column, else (K, columns)."""
         layout = self.header.layout
         if name not in layout.fields:
-            raise KeyError(f"no field is named {name!r}; there are {', '.join(layout.fields)}")
+            raise KeyError(f"unknown field {name!r}; allowed: {', '.join(layout.fields)}")
         block = self.rows[:, layout.columns[name]]
         block.flags.writeable = False
         return block[:, 0] if layout.fields[name].width == 1 else block
@@ -183,7 +183,7 @@ class Run(Frozen):
         tools = self.header.tools
         if name not in tools:
             known = f"one of {', '.join(tools)}" if tools else "none: name tools in robot.platform.tools; one"
-            raise CdprError(f"tool: {known} is expected, got {name!r}")
+            raise CdprError(f"tool: expected {known}, got {name!r}")
         return np.asarray(self.position + rotations.rotate(self.orientation, np.array(tools[name])))
 
     @property

@@ -126,7 +126,7 @@ def folder_name(out: object) -> Path:
         OutputError: if `out` is no file name.
     """
     if not isinstance(out, str | os.PathLike) or not is_name(out):
-        raise OutputError(f"out: the name of a folder is expected, got {out!r}")
+        raise OutputError(f"out: expected the name of a folder, got {out!r}")
     return Path(out)
 
 

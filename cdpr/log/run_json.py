@@ -90,7 +90,7 @@ def check_log(known: Mapping[str, Any], folder: Path, header: Header, rows: Any 
         last = there["last_row"], found.last_row  # None: damaged, reported when rows are read
         same = same and there["rows"] == found.rows and (None in last or last[0] == last[1])
     if not same:
-        raise LogError(f"{folder / NAME}: belongs to another log than the one beside it; {WITHOUT}")
+        raise LogError(f"{folder / NAME}: does not belong to the log in this folder; {WITHOUT}")
 
 
 def loop(run: Run) -> dict[str, Any] | None:

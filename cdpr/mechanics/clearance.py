@@ -137,10 +137,10 @@ def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float 
     for cable, size in zip(robot.cables, sizes, strict=True):
         if size is None:
             raise CdprError(
-                f"cable '{cable.name}' has no diameter: give the robot cable.diameter, or say --cable-diameter (m)"
+                f"cable '{cable.name}' has no diameter: give the robot cable.diameter, or set --cable-diameter (m)"
             )
         if not 0.0 <= size < math.inf:
-            raise CdprError(f"diameter: a length of at least 0 m is expected, got {size!r}")
+            raise CdprError(f"diameter: expected a length of at least 0 m, got {size!r}")
     radius, m = 0.5 * np.array(sizes, dtype=float), robot.m
     pairs = np.full((m, m), APART, dtype=np.int64)
     sharing = []

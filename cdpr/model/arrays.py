@@ -36,7 +36,7 @@ def live(array: Array, shape: tuple[int, ...], name: str) -> Array:
         CdprError: if it cannot be used.
     """
     if not isinstance(array, np.ndarray) or array.dtype != np.float64 or array.shape != shape:
-        raise CdprError(f"{name}: a float64 array of shape {shape_text(shape)} is expected")
+        raise CdprError(f"{name}: expected a float64 array of shape {shape_text(shape)}")
     if not (array.flags.c_contiguous and array.flags.writeable):
         raise CdprError(f"{name}: the array must be C-contiguous and writeable")
     return array

@@ -49,9 +49,9 @@ def _converted(values: ArrayLike, name: str, dtype: np.dtype[Any], kinds: str, k
     try:
         found = np.asarray(values)
     except (TypeError, ValueError) as error:
-        raise CdprError(f"{name}: numbers are expected: {error}") from error
+        raise CdprError(f"{name}: expected numbers: {error}") from error
     if found.size and found.dtype.kind not in kinds:
-        raise CdprError(f"{name}: {kind} numbers are expected, got an array of {found.dtype}")
+        raise CdprError(f"{name}: expected {kind} numbers, got an array of {found.dtype}")
     return np.require(found, dtype, ["C", "A", "W"])
 
 

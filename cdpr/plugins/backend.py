@@ -173,7 +173,7 @@ class Backend(ABC):
         Raises:
             PluginError: if the backend does not implement it.
         """
-        raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
+        raise PluginError(f"{type(self).__name__} declares columns but has no method `log` that receives them")
 
     def snapshot(self) -> object:
         """Return the complete internal state of the plant for `restore`.

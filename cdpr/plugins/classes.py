@@ -54,7 +54,7 @@ def read_file(path: str) -> PluginFile:
         file = PluginFile(path, Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "is not UTF-8"
-        raise PluginError(f"--plugin {path}: {reason}; a Python file with classes is expected") from error
+        raise PluginError(f"--plugin {path}: {reason}; expected a Python file with classes") from error
     classes_of(file)
     return file
 
@@ -89,7 +89,7 @@ def classes_of(file: PluginFile) -> tuple[type, ...]:
         abstract = [item for item in vars(module).values() if isinstance(item, type) and inspect.isabstract(item)]
         own = [f"; {_lacks(item)}" for item in abstract if item.__module__ == name and _roles(item)]
         raise PluginError(
-            f"{file.path}: holds no class that derives from cdpr.plugins.Controller, TensionSolver or "
+            f"{file.path}: contains no class that derives from cdpr.plugins.Controller, TensionSolver or "
             f"Backend{''.join(own)}"
         )
     return found
@@ -119,7 +119,7 @@ def describe_class(role: Role, item: Any) -> PluginInfo:
     if not isinstance(item, type) or role not in _roles(item):
         hint = "; give the class, and its options as overrides" if _roles(type(item)) else ""
         raise PluginError(
-            f"{role}: a name or a class derived from cdpr.plugins.{_interfaces()[role].__name__} is expected, "
+            f"{role}: expected a name or a class derived from cdpr.plugins.{_interfaces()[role].__name__}, "
             f"got {item!r}{hint}"
         )
     if inspect.isabstract(item):

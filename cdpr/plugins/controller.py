@@ -127,7 +127,7 @@ class Controller(ABC):
         Raises:
             PluginError: if the controller does not implement it.
         """
-        raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
+        raise PluginError(f"{type(self).__name__} declares columns but has no method `log` that receives them")
 
     def renew(self, robot: Robot) -> bool:
         """Continue with a robot that has another platform; return False if that needs a new controller.
@@ -154,7 +154,7 @@ class Controller(ABC):
         Raises:
             CdprError: if they do not fit the robot; nothing is changed then.
         """
-        raise PluginError(f"{type(self).__name__} declares changeable options and has no method `change` to take them")
+        raise PluginError(f"{type(self).__name__} declares changeable options but has no method `change`")
 
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Clear the memory of earlier calls."""

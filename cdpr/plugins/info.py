@@ -122,8 +122,8 @@ class PluginInfo:
         check_declared(self.columns)
         if not (isinstance(self.options, type) and issubclass(self.options, PluginOptions)):
             raise TypeError(
-                f"the options of plugin '{self.name}' must derive from cdpr.plugins.PluginOptions, which refuses "
-                f"misspelt keys, got {self.options!r}"
+                f"the options of plugin '{self.name}' must derive from cdpr.plugins.PluginOptions, which rejects "
+                f"unknown keys, got {self.options!r}"
             )
         known = [field.alias or name for name, field in self.options.model_fields.items()]
         if not isinstance(self.changeable, tuple) or any(name not in known for name in self.changeable):

@@ -92,7 +92,7 @@ class Registered:
             raise
         except BaseException as error:
             where = self.place(error)
-            raise PluginError(f"{self.role} '{self.info.name}' cannot be made: {one_line(error)}{where}") from error
+            raise PluginError(f"{self.role} '{self.info.name}' cannot be created: {one_line(error)}{where}") from error
 
     @property
     def file(self) -> str | None:
@@ -152,7 +152,7 @@ class Registry:
                 raise PluginError(f"{role} '{name}' cannot be loaded: {problem}")
         text = unknown(role, name, self.names(role))
         if self.broken:
-            text += "; not loaded, so that it is not known what they bring: " + "; ".join(self.broken.values())
+            text += "; not loaded, so their plugins are unknown: " + "; ".join(self.broken.values())
         raise PluginError(text)
 
     def declared(self, role: Role, item: type) -> Mapping[str, object]:
@@ -180,7 +180,7 @@ class Registry:
         known = None if other is None else (other.distribution, other.version)
         if known not in (None, (entry.distribution, entry.version)):
             where = "" if not distribution else f"{distribution}: "
-            raise PluginError(f"{where}class {info.name}: there is a {role} of that name already; choose another name")
+            raise PluginError(f"{where}class {info.name}: a {role} of this name already exists; choose another name")
         return replace(self, plugins={**self.plugins, role: {**names, info.name: entry}}), info.name
 
     def _by_alias(self, role: Role, name: str) -> Registered | None:

@@ -105,7 +105,7 @@ class TensionSolver(ABC):
         Raises:
             PluginError: if the solver does not implement it.
         """
-        raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
+        raise PluginError(f"{type(self).__name__} declares columns but has no method `log` that receives them")
 
     def change(self, options: Any) -> None:
         """Change the options between two steps; only options declared as `changeable` differ.
@@ -118,7 +118,7 @@ class TensionSolver(ABC):
         Raises:
             CdprError: if they do not fit the robot; nothing is changed then.
         """
-        raise PluginError(f"{type(self).__name__} declares changeable options and has no method `change` to take them")
+        raise PluginError(f"{type(self).__name__} declares changeable options but has no method `change`")
 
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Clear the memory of earlier calls."""

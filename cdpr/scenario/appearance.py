@@ -51,7 +51,7 @@ class ShapeSection(Section):
     @model_validator(mode="after")
     def _one_form(self) -> ShapeSection:
         if len(self.model_fields_set) != 1 or self.given is None:
-            raise ValueError(f"exactly one of {', '.join(type(self).model_fields)} is expected")
+            raise ValueError(f"expected exactly one of {', '.join(type(self).model_fields)}")
         return self
 
     @property
@@ -99,7 +99,7 @@ class ObstacleSection(Section):
     def _one_form(self) -> ObstacleSection:
         forms = ("box", "sphere", "cylinder", "mesh")
         if sum(getattr(self, name) is not None for name in forms) != 1:
-            raise ValueError(f"exactly one of {', '.join(forms)} is expected")
+            raise ValueError(f"expected exactly one of {', '.join(forms)}")
         return self
 
     def build(self, number: int, folder: str) -> Obstacle:

@@ -51,7 +51,7 @@ class Options:
             if key in (f"{role}.{name}" for name in entry.info.changeable):
                 return role
         keys = self.changeable()
-        may = f"allowed: {', '.join(keys)}" if keys else "this controller and this solver have no such options"
+        may = f"allowed: {', '.join(keys)}" if keys else "this controller and this solver have no changeable options"
         raise RefusedError(key, [(("key",), f"'{key}' cannot change during a run: {did_you_mean(key, keys)}{may}")])
 
     def change(self, key: str, value: Any) -> None:

@@ -124,7 +124,7 @@ class EventChecks(Checks):
             own |= {("robot", "cables", i, "model"): str(model) for i, model in named.items() if model is not None}
         others = [place for place, model in own.items() if model in MODELS and not MODELS[model].immediate]
         if self.document.get(("actuators",)) is not None:
-            text = "happens to ideal cables only, and there are actuators: remove it or them"
+            text = "applies to ideal cables only: remove this event, or `actuators`"
         elif others:
             ideal = f"remove it or set that to {COMMANDED}"
             text = f"happens to ideal cables only, and {dotted(others[0])} is {own[others[0]]}: {ideal}"

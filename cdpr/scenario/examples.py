@@ -91,12 +91,12 @@ def hint(path: str, kind: Kind | None) -> str:
     """Return a hint on a missing file if an example may be meant, else ""."""
     name = Path(path).stem
     if find(name, kind) is not None:
-        return f"; cdpr comes with an example '{name}': give that name alone"
+        return f"; for cdpr's example '{name}', give only the name"
     if path != name:  # not a bare name
         return ""
     if (other := find(name, None)) is not None:
         use = USES[other.kind].format(name=name)
-        return f"; it is the name of an example {other.kind}, but a {kind} is expected: {use}"
+        return f"; expected a {kind}, but this is the name of an example {other.kind}: {use}"
     near = did_you_mean(name, [one.name for one in examples() if kind in (None, one.kind)])
     return f", and no example has that name: {near}'cdpr examples' lists them"
 

@@ -20,7 +20,7 @@ class Initial(Section):
         description="position of the platform's origin; default, with the attitude: the robot's home, if it has one",
         json_schema_extra=unit("m"),
     )
-    orientation: Orientation = Field(UPRIGHT, description="attitude; upright where only the position is said")
+    orientation: Orientation = Field(UPRIGHT, description="attitude; default: upright")
     velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
     angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
 

@@ -100,7 +100,7 @@ def file_name(path: object) -> str:
     """Return a file name; raise ScenarioError if `path` is not one."""
     if isinstance(path, (str, os.PathLike)):
         return os.fspath(path)
-    text = f"a file name is expected, not {type(path).__name__}: content goes into `text`, as YAML; see load_scenario"
+    text = f"expected a file name, not {type(path).__name__}: pass YAML text as `text`; see load_scenario"
     raise ScenarioError([text])
 
 

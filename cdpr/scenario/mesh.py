@@ -47,7 +47,7 @@ def hull_of(path: str) -> tuple[tuple[Point, ...], float]:
 def _stamp(path: str) -> tuple[int, int]:
     """Return the modification time and the size of a file, as cache key."""
     if not path.lower().endswith(ENDINGS):
-        raise UnreadableError(f"'{path}': a mesh is expected in a file that ends with {' or '.join(ENDINGS)}")
+        raise UnreadableError(f"'{path}': expected a mesh file that ends with {' or '.join(ENDINGS)}")
     try:
         status = os.stat(path)
         return status.st_mtime_ns, status.st_size
@@ -70,7 +70,7 @@ def _hull(path: str, stamp: tuple[int, int]) -> tuple[tuple[Point, ...], float]:
     try:
         corners, triangles = convex_hull(points, budget.check)
     except ValueError as error:
-        raise UnreadableError(f"'{path}' is no obstacle: {error}") from None
+        raise UnreadableError(f"'{path}' is not an obstacle: {error}") from None
     return tuple((x, y, z) for x, y, z in corners.tolist()), deepest(points, corners, triangles)
 
 
@@ -82,11 +82,11 @@ def _corners(path: str, budget: CpuBudget) -> Array:
     try:
         corners = _obj(content, budget) if path.lower().endswith(".obj") else _stl(content, budget)
     except ValueError as error:
-        raise UnreadableError(f"'{path}' is no mesh: {error}") from None
+        raise UnreadableError(f"'{path}' is not a mesh: {error}") from None
     if not len(corners):
-        raise UnreadableError(f"'{path}' is no mesh: it has no corner")
+        raise UnreadableError(f"'{path}' is not a mesh: it has no vertices")
     if not (np.abs(corners) <= MAX_DISTANCE).all():  # False also if not finite
-        raise UnreadableError(f"'{path}' is no mesh: a corner is not finite or beyond {MAX_DISTANCE:g} m")
+        raise UnreadableError(f"'{path}' is not a mesh: a corner is not finite or beyond {MAX_DISTANCE:g} m")
     return corners
 
 
@@ -99,10 +99,12 @@ def _stl(content: bytes, budget: CpuBudget) -> Array:
         return triangles["corners"].reshape(-1, 3).astype(np.float64)
     text = content.removeprefix(BYTE_ORDER_MARK)
     if text[:5].lower() != b"solid":
-        raise ValueError("neither binary STL of the length that it says, nor text that begins with 'solid'")
+        raise ValueError("expected binary STL of the declared length, or text that begins with 'solid'")
     if b"\0" in text:
-        told = f"of {length} bytes, as the {count} triangles that it says take" if len(content) >= HEAD else "whole"
-        raise ValueError(f"it holds bytes that no text has, and is no binary STL {told}: it has {len(content)} bytes")
+        told = f"of {length} bytes, as its {count} declared triangles require" if len(content) >= HEAD else "whole"
+        raise ValueError(
+            f"it contains bytes that are not text, and is not a binary STL {told}: it has {len(content)} bytes"
+        )
     if b"endsolid" not in text.lower():
         raise ValueError("it is text that does not end with 'endsolid': a part of it is missing")
     return _vectors(text, b"vertex", budget)
@@ -133,6 +135,6 @@ def _vectors(content: bytes, word: bytes, budget: CpuBudget, goes_on: bytes = b"
             try:
                 x, y, z = map(float, (each.replace(b"_", b"?") for each in words[1:4]))  # 1_0 is valid only in Python
             except ValueError:
-                raise ValueError(f"three numbers are expected after '{word.decode()}' in line {number}") from None
+                raise ValueError(f"expected three numbers after '{word.decode()}' in line {number}") from None
             found.append((x, y, z))
     return np.array(found, dtype=np.float64).reshape(-1, 3)

@@ -51,7 +51,11 @@ class MotionChecks(Checks):
         motion.check(report)
         tools = self._tools()
         if motion.tool is not None and tools is not None and motion.tool not in tools:
-            known = f"allowed are {', '.join(tools)}" if tools else "it has none; name them in robot.platform.tools"
+            known = (
+                f"allowed are {', '.join(tools)}"
+                if tools
+                else "the robot has none; define them in robot.platform.tools"
+            )
             self.say((ROOT, "tool"), f"the platform has no tool '{motion.tool}': {known}")
         begins = self._begins(initial)
         if begins:
@@ -65,7 +69,7 @@ class MotionChecks(Checks):
         if dof and self.document.get(("controlled",)) is not None:
             controlled = self.directions(("controlled",))
             if controlled and (held := [name for name in controlled if name not in dof]):
-                text = f"the robot does not move along {', '.join(held)}; allowed are any of {', '.join(dof)}"
+                text = f"the robot does not move along {', '.join(held)}; allowed: {', '.join(dof)}"
                 self.say(("controlled",), text)
         if not dof or not initial:
             return
@@ -78,7 +82,7 @@ class MotionChecks(Checks):
         begins = self._begins(initial)
         if self.motion and begins:
             if self.motion.tool is not None and not guide.keeps(np.subtract(begins.position, initial.position)):
-                text = f"{guide.free}: where it turns, this tool leaves what it holds; leave the tool out"
+                text = f"{guide.free}: this tool would leave the guide when the platform rotates; remove `tool`"
                 self.say((ROOT, "tool"), text)
                 return
             guide = Guide(dof, begins.position, self.say, self.motion.tool)

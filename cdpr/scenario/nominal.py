@@ -98,7 +98,7 @@ def nominal_document(document: Document, found: Problems) -> Document | None:
         return None  # null is reported elsewhere
     if not isinstance(given, dict):
         keys = ", ".join(RobotSection.model_fields)
-        found.add(document.mark((KEY,)), ROBOT, f"a mapping of keys of the robot ({keys}) expected, got {shown(given)}")
+        found.add(document.mark((KEY,)), ROBOT, f"expected a mapping of keys of the robot ({keys}), got {shown(given)}")
         return None
     twin = document.copy()
     twin.drop((KEY,))
@@ -157,7 +157,7 @@ class _Overlay:
             path: Path = (*source, item)
             if not isinstance(entry, dict):
                 self._report(
-                    path, f"a mapping (name of a cable, and its different values) expected, got {shown(entry)}"
+                    path, f"expected a mapping (name of a cable, and its different values), got {shown(entry)}"
                 )
                 continue
             name = entry.get("name")
@@ -168,7 +168,7 @@ class _Overlay:
                 self._report((*path, "name"), text)
             elif name not in names:
                 hint = did_you_mean(str(name), names)
-                text = f"no cable of the robot is called {shown(name)}: {hint}there are {', '.join(names)}"
+                text = f"unknown cable {shown(name)}: {hint}allowed: {', '.join(names)}"
                 self._report((*path, "name"), text)
             elif name in taken:
                 self._report((*path, "name"), f"'{name}' is the cable of {dotted((*source, taken[name]))} too")

@@ -20,7 +20,7 @@ class Euler(Section):
         None, description="angles of the three turns, in the sequence of `order`", json_schema_extra=unit("rad")
     )
     angles_deg: Vector3 | None = Field(
-        None, description="the same in degrees: one of both is expected", json_schema_extra=unit("deg")
+        None, description="the same in degrees: expected one of both", json_schema_extra=unit("deg")
     )
     order: EulerOrder = Field(
         description="axes as in scipy: upper case moving axes (XYZ: R = Rx Ry Rz), lower case fixed axes"
@@ -29,7 +29,7 @@ class Euler(Section):
     @model_validator(mode="after")
     def _one_unit(self) -> Euler:
         if (self.angles is None) == (self.angles_deg is None):
-            raise ValueError("exactly one of angles (rad) and angles_deg (deg) is expected")
+            raise ValueError("expected exactly one of angles (rad) and angles_deg (deg)")
         return self
 
     @property
@@ -58,7 +58,7 @@ class Orientation(Section):
         given = [name for name, value in forms.items() if value is not None]
         if len(given) != 1:
             found = f"got {' and '.join(given)}" if given else "got none"
-            raise ValueError(f"exactly one of rpy, rpy_deg, quaternion, euler is expected, {found}")
+            raise ValueError(f"expected exactly one of rpy, rpy_deg, quaternion, euler, {found}")
         if self.wxyz is not None:
             _check_unit(self.wxyz)
         return self
@@ -90,4 +90,4 @@ def _check_unit(quaternion: tuple[float, ...]) -> None:
     if norm == 0.0:
         raise ValueError("the quaternion is zero; upright is [1, 0, 0, 0] (w, x, y, z)")
     hint = ", ".join(f"{value / norm:.6g}" for value in quaternion)
-    raise ValueError(f"the quaternion's norm is {norm:.6g}, 1 is expected; normalised it is [{hint}]")
+    raise ValueError(f"expected a quaternion of norm 1, got norm {norm:.6g}; normalised, it is [{hint}]")

@@ -23,6 +23,6 @@ def check_repeatable(scenario: Scenario, what: str) -> None:
     for name, properties in declared.items():
         if not properties.get("deterministic", True):
             raise CdprError(
-                f"{scenario.source}: {what} needs runs that are the same each time, and with these options {name} is "
-                "driven by the wall clock: let it answer step by step (lockstep: true, real_time: false)"
+                f"{scenario.source}: {what} requires reproducible runs, but with these options {name} follows the "
+                f"wall clock: set lockstep: true and real_time: false"
             )

@@ -89,7 +89,7 @@ class RobotChecks(Checks):
         if self.section(ShapeSection, path[:-1]) is None or not isinstance(name, str):
             return
         if os.path.isabs(name):
-            self.say(path, f"a file name relative to this file is expected, got the absolute {shown(name)}")
+            self.say(path, f"expected a file name relative to this file, got the absolute {shown(name)}")
             return
         try:
             box_around(os.path.join(self.document.folder, name))
@@ -173,7 +173,7 @@ class RobotChecks(Checks):
         right = True
         for name, value in (("min", common.min), ("max", common.max)):
             if isinstance(value, list) and len(value) != count:
-                text = f"{count} numbers expected (N), one per cable, got {len(value)}"
+                text = f"expected {count} numbers (N), one per cable, got {len(value)}"
                 self.say((*self.root, "tension", name), text)
                 right = False
         return right

@@ -35,7 +35,7 @@ CABLE_KEYS = tuple(number.key for number in NUMBERS.values() if number.owner == 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
 BALL: tuple[DofName, ...] = ("rx", "ry", "rz")
-SOUND = "any of x, y, z with at most one of rx, ry, rz; rx, ry, rz alone (a ball holds the origin); or all six"
+SOUND = "any of x, y, z with at most one of rx, ry, rz; only rx, ry, rz (ball joint at the origin); or all six"
 # Moment of inertia, kg m^2, of a platform that does not rotate: required by engines, without effect.
 NO_TURNING = 1.0
 
@@ -79,7 +79,7 @@ def names_of_exports(cables: Iterable[str]) -> set[str]:
 def in_order(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
     """Return the directions; raise ValueError unless they are unique and in the order of a wrench."""
     if not dof or dof != tuple(name for name in ALL_DOF if name in dof):
-        raise ValueError(f"each of {', '.join(ALL_DOF)} at most once and in this order is expected, at least one")
+        raise ValueError(f"expected each of {', '.join(ALL_DOF)} at most once and in this order, at least one")
     return dof
 
 
@@ -88,7 +88,7 @@ def _sound_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
     in_order(dof)
     turns = sum(name.startswith("r") for name in dof)
     if turns > 1 and dof not in (BALL, ALL_DOF):
-        raise ValueError(f"no guide leaves {', '.join(dof)} free: allowed are {SOUND}")
+        raise ValueError(f"no guide leaves {', '.join(dof)} free; allowed: {SOUND}")
     return dof
 
 
@@ -101,8 +101,8 @@ class PlatformSection(Section):
     mass: Positive = Field(description="mass of the platform", json_schema_extra=unit("kg"))
     inertia: Annotated[Inertia, AfterValidator(_possible_inertia)] | None = Field(
         None,
-        description="ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, platform axes (tensor entries); not needed "
-        "where the platform does not turn; moments about held directions may all be 0, for they have no effect",
+        description="ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, platform axes (tensor entries); not "
+        "required if the platform does not rotate; moments about held directions have no effect and may all be 0",
         json_schema_extra=unit("kg m^2"),
     )
     center_of_mass: Vector3 = Field(
@@ -200,8 +200,8 @@ def _attributes(model: type, values: dict[str, Any]) -> dict[str, Any]:
 class _Modelled(Section):
     model: CableModel = Field(
         COMMANDED,
-        description="how commands become tensions: at once (ideal), by a winch whose cable does not stretch (rigid), "
-        "or by a winch and the cable's elasticity (elastic)",
+        description="conversion of commands to tensions: direct (ideal), by a winch with an inextensible cable "
+        "(rigid), or by a winch and an elastic cable (elastic)",
     )
 
 
@@ -214,7 +214,7 @@ class CablesSection(CableNumbers, _Modelled):
 class _Spanned(Section):
     name: Name | None = Field(None, description="name of the cable; default: cable_1, cable_2, ...")
     frame: Position = Field(
-        description="anchor A_i on the fixed frame, world, or from the robot's base if `frame` moves it",
+        description="anchor A_i on the frame, world axes; relative to the robot's base if `frame` is set",
         json_schema_extra=unit("m"),
     )
     platform: Position = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
@@ -246,8 +246,8 @@ class RobotSection(Section):
     name: Name = Field("robot", description="name of the robot; default: the file's name")
     dof: Annotated[tuple[DofName, ...], AfterValidator(_sound_directions)] = Field(
         ALL_DOF,
-        description="directions in which the platform is free to move, along and about the world's axes; a guide holds "
-        f"the others: {SOUND}",
+        description="free directions of the platform, along and about the world's axes; a guide holds the others. "
+        f"Allowed: {SOUND}",
     )
     unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
     platform: PlatformSection = Field(description="the moving rigid body")
@@ -255,9 +255,9 @@ class RobotSection(Section):
     frame: FrameSection | None = Field(
         None, description="position of the robot's base in the world, and appearance of the frame"
     )
-    home: Home | None = Field(None, description="pose at which `cdpr info` describes the robot and runs begin")
+    home: Home | None = Field(None, description="default pose of analyses and default start of runs")
     cable: CablesSection = Field(
-        CablesSection(), description="common values of all cables; a cable's own values take precedence"
+        CablesSection(), description="common values of all cables; the values of a single cable override them"
     )
     winch: WinchSection | None = Field(None, description="winch of every cable without its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")

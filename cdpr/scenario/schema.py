@@ -67,8 +67,8 @@ class Log(Section):
     """Logging of a run."""
 
     step: Positive = Field(
-        description="time between two samples that are kept, an integer multiple of control_step; the first and the "
-        "last are kept always, and summary and events count all",
+        description="time between two recorded samples, an integer multiple of control_step; the first and last "
+        "sample are always recorded; summary and events use all samples",
         json_schema_extra=unit("s"),
     )
 
@@ -76,17 +76,17 @@ class Log(Section):
 class ControllerSection(Section):
     """Controller; its options are next to `type` and validated by the plugin's model."""
 
-    type: str = Field(CONTROLLER, description="controller, any installed one; its options are beside it")
+    type: str = Field(CONTROLLER, description="controller, any installed one; its options are keys of this section")
 
 
 class SolverSection(Section):
     """Tension solver; its options are next to these keys and validated by the plugin's model."""
 
-    type: str = Field(SOLVER, description="tension solver, any installed one; its options are beside it")
+    type: str = Field(SOLVER, description="tension solver, any installed one; its options are keys of this section")
     infeasible: Literal["best_effort", "hold_tension", "stop"] = Field(
         "best_effort",
-        description="what to do while no admissible tensions balance the wrench: apply the nearest wrench "
-        "that some do balance, hold the previous tensions, or stop the run",
+        description="reaction if no admissible tensions balance the wrench: apply the nearest balanced wrench, hold "
+        "the previous tensions, or stop the run",
     )
 
 
@@ -125,7 +125,7 @@ class ScenarioSection(Section):
     events: list[AnyEvent] = Field(
         [], max_length=MAX_EVENTS, description="events during the run: pushes, faults, stops"
     )
-    log: Log | None = Field(None, description="kept samples of a run; default: all")
+    log: Log | None = Field(None, description="recorded samples of a run; default: all")
     backend_options: dict[str, dict[str, Any]] = Field(
         {}, description="options of backends by name; all are checked, only the chosen backend's are used"
     )

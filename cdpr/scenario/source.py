@@ -61,7 +61,7 @@ def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str
         raise AssertionError("a file without document has a problem")
     found = kind_of(document)
     if found and found != kind and (kind or found in ("study", "design")):
-        told = NAMED.get((kind or "", found)) or HINTS.get(found, f"a {kind} file is expected")
+        told = NAMED.get((kind or "", found)) or HINTS.get(found, f"expected a {kind} file")
         problems.add(Mark(path), (), f"this is a {found} file; {told}")
         problems.raise_any()
     return document
@@ -131,10 +131,10 @@ def _read_robot(name: Any, document: Document, problems: Problems) -> Document |
     mark = document.mark(("robot",))
     if not isinstance(name, str) or not name:
         keys = ", ".join(RobotSection.model_fields)
-        problems.add(mark, (), f"a file name or a mapping of {keys} expected, got {shown(name)}")
+        problems.add(mark, (), f"expected a file name or a mapping of {keys}, got {shown(name)}")
         return None
     if os.path.isabs(name):
-        problems.add(mark, (), f"a file name relative to this file is expected, got the absolute {shown(name)}")
+        problems.add(mark, (), f"expected a file name relative to this file, got the absolute {shown(name)}")
         return None
     file = os.path.join(document.folder, name)
     try:
@@ -144,7 +144,7 @@ def _read_robot(name: Any, document: Document, problems: Problems) -> Document |
         problems.add(mark, (), str(error))
         return None
     if robot and kind_of(robot) == "scenario":
-        problems.add(mark, (), f"'{file}' is a scenario; a robot file is expected")
+        problems.add(mark, (), f"'{file}' is a scenario; expected a robot file")
         return None
     return robot
 

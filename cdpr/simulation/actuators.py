@@ -45,7 +45,7 @@ def actuated(scenario: Scenario, plant: Backend, entry: Registered) -> Backend:
     lacking = {"cable_length", "cable_rate"} - set(fmu.mapping.inputs.ports)
     if options.coupling == "gauss_seidel" and len(lacking) == 2:
         fmu.close()
-        raise FmuError(f"actuators: the FMU '{name}' takes neither cable_length nor cable_rate: say coupling: series")
+        raise FmuError(f"actuators: the FMU '{name}' has no input cable_length or cable_rate: set coupling: series")
     return ActuatedPlant(plant, fmu, options, about)
 
 
@@ -57,7 +57,7 @@ def check_actuators(scenario: Scenario, entry: Registered) -> dict[str, Any]:
     """
     options = scenario.actuators
     assert options is not None
-    about: dict[str, Any] = {"coupling": options.coupling, "stability": "no feedback, nothing to swing"}
+    about: dict[str, Any] = {"coupling": options.coupling, "stability": "no feedback, no oscillation"}
     return about | _stability(scenario, entry) if options.coupling == "gauss_seidel" else about
 
 
@@ -176,7 +176,7 @@ def _exported(robot: Robot, step: float) -> Archive:
         ) from error
     archive = open_archive(path)
     if archive.sha256 != archive.path.stem:
-        raise FmuError(f"{archive.path}: was changed since cdpr made it; remove it")
+        raise FmuError(f"{archive.path}: has changed since cdpr wrote it; remove it")
     return archive
 
 
@@ -220,8 +220,8 @@ def _stability(scenario: Scenario, entry: Registered) -> dict[str, Any]:
     text = f"step * omega = {step * about.fastest:.3g}, stable up to {limit:g} s"
     if not safe and scenario.actuators is not None and scenario.actuators.check_step:
         raise CdprError(
-            f"actuators: with a physics_step of {step:g} s plant and winches would swing each other up, for they are "
-            f"coupled step by step ({text}, at the initial pose): choose a shorter simulation.physics_step, let "
-            "robot.cable.model: elastic do without the FMU, or say check_step: false"
+            f"actuators: with a physics_step of {step:g} s the coupling of plant and winches, step by step, is "
+            f"unstable ({text}, at the initial pose): choose a shorter simulation.physics_step, use "
+            f"robot.cable.model: elastic without the FMU, or set check_step: false"
         )
     return {"step_omega": step * about.fastest, "stable_up_to": limit, "stability": text}

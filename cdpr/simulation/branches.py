@@ -47,7 +47,7 @@ class Branches(Interventions):
             entry = scenario.plugins.get("solver", scenario.solver.type)
             solver = self._loop.parts.solver
             if entry.info.properties.get("warm_start") and type(solver).snapshot is TensionSolver.snapshot:
-                raise PluginError(f"solver '{entry.info.name}' remembers earlier answers, but cannot take snapshots")
+                raise PluginError(f"solver '{entry.info.name}' has a state, but does not support snapshots")
             moment = self._loop.snapshot()
             samples = self._recorder.snapshot(moment.count)
             return Snapshot(moment, self._runner.session.snapshot(), samples, self._origin)
@@ -69,10 +69,12 @@ class Branches(Interventions):
         """
         with self._alone("restore"):
             if not isinstance(snapshot, Snapshot) or snapshot.samples is None or snapshot.of is not self._origin:
-                raise CdprError("restore: a snapshot of this very simulation, since its last reset, is expected")
+                raise CdprError("restore: expected a snapshot of this simulation, taken since its last reset")
             self._ready(also_done=True)
             if self._recorder.on_disk:
-                raise CdprError("restore: samples that are in the log alone stay: leave out `out`, or set log.step")
+                raise CdprError(
+                    "restore: not possible with samples that are stored in the log only: omit `out`, or set log.step"
+                )
             if out is not None and self._runner.folder is None:
                 raise CdprError("restore: `out` requires a simulation with a log, requested at its creation")
             if self._runner.folder is not None:

@@ -54,6 +54,6 @@ def _keeping(among: Clearance, guard: ClearanceMonitor, gone: Array, pose: Array
         allowed = f"at {guard.clearance:g} m" if guard.clearance else "where they touch"
         names, gap = among.name(int(which[0])), float(least[0])
         text = passing(names, gap) or f"the least clearance is {gap:.4g} m, of {names}"
-        raise CollisionDetected(f"{text}; the scenario says to stop {allowed}")
+        raise CollisionDetected(f"{text}; stopped by the scenario {allowed}")
 
     return Operation("cables", too_near, stop, timed=True)

@@ -84,7 +84,7 @@ def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, Cle
             until = span.until if span.until > span.first.time else None
             told.append(Event(span.first.time, event.kind(), f"{text} ({count})", until=until))
         if len(spans) > MOST:
-            text = f"{len(spans) - MOST} further spans in which cables are too near"
+            text = f"{len(spans) - MOST} further intervals in which cables are too close"
             told.append(Event(spans[MOST].first.time, "more", text))
     return told
 

@@ -16,9 +16,9 @@ FAULTS = {
     NOT_FINITE: "the state is not finite",
     NO_UNIT: "the attitude quaternion is not of unit length",
     TOO_FAST: "the platform moves absurdly fast",
-    JUMPED: "the pose jumped, which its velocity does not explain; the engine may have reset itself",
+    JUMPED: "the pose jumped, although its velocity did not; the engine may have been reset",
     NO_LENGTH: "a cable has no length",
-    NO_LENGTH_NOMINAL: "a cable has no length where the controller believes its ends to be",
+    NO_LENGTH_NOMINAL: "a cable of the controller's nominal robot has no length",
 }
 
 LENGTH_MIN = 1e-9  # m; round-off dominates the direction of a shorter cable
@@ -35,7 +35,7 @@ def told(fault: int, robot: Robot, nominal: Robot | None, state: Array, before: 
     """
     if fault == NOT_FINITE and before is not None and np.isfinite(before).all():
         way = next(filter(None, (without_length(robot, _after(before, share * period)) for share in AHEAD)), "")
-        cause = f"; {FAULTS[NO_LENGTH]} where the platform was going{way}" if way else ""
+        cause = f"; {FAULTS[NO_LENGTH]} along the motion of the platform{way}" if way else ""
         return f"{FAULTS[fault]}{cause} (the sample before: {_brief(before)})"
     whose = {NO_LENGTH: robot, NO_LENGTH_NOMINAL: nominal}.get(fault)
     which = "" if whose is None else without_length(whose, state)

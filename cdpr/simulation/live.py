@@ -41,8 +41,8 @@ class ExclusiveAccess:
     def __enter__(self) -> None:
         if not self._lock.acquire(blocking=False):
             raise CdprError(
-                f"{self._what}: the simulation is in the midst of a step, or of another call; observers only look on, "
-                "and threads must wait for each other"
+                f"{self._what}: the simulation is executing a step or another call; observers must not call it, and "
+                f"threads must wait for each other"
             )
 
     def __exit__(self, *_: object) -> None:
@@ -169,7 +169,7 @@ class Interventions(ABC):
             OutputError: if it cannot be written.
         """
         if not isinstance(path, str | os.PathLike) or not is_name(path):
-            raise CdprError(f"save: the name of a file is expected, got {path!r}")
+            raise CdprError(f"save: expected the name of a file, got {path!r}")
         with self._alone("save"):
             self._runner.session.save(Path(path), self._runner.samples)
 

@@ -130,7 +130,7 @@ class Pipeline:
     def rows(self, rows: Array) -> None:
         width = len(self._row)  # compiled code writes this many numbers, regardless of the table's size
         if not isinstance(rows, np.ndarray) or rows.dtype != np.float64 or rows.ndim != 2 or rows.shape[1] < width:
-            raise CdprError(f"rows: a float64 table of at least {width} columns is expected, got {np.shape(rows)}")
+            raise CdprError(f"rows: expected a float64 table of at least {width} columns, got {np.shape(rows)}")
         self._rows = rows
         self._whole = whole = bind(
             "proceed",

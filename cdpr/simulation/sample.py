@@ -147,6 +147,6 @@ class Sample:
             here = beyond(*about)
             here.add(row)
             left = "; ".join(one.text(names) for one in here.told())
-            raise LimitViolation(f"{left}; the scenario says limits: stop")
+            raise LimitViolation(f"{left}; stopped by limits: stop")
 
         return [Operation("cables", reach.leaving(self.row), stop)] if reach.any else []

@@ -119,7 +119,7 @@ class Session:
         known = isinstance(event, ScenarioEvent) and any(event is one for one in self.live)
         swing = event.wrench_profile(step) if known else None
         if swing is None:
-            raise CdprError("release: what `push` returned is expected, and not yet released in this branch")
+            raise CdprError("release: expected a value that `push` returned, not yet released in this branch")
         if swing.end <= k:
             raise CdprError(f"release: that wrench has ended at {swing.end * step:g} s")
         if swing.first == k:
@@ -150,7 +150,7 @@ class Session:
             OutputError: if a file cannot be written.
         """
         if path.suffix not in (".yaml", ".yml"):
-            raise OutputError(f"{path}: a name that ends in .yaml is expected")
+            raise OutputError(f"{path}: expected a name that ends in .yaml")
         if path.exists() and os.path.exists(self.scenario.source) and path.samefile(self.scenario.source):
             raise OutputError(f"{path}: is the scenario that is simulated; choose another name")
         step = self.scenario.simulation.control_step

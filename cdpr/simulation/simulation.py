@@ -194,7 +194,7 @@ class Simulation(Branches):
             elif tension is None:
                 given = self._loop.outside.give("wrench", wrench, n)
             else:
-                raise CdprError("step: wrench or tension is expected, not both")
+                raise CdprError("step: expected wrench or tension, not both")
             self._go(until, given)
 
     def until(self, time: float) -> None:
@@ -206,7 +206,7 @@ class Simulation(Branches):
         self._ready()
         known = isinstance(time, Real) and not isinstance(time, bool) and np.isfinite(float(time))
         if not known or time < self.time * (1.0 - tolerances.TIME):
-            raise CdprError(f"until: a time from the present one on, {self.time:g} s, is expected, got {time!r}")
+            raise CdprError(f"until: expected at least the current time, {self.time:g} s, got {time!r}")
         period = self.scenario.simulation.control_step
         last = min(first_sample(time, period), self._last)
         self._go(last, None)
@@ -217,7 +217,7 @@ class Simulation(Branches):
         The row is read-only and live: copy values to keep them. An exception of an observer ends the run as failed.
         """
         if not callable(observer):
-            raise CdprError(f"observe: something that can be called with a row is expected, got {observer!r}")
+            raise CdprError(f"observe: expected a function of a row, got {observer!r}")
         self._observers.append(observer)
 
     def reset(self, state: ArrayLike | None = None, *, seed: int | None = None) -> None:
@@ -236,7 +236,7 @@ class Simulation(Branches):
 
     def _reset(self, state: ArrayLike | None, seed: int | None) -> None:
         if self._runner.folder is not None:
-            raise CdprError("reset: what is logged stays; make another simulation, or leave out `out`")
+            raise CdprError("reset: not possible with a log on disk; create another simulation, or omit `out`")
         changes: dict[str, Any] = {} if seed is None else {"simulation.seed": seed}
         if state is not None:
             x = checked(state, (13,), "state", finite=True).tolist()
@@ -280,7 +280,9 @@ class Simulation(Branches):
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         """Reject copies and pickling: a plant supports neither."""
-        raise CdprError("a simulation cannot be copied or pickled: take a snapshot, or make another of its scenario")
+        raise CdprError(
+            "a simulation cannot be copied or pickled: use a snapshot, or create another simulation from its scenario"
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -347,5 +349,5 @@ class Simulation(Branches):
 def _steps(n: object) -> int:
     """Return a number of steps, at least 1, as an int."""
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
-        raise CdprError(f"step: a whole number of steps, at least 1, is expected, got {n!r}")
+        raise CdprError(f"step: expected a whole number of steps, at least 1, got {n!r}")
     return int(n)

@@ -22,7 +22,7 @@ WRITTEN, TOLD = range(2)
 # Descriptions of the replacement in a run.
 FALLBACK = {
     "best_effort": "the nearest wrench within the limits instead",
-    "hold_tension": "the tensions before held instead",
+    "hold_tension": "the previous tensions were held instead",
 }
 CLIPPED = "the solver ignores limits, so its tensions were clipped"
 

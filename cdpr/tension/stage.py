@@ -23,9 +23,9 @@ from cdpr.tension.status import Status
 Solve = Callable[[Array, Array, Array, Array, Array], int]
 
 MEANING = {
-    Status.INFEASIBLE: "the solver says that no tensions within the limits balance the wrench",
+    Status.INFEASIBLE: "the solver reports that no tensions within the limits balance the wrench",
     Status.NOT_FOUND: "no answer of the solver passed the checks (finite, within the limits, balancing the wrench)",
-    Status.UNSUPPORTED: "the solver says that it does not support this robot or pose",
+    Status.UNSUPPORTED: "the solver does not support this robot or pose",
     Status.BAD_INPUT: "the solver refused its input",
 }
 
@@ -57,13 +57,13 @@ def refusal(
     residual = accept_tension(W, wrench, weights, limits[0], limits[1], answer)[1][1]
     allowed = allowed_residual(wrench, weights, limits)
     if not residual <= allowed:
-        told.append(f"the tensions miss the wrench by {residual:.3g} N, where {allowed:.2g} N are allowed")
+        told.append(f"the tensions miss the wrench by {residual:.3g} N; allowed: {allowed:.2g} N")
     if bounds is not None:
         beyond = np.maximum(bounds[0] - answer, answer - bounds[1])
         i, tolerance = int(np.argmax(beyond)), LIMIT_TOLERANCE * newton(bounds)
         if beyond[i] > tolerance:
             text = f"{names[i]} is {beyond[i]:.3g} N beyond its limits, {bounds[0, i]:g} to {bounds[1, i]:g} N"
-            told.append(f"{text}, where {tolerance:.2g} N are allowed")
+            told.append(f"{text}; allowed: {tolerance:.2g} N")
     return "; ".join(told)
 
 
@@ -191,17 +191,17 @@ class TensionStage:
             raise PluginError(f"solver '{self._name}' raised {type(error).__name__}: {error}") from error
         if isinstance(status, np.ndarray):  # such as the tensions
             text = "`solve` writes into the array that it is given, and returns a status"
-            raise PluginError(f"solver '{self._name}' returned an array, which is no cdpr.tension.Status: {text}")
+            raise PluginError(f"solver '{self._name}' returned an array, which is not a cdpr.tension.Status: {text}")
         return 0 if status == 0 else self._status(status).value
 
     def _status(self, code: Any) -> Status:
         try:
             return Status(code)
         except ValueError:
-            raise PluginError(f"solver '{self._name}' returned {code!r}, which is no cdpr.tension.Status") from None
+            raise PluginError(f"solver '{self._name}' returned {code!r}, which is not a cdpr.tension.Status") from None
 
     def _replace(self, code: int, answered: bool) -> None:
-        """Apply the policy if the solver gave no answer, or none that passed the checks."""
+        """Apply the policy if the solver no answer, or none that passed the checks."""
         status = self._status(code)
         if answered and status == Status.NOT_FOUND and not self.refusal:
             self.refusal = self._refusal(self._answer)

@@ -326,4 +326,4 @@ def _run(
 def _refuse_unknown(checks: Sequence[Check[Any]], ids: Collection[str]) -> None:
     known = [check.id for check in checks]
     if unknown := sorted(set(ids) - set(known)):
-        raise CdprError(f"no check is named {', '.join(unknown)}; there are {', '.join(known)}")
+        raise CdprError(f"unknown check {', '.join(unknown)}; allowed: {', '.join(known)}")

@@ -117,7 +117,7 @@ class SolverSubject(_Subject):
         if isinstance(declared, str):
             module, _, name = declared.partition(":")
             declared = getattr(import_module(module), name)
-        expect(declared is None or callable(declared), f"declares the cost {declared!r}, which is no function")
+        expect(declared is None or callable(declared), f"declares the cost {declared!r}, which is not a function")
         return declared
 
     @property
@@ -132,7 +132,7 @@ def ask(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
     status = solver.solve(problem.W, problem.wrench, problem.t_min, problem.t_max, tension)
     expect(
         isinstance(status, (int, np.integer)) and not isinstance(status, bool) and status in list(Status),
-        f"returned {status!r}, which is no cdpr.tension.Status",
+        f"returned {status!r}, which is not a cdpr.tension.Status",
     )
     sound = np.isfinite(problem.W).all() and np.isfinite(problem.wrench).all()  # the stage rejects non-finite input
     expect(status != Status.OK or not sound or np.isfinite(tension).all(), "OK, but not every tension is written")

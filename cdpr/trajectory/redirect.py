@@ -91,8 +91,8 @@ def _shortest(here: Array, there: Knot, limits: Limits, angular: Limits | None) 
             speed, turn = np.linalg.norm(here[7:10]), np.linalg.norm(here[10:13])
             spins = "" if angular is None else f" and {turn:.4g} rad/s"
             raise CdprError(
-                f"no quintic keeps these limits from where the motion is then, at {speed:.4g} m/s{spins}: "
-                "raise them, say duration instead, or wait until it rests"
+                f"no quintic satisfies these limits, starting at {speed:.4g} m/s{spins}: raise them, give duration "
+                f"instead, or wait until the motion rests"
             )
     while duration - too_short > PRECISE * duration:
         middle = 0.5 * (too_short + duration)

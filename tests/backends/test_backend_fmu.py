@@ -26,7 +26,7 @@ ORDER = [3, 1, 2, 8, 7, 6, 4, 5]
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
-    """caroca as a file, in FMI 2 and 3, as a stranger would have it: its initial state at the origin."""
+    """Return caroca as a file, in FMI 2 and 3, as another tool would export it: initial state at the origin."""
     scenario, folder = load_scenario(SCENARIO), tmp_path_factory.mktemp("fmu")
     plant = Plant(scenario.robot, scenario.gravity, 1e-3, kinematics.make_state(np.zeros(3)))
     made = {}
@@ -135,25 +135,25 @@ WRONG = [
     ),
     ({"parameters": {"initial_position": [0.0, 0.0, 2.0]}}, r"starts with the position \[0, 0, 2\]"),
     ({"parameters": {"masss": 3.0}}, "no variable 'masss'"),
-    ({"parameters": {"mass": "heavy"}}, "a value of the kind Float64 is expected, got 'heavy'"),
+    ({"parameters": {"mass": "heavy"}}, "expected a value of the kind Float64, got 'heavy'"),
     ({"parameters": {"mass": -1.0}}, "Error; it logged: Error: .*mass"),
 ]
 
 
 @pytest.mark.parametrize(("options", "text"), WRONG)
-def test_what_is_wrong_is_found_at_the_start(exported, options, text):
+def test_errors_are_found_at_the_start(exported, options, text):
     with pytest.raises((FmuError, BackendDied), match=text) as caught:
         built(file_of(exported, **options))
     assert "\n" not in str(caught.value)
 
 
-def test_a_weak_pull_is_told(exported):
+def test_a_weak_pull_is_reported(exported):
     signals = {"inputs": {"cable_tension": {"variable": "cable_tension", "unit": "kN"}}}
     with pytest.warns(UserWarning, match=r"pulls 0\.001 times as much as its cables are tensioned, in the first step"):
         built(file_of(exported, signals=signals)).close()
 
 
-def test_a_stranger_needs_trust(exported):
+def test_foreign_code_requires_trust(exported):
     options = file_of(exported)
     del options["sha256"]
     with pytest.raises(FmuError, match="nobody said that you trust it"):

@@ -139,14 +139,14 @@ def test_a_column_that_no_message_holds_reads_as_nan(tmp_path, monkeypatch):
     assert np.isfinite(run["count"]).all()
 
 
-def test_a_header_says_what_its_log_holds_beyond_the_first_columns():
-    """Logs of before say nothing of columns; a later version takes each by its own table."""
+def test_the_header_lists_further_columns_of_its_log():
+    """Older logs declare no columns; a later version reads each with its own table."""
     old = make_header(2)
     assert "columns" not in old.to_dict()
     assert Header.from_dict(json.loads(json.dumps(old.to_dict()))) == old
     new = make_header(2, columns=MORE)
     assert Header.from_dict(json.loads(json.dumps(new.to_dict()))) == new
-    with pytest.raises(KeyError, match="no field is named 'wind'; there are time, "):
+    with pytest.raises(KeyError, match="unknown field 'wind'; allowed: time, "):
         Run(old, make_rows(old, 2))["wind"]
 
 
@@ -211,7 +211,7 @@ def test_the_report_draws_them():
     assert "Recorded by plugins" not in render(Run(make_header(2), make_rows(make_header(2), 5)))
 
 
-def test_what_is_not_written_is_nan():
+def test_missing_values_are_nan():
     class Idle(Told):
         def log(self, columns):
             self.effort, self.calls = np.zeros(6), np.zeros(1)
@@ -222,19 +222,19 @@ def test_what_is_not_written_is_nan():
     assert "column 'effort' is [nan, " in found["columns_are_written"].detail
 
 
-def test_a_plugin_without_log_is_told():
+def test_a_plugin_without_log_is_reported():
     class Mute(Told):
         log = Controller.log
 
-    with pytest.raises(PluginError, match="Mute declares columns and has no method `log` to take them"):
+    with pytest.raises(PluginError, match="Mute declares columns but has no method `log` that receives them"):
         cdpr.simulate(CAROCA, controller=Mute, overrides=SHORT)
 
 
 @pytest.mark.parametrize(
     ("columns", "message"),
     [
-        ((Column("length", 1, "m", ""),), "column 'length': a run has something of that name already"),
-        ((Column("cables", 1, "m", ""),), "column 'cables': a run has something of that name already"),
+        ((Column("length", 1, "m", ""),), "column 'length': a column of this name already exists"),
+        ((Column("cables", 1, "m", ""),), "column 'cables': a column of this name already exists"),
         ((Column("a", 1, "m", ""), Column("a", 2, "m", "")), "column 'a' is declared twice"),
         ((Column("a", 1, "m", "", owner="solver"),), "column 'a': a plugin cannot set its topic or owner"),
         ([Column("a", 1, "m", "")], r"columns must be a tuple of cdpr\.plugins\.Column, got \["),
@@ -279,7 +279,7 @@ def test_two_plugins_with_one_name_in_a_run():
         cdpr.simulate(CAROCA, controller=clock)
 
 
-def test_a_branch_goes_on_with_its_columns():
+def test_a_branch_continues_with_its_columns():
     class Remembering(Told):
         """Its memory is its column."""
 
@@ -326,7 +326,7 @@ def test_the_example_of_the_documentation():
 
 
 @pytest.mark.parametrize("name", LATE)
-def test_what_is_bound_late_is_there(name):
+def test_late_bindings_work(name):
     holder, _, method = name.partition(".")
     assert callable(late(name))
     assert callable(getattr(getattr(cdpr, holder), method))

@@ -1,4 +1,4 @@
-"""Pages in a browser: what the tests of all of them share. Where there is no browser, they are skipped and say so."""
+"""Helpers of all browser tests. Without a browser, these tests are skipped with a message."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def chromium():
 
 @pytest.fixture
 def open_page(chromium):
-    """Opens pages; none of them may tell of an error, or ask for anything but itself."""
+    """Opens pages; none of them may report an error, or request another resource."""
     contexts, told = [], []
 
     def hear(message):

@@ -22,7 +22,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
 def executable() -> str | None:
-    """Where a Chromium is; CDPR_CHROMIUM names another."""
+    """Path of a Chromium; CDPR_CHROMIUM overrides it."""
     return os.environ.get("CDPR_CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
 
 

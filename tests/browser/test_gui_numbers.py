@@ -38,7 +38,7 @@ def chromium():
         yield found
 
 
-def test_eight_cables_are_seen_whole_and_told_what_has_become_of_them(chromium):
+def test_eight_cables_are_complete_and_their_states_reported(chromium):
     from cdpr.ui.gui.editor import Editor
     from cdpr.ui.gui.window import Window
 

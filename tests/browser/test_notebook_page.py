@@ -1,4 +1,4 @@
-"""What notebooks show, in a browser: several frames on one page, each with a player of its own."""
+"""Notebook displays in a browser: several frames on one page, each with its own player."""
 
 from __future__ import annotations
 

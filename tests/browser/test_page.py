@@ -1,4 +1,4 @@
-"""Pages in a browser: they play, seek, zoom, print and fit a phone, and ask for nothing."""
+"""Pages in a browser: they play, seek, zoom, print and fit a phone, and request no other resource."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_the_space_bar_plays_and_stops_and_arrows_step(page):
 
 
 def test_a_way_costs_what_is_seen_of_it(page):
-    """Where the platform has been is drawn as far as it came, without points that no screen tells apart."""
+    """The path of the platform is drawn up to the current time, without points that no screen resolves."""
     away, lines, points, drawn = page.evaluate("""() => {
         const { done } = cdpr.stage.ways[0], film = cdpr.stage.films[0], last = film.time.length - 1;
         const end = done.data.subarray(12 * done.count - 9, 12 * done.count - 6);
@@ -101,7 +101,7 @@ def test_a_tool_is_shown_and_its_way(open_page, tmp_path):
 
 
 def test_nothing_lies_upon_the_legend(page):
-    """When the page opens: the transport stays at the window's edge and must not hide what stands there."""
+    """When the page opens, the transport bar at the window's edge must not hide content."""
     legend, transport = (page.locator(f"#stage .{name}").bounding_box() for name in ("legend", "transport"))
     assert legend["y"] + legend["height"] <= min(transport["y"], 800.0)
 
@@ -136,7 +136,7 @@ def test_a_cable_is_broken_from_its_event_on(page):
     assert page.evaluate("Array.from(cdpr.stage.pictures[0].state)")[1] == 4
 
 
-def test_hovering_tells_values(page, run):
+def test_hovering_reports_values(page, run):
     plot = page.locator(".plot", has_text="cable tension (N)").first
     box = plot.locator(".area").bounding_box()
     page.mouse.move(box["x"] + 0.7 * box["width"], box["y"] + 20)
@@ -207,7 +207,7 @@ def test_a_phone_shows_it_without_scrolling_sideways_and_a_finger_seeks(page):
 
 
 @pytest.mark.parametrize("page", [{"reduced_motion": "reduce"}], indirect=True)
-def test_who_wants_less_motion_gets_no_loop(page):
+def test_reduced_motion_disables_looping(page):
     assert page.evaluate("[cdpr.loop, cdpr.playing]") == [False, False]
 
 

@@ -67,13 +67,13 @@ def checked(chromium, tmp_path, style, body, width):
 
 @pytest.mark.parametrize("width", [390, 1280])
 @pytest.mark.parametrize("case", BAD)
-def test_what_is_wrong_is_found(chromium, tmp_path, case, width):
+def test_errors_are_found(chromium, tmp_path, case, width):
     style, body, said = BAD[case]
     assert any(said in fault for fault in checked(chromium, tmp_path, style, body, width)), case
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_what_is_right_is_not(chromium, tmp_path, width):
+def test_correct_input_is_not_reported(chromium, tmp_path, width):
     body = SVG.format(LINE.format("red")) + "<table><tr><td>cell</td></tr></table>"
     assert checked(chromium, tmp_path, "", body, width) == []
 

@@ -80,7 +80,7 @@ def test_it_fits_a_phone_and_the_dark(page):
     assert page.locator(".play").is_visible()
 
 
-def test_on_paper_figures_and_tables_stand_and_nothing_plays(page):
+def test_printed_pages_have_static_figures_and_tables(page):
     page.emulate_media(media="print")
     assert not page.locator(".transport").is_visible()
     assert page.locator("#cases svg[role=img]").is_visible()

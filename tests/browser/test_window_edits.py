@@ -68,7 +68,7 @@ def test_each_edit_of_the_thesis_window_is_applied_saved_and_read_back(page, fil
     assert cdpr.load_scenario(files.scenario).robot.platform.mass == 21.5
 
 
-def test_what_is_wrong_stands_under_its_field_and_is_not_applied(page):
+def test_errors_are_shown_at_their_field_and_not_applied(page):
     mass = at(page, "robot.platform.mass")
     mass.fill("-5")
     mass.press("Enter")
@@ -140,7 +140,7 @@ def test_a_new_robot_from_a_template_is_shown_and_runs(page, files):
     assert "mass: 12" in page.locator("dialog[open] pre").last.inner_text()
 
 
-def test_what_does_not_belong_to_a_new_file_cannot_be_filled_in(page):
+def test_new_files_reject_unknown_fields(page):
     page.get_by_role("button", name="New…").click()
     dialog = page.locator("dialog[open]")
     assert dialog.get_by_label("Mass (kg)").is_enabled()

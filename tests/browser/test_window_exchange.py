@@ -68,7 +68,7 @@ def test_a_robot_is_imported_by_hand_and_keyboard(page, theirs):
     assert list(theirs.parent.glob("crane*")) == []  # nothing is written yet
     dialog.get_by_label("Write into folder").fill(str(theirs))
     page.keyboard.press("Enter")
-    assert "crane.yaml' exists already and is not overwritten" in problem(dialog)
+    assert "crane.yaml' already exists and is not overwritten" in problem(dialog)
     dialog.get_by_label("Write into folder").fill(str(theirs.parent / "mine"))
     page.keyboard.press("Enter")
     page.wait_for_function("() => cdpr.form.message.file.endsWith('/mine/crane_way.yaml') && cdpr.phase === 'ready'")
@@ -79,7 +79,7 @@ def test_a_robot_is_imported_by_hand_and_keyboard(page, theirs):
     page.wait_for_function("() => cdpr.form.message.file.endsWith('rise.yaml')")
 
 
-def test_what_cannot_be_read_is_told_and_what_was_chosen_stays(page, theirs):
+def test_unreadable_files_are_reported_and_the_selection_is_kept(page, theirs):
     dialog = opened(page, "Import…")
     dialog.get_by_label("Choose files").set_input_files([payload("a.xml", "<bodies_system><links>")])
     dialog.get_by_label("Cable set (CASPR)").fill("all")
@@ -89,7 +89,7 @@ def test_what_cannot_be_read_is_told_and_what_was_chosen_stays(page, theirs):
     assert dialog.get_by_label("Choose files").evaluate("(node) => node.files[0].name") == "a.xml"
     page.evaluate("cdpr.exchange.most = 10")
     dialog.get_by_role("button", name="Read").click()
-    assert "MiB at most are taken: enter their path instead" in problem(dialog)
+    assert "MiB in total: enter their path instead" in problem(dialog)
     dialog.get_by_label("Or their path").fill(str(theirs))  # what was said last is meant
     assert dialog.get_by_label("Choose files").evaluate("(node) => node.files.length") == 0
     dialog.get_by_label("Cable set (CASPR)").fill("")
@@ -121,7 +121,7 @@ def test_an_import_that_hangs_is_given_up_with_its_dialog(page, theirs, monkeypa
     page.get_by_role("heading", name="Result").wait_for()
 
 
-def test_what_is_exported_is_downloaded(page, files):
+def test_exports_are_downloaded(page, files):
     subject = begin(cdpr.load_scenario(files.scenario))
     dialog = opened(page, "Export…")
     style = dialog.get_by_label("Style (SDF)")
@@ -143,7 +143,7 @@ def test_what_is_exported_is_downloaded(page, files):
         assert "rise_ros2/cdpr_seven/package.xml" in archive.namelist()
 
 
-def test_what_cannot_be_exported_is_told_in_the_dialog(page):
+def test_the_dialog_reports_unsupported_exports(page):
     page.evaluate("cdpr.send({ do: 'edit', path: 'robot.platform.mass', value: -1 })")
     page.wait_for_function("() => cdpr.form.message.problems.length > 0")
     dialog = opened(page, "Export…")

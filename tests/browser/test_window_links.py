@@ -39,14 +39,14 @@ def test_two_windows_show_the_same(visit):
     wait_until(lambda: one.evaluate(drawn) == other.evaluate(drawn))  # the last frame is sent anew
 
 
-def test_a_page_that_is_loaded_again_goes_on_from_where_the_run_is(page):
+def test_a_reloaded_page_continues_at_the_state_of_the_run(page):
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_function("() => cdpr.frame.t > 0.3")
     page.reload()
     page.wait_for_function("() => window.cdpr?.frame?.t > 0.5 && cdpr.curves.panels[0].series[0].time[0] < 0.1")
 
 
-def test_a_connection_that_is_lost_is_told_and_made_again(page):
+def test_a_connection_that_is_lost_is_reported_and_made_again(page):
     page.evaluate(
         """() => {
           const open = cdpr.link.open.bind(cdpr.link);

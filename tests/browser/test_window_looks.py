@@ -1,4 +1,4 @@
-"""What the window shows in a browser: one row at a time, whole numbers, names, on any ground and width."""
+"""Display of the window in a browser: one row at a time, whole numbers, names, on any background and width."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_names_of_tools_leave_their_places_to_be_seen(page):
     assert whole > 1000
 
 
-def test_hovering_a_plot_tells_values_and_a_series_can_be_switched_off(page):
+def test_hovering_a_plot_reports_values_and_a_series_can_be_switched_off(page):
     run_to_the_end(page)
     page.wait_for_function("() => cdpr.curves.latest > 5.9")
     plot = page.locator("#curves .plot").first

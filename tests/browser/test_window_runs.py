@@ -107,7 +107,7 @@ def test_reset_begins_anew(page):
     )
 
 
-def test_a_run_that_ends_badly_is_told_and_leaves_the_window_usable(page):
+def test_a_run_that_ends_badly_is_reported_and_leaves_the_window_usable(page):
     page.get_by_label("Form of solver").wait_for(state="attached")
     at(page, "solver.infeasible").select_option(label="stop")
     write(page, "robot.tension.max", 60)

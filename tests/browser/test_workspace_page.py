@@ -1,4 +1,4 @@
-"""The page of a workspace in a browser: its surface stands around the robot, and turns with it."""
+"""Page of a workspace in a browser: its surface surrounds the robot, and rotates with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What parts of cables declare."""
+"""Declarations of cable parts."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ def test_a_number_takes_no_name_that_means_something_else(owner):
                 part(header="mine.hpp", numbers=(number,))
             assert re.search(rf"\b{name}[,:] ", str(told.value).partition("taken are")[2])
             assert "\n" not in str(told.value)
-    with pytest.raises(CdprError, match=r"is called cable\.KEY or winch\.KEY"):
+    with pytest.raises(CdprError, match=r"expected a name such as cable\.KEY or winch\.KEY"):
         Number(f"{owner}._hidden", Positive, "m", "something else")
     assert Span(header="mine.hpp", numbers=(Number(f"{owner}.lay", Positive, "m", "lay length"),)).numbers

@@ -1,4 +1,4 @@
-"""What every exit of a cable must do, whatever it is."""
+"""Requirements on all exits of cables."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def rows(kind: type[Exit], count: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 @pytest.mark.parametrize("kind", WITH_HEADER, ids=name_of)
 def test_the_length_changes_along_the_cable(kind):
-    """Which all that follows from the exit point alone rests on; and the point's velocity is its derivative."""
+    """The velocity of the exit point is its derivative; other results depend on it."""
     step, (table, tips, velocities) = 1e-5, rows(kind, 50)
 
     def whole(at):
@@ -47,7 +47,7 @@ def test_the_length_changes_along_the_cable(kind):
 
 
 @pytest.mark.parametrize("kind", EXITS, ids=name_of)
-def test_it_goes_through_a_log_and_says_what_to_draw(kind, offset_robot):
+def test_the_layout_follows_the_log(kind, offset_robot):
     each = Point(type="point") if kind is Point else example(kind)
     cables = tuple(replace(cable, exit=each) for cable in offset_robot.cables)
     robot = replace(offset_robot, cables=cables)

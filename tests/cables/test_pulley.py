@@ -128,7 +128,7 @@ def test_on_the_line_of_the_swivel_and_within_the_pulley():
 
 
 def test_no_cable_turns_by_more_than_three_quarters():
-    """From below the pulley, on the line on which the cable arrives and nearer than the radius."""
+    """Positions below the pulley, on the line on which the cable arrives and nearer than the radius."""
     robot = with_pulleys(make_robot(np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])), 0.5)
     for x, z, there in ((0.0, 0.2, True), (0.0, 0.9, False), (1e-3, 0.9, False), (2.0, 0.9, True)):
         length = kinematics.lengths(robot, kinematics.make_state([x, 0.0, z]))[0]
@@ -166,13 +166,13 @@ def test_no_axis_no_pulley(axis):
         Pulley(radius=0.1, axis=axis)
 
 
-def test_a_pose_within_a_pulley_is_told():
+def test_a_pose_within_a_pulley_is_reported():
     robot = with_pulleys(make_robot(np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])), 0.5)
     with pytest.raises(CdprError, match=r"has no length at .*, for its anchor on the platform lies within its pulley"):
         check_lengths(robot, np.array([0.5, 0.0, 1.1, 1.0, 0.0, 0.0, 0.0]))
 
 
-def test_a_start_within_a_pulley_is_told_where_it_stands():
+def test_a_start_within_a_pulley_is_reported_at_its_key():
     changes = {"robot.cable.exit.radius": 1.0, "initial.position": [-7.6, -4.7, 5.0]}
     with pytest.raises(ScenarioError, match=r"initial.position: cable 'cable_1' has no length here: its anchor on the"):
         load_scenario(ROOT / "scenarios" / "cogiro_pulleys.yaml", overrides=changes)

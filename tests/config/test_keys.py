@@ -1,4 +1,4 @@
-"""Keys that nobody knows, and keys at the wrong place: told with what is meant."""
+"""Unknown keys, and keys at the wrong place: reported with a suggestion."""
 
 from __future__ import annotations
 
@@ -75,21 +75,21 @@ def test_unknown_keys(old, new, key, what):
         ("trajectory.dur", 1, "did you mean 'duration'? allowed: "),
     ],
 )
-def test_a_key_at_the_wrong_place_is_told_where_it_belongs(path, data, told):
+def test_a_key_at_the_wrong_place_is_reported_with_its_place(path, data, told):
     path = path.replace("home", "robot.home")
     with pytest.raises(ScenarioError) as caught:
         load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={path: data})
     assert told in str(caught.value)
 
 
-def test_a_type_that_stands_alone_is_told_how_it_is_written():
+def test_a_type_without_mapping_is_reported_with_the_correct_form():
     with pytest.raises(
-        ScenarioError, match=r"solver: a mapping \(type, infeasible\) expected, got 'qp'; write {type: qp}"
+        ScenarioError, match=r"solver: expected a mapping \(type, infeasible\), got 'qp'; write {type: qp}"
     ):
         load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={"solver": "qp"})
 
 
-def test_an_unknown_key_stands_at_the_key_and_a_plugin_without_options_says_so():
+def test_unknown_keys_are_reported_also_for_plugins_without_options():
     text = changed(BASE, "{type: simple, ", "{type: simple, speed: 3, ")
     line = line_of(text, "speed: 3")
     column = text.splitlines()[line - 1].index("speed") + 1

@@ -24,7 +24,7 @@ CAROCA = ROOT / "scenarios" / "caroca.yaml"
         ({"simulation.control_step": 0.01, "simulation.physics_step": 0.0030000001}, "got 0.0030000001;"),
     ],
 )
-def test_numbers_are_told_with_all_their_digits(changes, text):
+def test_numbers_are_reported_with_all_their_digits(changes, text):
     with pytest.raises(ScenarioError) as caught:
         load_scenario(CAROCA, overrides=changes)
     assert text in str(caught.value)

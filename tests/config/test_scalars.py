@@ -1,4 +1,4 @@
-"""What unquoted words mean: YAML 1.2, strictly."""
+"""Unquoted scalars of strict YAML 1.2."""
 
 from __future__ import annotations
 

@@ -85,8 +85,8 @@ def test_quoted_scalars_and_blocks_are_texts(parser, quoted):
         ("? [a]\n: 1\n", "1:3", "a key must be a word"),
         ("~: 1\n", "1:1", "a key is missing"),
         ("a:\n\t- 1\n", "2:1", "tab character"),
-        ("<?xml version='1.0'?>\n<a>\n\t<b/>\n</a>\n", "1:1", "XML; YAML is expected: 'cdpr import' reads robots"),
-        ("\n<mujoco/>\n", "1:1", "XML; YAML is expected"),
+        ("<?xml version='1.0'?>\n<a>\n\t<b/>\n</a>\n", "1:1", "expected YAML, got XML; 'cdpr import' reads robots"),
+        ("\n<mujoco/>\n", "1:1", "expected YAML, got XML"),
         ("a: 1\n\tb: 2\n", "2:1", "tab character"),
         ("a: [1, 2\n", None, "not valid YAML"),
         ("a: b: c\n", "1:5", "not valid YAML"),
@@ -124,7 +124,7 @@ def test_aliases_are_what_was_written_at_their_anchors(parser):
 
 
 @both
-def test_what_is_wrong_in_an_alias_is_told_where_it_stands(parser):
+def test_errors_in_an_alias_are_reported_at_their_position(parser):
     _, found = read("a: &x {c: 1, c: 2}\nb: *x\n", parser)
     assert found == [f"f.yaml:1:14: {key}.c: given twice; the first is in line 1, remove one" for key in "ab"]
 
@@ -135,8 +135,8 @@ def test_a_tab_in_a_comment_is_fine(parser):
 
 
 def test_an_escape_that_is_no_character_is_refused():
-    assert "no character" in refused('a: "\\ud800"\n')
-    assert "no character" in refused('"\\ud800": 1\n')
+    assert "not a character" in refused('a: "\\ud800"\n')
+    assert "not a character" in refused('"\\ud800": 1\n')
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_other_encodings_are_refused_where_they_show(content, where):
 
 
 @both
-def test_duplicate_keys_name_both_lines_and_reading_goes_on(parser):
+def test_duplicate_keys_name_both_lines_and_reading_continues(parser):
     document, found = read("a: 1\nb: {c: 1, c: 2}\na: 3\nb: 4\nb: 5\n", parser)
     assert document is not None
     assert found == [
@@ -250,7 +250,7 @@ PLAIN = st.recursive(
         max_size=5,
     )
 )
-def test_what_is_written_is_read_back(data):
+def test_round_trip_of_written_files(data):
     for (parser,) in (entry.values for entry in PARSERS):
         document, found = read(dump(data), parser)
         assert not found
@@ -273,7 +273,7 @@ def test_floats_are_written_by_repr():
         ("a:\n  b: 1\n c: 2\n", "3:2", "block mapping"),
     ],
 )
-def test_a_syntax_error_stands_where_it_begins(parser, text, place, what):
+def test_a_syntax_error_is_at_its_start(parser, text, place, what):
     line = refused(text, parser)
     assert line.startswith(f"f.yaml:{place}")
     assert what in line

@@ -39,7 +39,7 @@ class Momentary(Wrapped):
 
 
 class Sleeping(Wrapped):
-    """What is slow comes to rest."""
+    """Slow bodies come to rest."""
 
     def after(self):
         if np.abs(self.inner.state[7:]).max() < 1e-3:
@@ -47,7 +47,7 @@ class Sleeping(Wrapped):
 
 
 class LightSleep(Wrapped):
-    """What is very slow stops moving, where nothing pulls or pushes."""
+    """Very slow bodies stop without a load."""
 
     fields = slice(7, 10)
 
@@ -60,7 +60,7 @@ class LightSleep(Wrapped):
 
 
 class LightSleepOfTurns(LightSleep):
-    """What turns very slowly stops turning."""
+    """Very slow rotations stop."""
 
     fields = slice(10, 13)
 
@@ -120,7 +120,7 @@ class ClampedAtTheLimits(Wrapped):
 
 
 class DeadBand(Wrapped):
-    """What is small does not act."""
+    """Small loads have no effect."""
 
     def loads(self):
         return self.command, np.where(np.abs(self.external) < 0.01, 0.0, self.external)
@@ -264,7 +264,7 @@ class Chatting(Wrapped):
 
 
 class NativeChatting(Wrapped):
-    """What a library prints below Python."""
+    """Output of a library below Python."""
 
     def reset(self, state):
         os.write(2, b"Warning: unknown state\n")
@@ -320,7 +320,7 @@ class NoGuides(Wrapped):
 
 
 class IdealAnyway(Wrapped):
-    """It says that it knows winches, and moves on ideal cables."""
+    """It declares winches, but moves with ideal cables."""
 
     def __init__(self, robot, *rest):
         super().__init__(replace(robot, cable_model="ideal"), *rest)

@@ -108,7 +108,7 @@ class Unlogged(Broken):
 
 
 class Deaf(ComputedTorque):
-    """It hears of one of two options."""
+    """It receives only one of two options."""
 
     Options = ComputedTorqueOptions
     changeable = ("kp", "kd")

@@ -11,7 +11,7 @@ from cdpr_solvers.qp import MinimumNorm
 
 
 def square(tension, t_min, t_max):
-    """What `qp` minimises, as a cost that a plugin brings."""
+    """Objective of `qp`, as the cost of a plugin."""
     return float(tension @ tension)
 
 

@@ -33,7 +33,7 @@ ALWAYS = {
 
 
 def is_slow(role, name, check):
-    """The others, and the search for leaks, of which one solver shows that the others are asked."""
+    """The other plugins, and the search for leaks; one solver shows that it runs."""
     return name not in ALWAYS[role] or (role == "solver" and check == "nothing_leaks" and name != "qp")
 
 
@@ -105,11 +105,11 @@ def test_command_prints_json():
     assert outcomes["answers_are_within_the_limits"] == "n/a"
 
 
-def test_one_that_needs_options_says_so():
+def test_plugins_that_require_options_report_it():
     done = cdpr_here("check", "controller", "fmu", code=3)
     assert "controller 'fmu' needs options, such as a file" in done.stderr
 
 
-def test_unknown_name_is_told_as_everywhere():
+def test_unknown_names_are_reported_as_everywhere():
     done = cdpr_here("check", "backend", "mujuco", code=3)
     assert "did you mean 'mujoco'?" in done.stderr

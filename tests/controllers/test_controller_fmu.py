@@ -68,7 +68,7 @@ def test_it_may_end_the_run(files):
 
 
 def test_a_controller_that_the_robot_cannot_use_is_refused(files):
-    with pytest.raises(FmuError, match=r"signals.outputs.command: 3 variables are expected, got 2"):
+    with pytest.raises(FmuError, match=r"signals.outputs.command: expected 3 variables, got 2"):
         run(options(files[3], signals={"outputs": {"wrench": "none", "command": ["wrench[1]", "wrench[2]"]}}))
 
 

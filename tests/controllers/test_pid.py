@@ -115,12 +115,12 @@ def steady_error(ki: float) -> float:
     return float(np.linalg.norm(loop.state[:3] - loop.desired[:3]))
 
 
-def test_the_integral_carries_a_load_that_nobody_told_it_of():
+def test_the_integral_compensates_an_unknown_load():
     assert steady_error(0.0) == pytest.approx(0.1 * 9.81 / 100.0, rel=1e-3)
     assert steady_error(200.0) < 1e-6
 
 
-def test_the_loop_tells_it_of_infeasible_steps():
+def test_the_loop_notifies_of_infeasible_steps():
     """Weaker cables than the weight needs: without anti-windup the integral would reach its limit."""
     overrides = {"robot.tension": {"min": 50, "max": 300}, "simulation.duration": 1.0, "trajectory": {"type": "hold"}}
     run = cdpr.simulate(

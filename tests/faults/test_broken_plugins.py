@@ -211,7 +211,7 @@ def test_an_interrupt_keeps_the_run_and_stays_an_interrupt(tmp_path):
     assert len(cdpr.load_run(tmp_path / "run").rows) == len(caught.value.run.rows) == 256
 
 
-def test_stop_keeps_the_sample_that_tells_why():
+def test_stop_keeps_the_violating_sample():
     with pytest.raises(cdpr.Infeasible) as caught:
         cdpr.simulate(CAROCA, overrides={"robot.tension.max": 200, "solver.infeasible": "stop"})
     run = caught.value.run

@@ -50,7 +50,7 @@ def test_of_several_runs_into_one_folder_one_begins(tmp_path):
 
 
 def test_two_commands_never_share_a_folder(tmp_path):
-    """Each begins with a file of its own: of two at the same moment neither may go on."""
+    """Each starts with its own file; of two at the same time neither may continue."""
     listed = iter([[], ["other", "mine"]])
 
     def listdir(path):
@@ -119,7 +119,7 @@ def distribution(folder, name, entry_points, version="Version: 1.0"):
 @pytest.mark.parametrize(
     "spoilt", [(b"[cdpr]\n=\n",), (b"[cdpr]\n\xff = x:y\n",), (b"[cdpr]\nmine = sys\n", "Ver")], ids=str
 )
-def test_a_spoilt_entry_points_file_is_named_and_costs_nobody_else(tmp_path, monkeypatch, spoilt):
+def test_a_corrupt_entry_points_file_is_named_and_affects_no_other(tmp_path, monkeypatch, spoilt):
     distribution(tmp_path, "spoilt", *spoilt)
     monkeypatch.syspath_prepend(tmp_path)
     registry.cache_clear()
@@ -179,8 +179,8 @@ def test_loading_a_plugin_swaps_no_stream_of_a_program():
 
 @sampled(1, "size", [10, 100_000])
 @pytest.mark.parametrize("error", [None, CdprError("found out")])
-def test_a_full_disk_under_the_results_is_told_once(size, error, monkeypatch, capfd):
-    """What is left in the buffers must not fail once more, nor reach who has the descriptor's number next."""
+def test_a_full_disk_under_the_results_is_reported_once(size, error, monkeypatch, capfd):
+    """Data in the buffers must not fail again, nor reach the next user of the descriptor's number."""
 
     def command(**_):
         print("x" * size)
@@ -209,7 +209,7 @@ def test_a_full_disk_under_the_results_is_told_once(size, error, monkeypatch, ca
     assert ended.value.code == (2 if error is not None and not told_first else 8)
 
 
-def test_one_fallback_that_is_believed_only_where_it_is_ours(tmp_path, monkeypatch):
+def test_only_our_fallback_is_accepted(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     found = []
     for _ in range(2):

@@ -218,7 +218,7 @@ def test_run_json(runs, tmp_path):
 def test_a_run_json_and_a_log_of_two_runs(runs, tmp_path):
     folder = copied(runs / "one", tmp_path / "run")
     shutil.copy(runs / "other" / "log.mcap", folder / "log.mcap")
-    with pytest.raises(LogError, match=r"run\.json: belongs to another log than the one beside it"):
+    with pytest.raises(LogError, match=r"run\.json: does not belong to the log in this folder"):
         load_run(folder)
 
 

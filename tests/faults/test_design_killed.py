@@ -1,4 +1,4 @@
-"""A design whose process is killed: what was evaluated stays, and the same command goes on to the same result."""
+"""A killed design: evaluations are kept, and the same command continues to the same result."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def lines(out):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
-def test_a_killed_design_goes_on(how, tmp_path):
+def test_a_killed_design_continues(how, tmp_path):
     path, count = write_design(tmp_path, optimizer="evaluations: 200, seed: 5"), 200
     cdpr_here("design", path, "--out", tmp_path / "whole", "--jobs", "1", "--no-report")
     out = tmp_path / "out"

@@ -36,8 +36,8 @@ SAYS = {
     "segfault": "crashed: its process was ended by SIGSEGV",
     "abort": "crashed: its process was ended by SIGABRT",
     "exit": "ended its process with exit code 3",
-    "hang": "took more than 0.5 s for this step and was ended",
-    "log": "took more than 0.5 s for this step and was ended; it said: Warning: message ",
+    "hang": "took more than 0.5 s for this step and was stopped",
+    "log": "took more than 0.5 s for this step and was stopped; it said: Warning: message ",
 }
 
 
@@ -112,7 +112,7 @@ def test_nan_is_a_divergence(options, isolation):
 
 
 @pytest.mark.parametrize("fault", ["discard", "error", "fatal"])
-def test_what_returns_is_told_in_this_process_too(options, fault):
+def test_results_are_reported_in_the_parent_process(options, fault):
     with pytest.raises(BackendDied, match=SAYS[fault].replace("it said", "it logged")) as caught:
         run(options(fault, isolation="inproc"))
     assert len(caught.value.run.rows) == 101
@@ -144,7 +144,7 @@ def test_printing_stays_off_stdout(options, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_exit_code_tells(options, tmp_path):
+def test_exit_codes(options, tmp_path):
     done = command(options("segfault"), f"--out={tmp_path / 'run'}")
     assert done.returncode == ExitCode.BACKEND_DIED
     assert done.stderr.splitlines()[-1].startswith("stopped: t = 0.101 s: FMU '")

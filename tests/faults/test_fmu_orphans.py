@@ -53,7 +53,7 @@ def until(wanted):
 
 
 def state(pid):
-    """The letter of a process, Z where it has ended and nobody asked for its exit code; none where it is gone."""
+    """Return the state of a process: Z if it has ended and was not waited for; none if it is gone."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except FileNotFoundError:
@@ -104,7 +104,7 @@ def test_a_parent_that_ended_before_is_noticed():
     assert (done.returncode, done.stdout) == (1, "")
 
 
-def test_a_process_outlives_the_thread_that_asked_for_it():
+def test_a_process_outlives_the_thread_that_requested_it():
     """The system's signal comes when the thread that started a process ends, not only when its parent does."""
     code = f"from cdpr.base.processes import end_with; end_with({os.getpid()}); print('on', flush=True); input()"
     started = []
@@ -123,7 +123,7 @@ def test_a_process_outlives_the_thread_that_asked_for_it():
     assert started[0].returncode == 0
 
 
-def test_what_is_left_is_swept_and_what_lives_is_not(root):
+def test_stale_folders_are_removed_and_live_ones_are_kept(root):
     living = Folder()
     with subprocess.Popen(
         [
@@ -150,7 +150,7 @@ def test_what_is_left_is_swept_and_what_lives_is_not(root):
     assert not any(root.iterdir())
 
 
-def test_what_a_killed_export_left_is_removed_by_the_next(tmp_path, monkeypatch):
+def test_the_next_export_removes_files_of_a_killed_one(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     compiler, started = tmp_path / "cxx", tmp_path / "started"
     compiler.write_text(f"#!/bin/sh\necho on >{started}; exec sleep 5\n")

@@ -52,7 +52,7 @@ def turn(backend):
 
 
 def reset(backend):
-    """What MuJoCo does by default with a bad acceleration: all is finite, and the start again."""
+    """Default reaction of MuJoCo to a bad acceleration: finite values, and a restart."""
     backend.reset(cdpr.load_scenario(CAROCA).initial.state())
 
 
@@ -168,7 +168,7 @@ def test_sound_runs_raise_no_alarm():
             assert run.status == "finished"
 
 
-def test_a_diverged_run_is_kept_and_told(tmp_path):
+def test_a_diverged_run_is_kept_and_reported(tmp_path):
     """Far too high gains for the control period."""
     overrides = {"controller.kp": 1e6, "controller.kd": 1e5, "initial.position": [0.1, 0, 1.2]}
     with pytest.raises(cdpr.Diverged) as caught:

@@ -66,7 +66,7 @@ def wait_for_rows(process, folder):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143)])
-def test_a_stopped_run_is_closed_and_told(number, code, tmp_path):
+def test_a_stopped_run_is_closed_and_reported(number, code, tmp_path):
     command = [sys.executable, "-m", "cdpr", "run", CAROCA, "--no-report", "--out", str(tmp_path / "run")]
     process = subprocess.Popen(
         [*command, "--set", "simulation.duration=3600"],
@@ -94,7 +94,7 @@ def test_a_stopped_run_is_closed_and_told(number, code, tmp_path):
     "what", [(LogWriter, "close"), (RunFolder, "finish"), (Reserved, "write"), (ComputedTorque, "close")]
 )
 def test_a_second_signal_cuts_nothing_short(what, after, tmp_path, monkeypatch):
-    """Whatever it meets of what keeps a run, that is done once more, with the same result."""
+    """Any interrupted file is computed again, with the same result."""
     owner, name = what
     method, calls = getattr(owner, name), []
 

@@ -64,6 +64,6 @@ cdpr.ui.cli.main()
 """
 
 
-def test_what_a_plugin_leaves_in_an_open_file_is_written(tmp_path):
+def test_open_files_of_plugins_are_flushed(tmp_path):
     subprocess.run([sys.executable, "-c", UNCLOSED, tmp_path / "rows.txt"], check=True)
     assert (tmp_path / "rows.txt").read_text() == "rows"

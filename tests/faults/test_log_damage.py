@@ -44,7 +44,7 @@ def blocks(whole: bytes, tmp_path_factory: pytest.TempPathFactory) -> list[tuple
 
 
 def check(path: Path, data: bytes) -> str | None:
-    """Load `data`: what is loaded is a prefix of the truth. Returns what the reader says is wrong."""
+    """Load `data`; the rows are a prefix of the truth. Return the problem reported by the reader."""
     path.write_bytes(data)
     try:
         found = scan(path)
@@ -82,9 +82,7 @@ def test_truncated_in_the_description(tmp_path: Path, whole: bytes) -> None:
         check(tmp_path / "log.mcap", whole[:length])
 
 
-def test_what_is_cut_off_is_only_the_torn_block(
-    tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]
-) -> None:
+def test_repair_cuts_only_the_torn_block(tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]) -> None:
     _, stop, _ = blocks[0]
     for cut, rows in ((stop - 1, 0), (stop, BLOCK), (stop + 1, BLOCK)):
         (tmp_path / "log.mcap").write_bytes(whole[:cut])
@@ -133,7 +131,7 @@ def test_bytes_with_a_new_checksum_are_not_believed(
     assert check(tmp_path / "log.mcap", doubled) is not None
 
 
-def test_rubbish_behind_a_complete_log_is_told(tmp_path: Path, whole: bytes) -> None:
+def test_rubbish_behind_a_complete_log_is_reported(tmp_path: Path, whole: bytes) -> None:
     assert check(tmp_path / "log.mcap", whole + b"x") is not None
     assert len(scan(tmp_path / "log.mcap").rows) == len(ROWS)
 
@@ -165,7 +163,7 @@ def test_not_our_log(tmp_path: Path) -> None:
         load_run(tmp_path / "empty")
 
 
-def test_a_log_of_another_format_says_so(tmp_path: Path, whole: bytes) -> None:
+def test_a_log_of_another_format_is_reported(tmp_path: Path, whole: bytes) -> None:
     path = tmp_path / "log.mcap"
     written = b"format\x01\0\0\x00"
     path.write_bytes(whole.replace(written + FORMATS[-1].encode(), written + b"9", 1))
@@ -328,7 +326,7 @@ def test_a_run_json_that_is_not_ours(tmp_path: Path, whole: bytes) -> None:
     assert load_run(tmp_path).status == "finished"
 
 
-def test_a_run_that_goes_on_is_not_repaired(tmp_path: Path) -> None:
+def test_an_active_run_is_not_repaired(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path / "run", HEADER)
     recorder = Recorder(HEADER, len(ROWS), folder.path)
     recorder.rows[:-1] = ROWS
@@ -342,7 +340,7 @@ def test_a_run_that_goes_on_is_not_repaired(tmp_path: Path) -> None:
 
 
 def test_repair_of_a_log_that_is_written_loses_nothing(tmp_path: Path, whole: bytes) -> None:
-    """On a file system without locks: what the writer writes next stands where it would have stood."""
+    """On a file system without locks, the next data of the writer is in its usual place."""
     recorder = Recorder(HEADER, len(ROWS), tmp_path)
     recorder.rows[:-1] = ROWS
     for rows in (300, 400):

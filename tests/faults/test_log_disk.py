@@ -235,7 +235,7 @@ def test_repair_on_a_full_disk_needs_no_second_copy(tmp_path: Path, monkeypatch:
     assert log.read_bytes() == whole
 
 
-def test_a_full_disk_lets_a_run_say_how_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_still_records_the_status(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = RunFolder(tmp_path / "run", HEADER)
     room = (folder.path / "run.json.new").stat()
     assert room.st_blocks * 512 >= room.st_size > 65536

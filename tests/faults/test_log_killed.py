@@ -71,7 +71,7 @@ AT_FULL_SPEED = CHILD.replace("range(50, len(rows), 50)", "range(BLOCK, len(rows
 
 @pytest.mark.parametrize("seed", range(KILLS))
 def test_killed_at_any_moment_a_run_is_repaired_to_a_whole_log(tmp_path: Path, seed: int) -> None:
-    """The thread that writes is killed in the midst of it. CDPR_KILLS says how often."""
+    """The writing thread is killed during a write; CDPR_KILLS sets the number of repetitions."""
     rng = np.random.default_rng(seed)
     script = CHILD if seed % 3 == 0 else AT_FULL_SPEED
     script = script.format(tests=str(ROOT / "tests" / "support"), out=str(tmp_path / "run"))
@@ -91,7 +91,7 @@ def test_killed_at_any_moment_a_run_is_repaired_to_a_whole_log(tmp_path: Path, s
 
 
 class Mortal(io.FileIO):
-    """A file whose process is killed once so many bytes more are written."""
+    """A file whose process is killed after this number of further bytes."""
 
     left = sys.maxsize
 

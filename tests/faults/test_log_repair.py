@@ -33,7 +33,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def test_a_run_that_begins_while_a_repair_looks_is_not_called_interrupted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The worst moment: the folder is taken, its lock not yet, and a repair finds nobody at work."""
+    """Worst case: the folder exists, its lock does not yet, and a repair finds no active process."""
     looking, look, began = threading.Event(), threading.Event(), repair_module._never_began
 
     def slowly(folder: Path) -> bool:
@@ -86,7 +86,7 @@ def test_of_several_repairs_at_once_one_works(tmp_path: Path, whole: bytes) -> N
 
 
 def test_a_repair_that_is_killed_loses_nothing(tmp_path: Path, whole: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is written over is on the disk before."""
+    """Overwritten data is on the disk before."""
     log = tmp_path / "log.mcap"
     log.write_bytes(whole[:-500])
     end = scan(log).end

@@ -85,7 +85,7 @@ def test_a_cut_long_log_keeps_the_rows_before(log: Path) -> None:
         assert read(log)
 
 
-def test_the_message_says_which_rows_are_damaged_and_repair_keeps_those_before(log: Path) -> None:
+def test_damaged_rows_are_reported_and_repair_keeps_earlier_rows(log: Path) -> None:
     second = [chunk for chunk in scan(log).chunks if chunk.group == 0][1]
     data = bytearray(log.read_bytes())
     data[second.start + 1000] ^= 1

@@ -1,4 +1,4 @@
-"""Compiled code in caches is used only where nobody else may have written it, and where it is whole."""
+"""Compiled code in caches is used only if it is intact and no other user can have written it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_an_fmu_that_is_not_ours_or_not_whole_is_made_again(cache, monkeypatch, 
     monkeypatch.setattr(archive, "fmu_bytes", lambda model, fmi: bytes(5000))
     path = archive.cached_fmu(None)
     spoil(path)
-    with pytest.warns(UserWarning, match=r"\.fmu.*: it is not used, and made again"):
+    with pytest.warns(UserWarning, match=r"\.fmu.*: it is replaced by a new one"):
         assert archive.cached_fmu(None).read_bytes() == bytes(5000)
     assert ownership.fault(path) == ""
 
@@ -134,7 +134,7 @@ def test_folders_of_a_root_that_is_not_mapped_may_lie_above_the_own_folder(tmp_p
 
 @ROOT_ONLY
 @pytest.mark.parametrize("rows", ["0 0 4294967295", "1000 1000 1\n0 100000 1000", "", "what is this"])
-def test_the_overflow_user_is_a_stranger_where_root_is_mapped(tmp_path, without_root, rows):
+def test_the_overflow_user_is_untrusted_with_mapped_root(tmp_path, without_root, rows):
     ownership.UID_MAP.write_text(rows)
     (tmp_path / "system" / "own").mkdir(parents=True)
     given_away(tmp_path / "system")

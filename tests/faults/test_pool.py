@@ -35,7 +35,7 @@ def _installed(faulty_plugin):
 
 
 def gone(pid):
-    """Whether a process has ended; its corpse may wait for a parent that does not care."""
+    """Return True if a process has ended; it may be a zombie of another parent."""
     try:
         with open(f"/proc/{pid}/stat") as file:
             return file.read().rpartition(")")[2].split()[0] == "Z"
@@ -144,7 +144,7 @@ def test_a_worker_that_dies_idle_costs_no_case(monkeypatch):
 
 
 @pytest.mark.slow
-def test_what_done_raises_ends_the_workers():
+def test_exceptions_of_the_callback_stop_the_workers():
     def done(outcome):
         raise KeyboardInterrupt
 
@@ -155,8 +155,8 @@ def test_what_done_raises_ends_the_workers():
 
 
 @pytest.mark.slow
-def test_what_workers_are_forked_from_may_be_killed():
-    """Who is at work goes with it; those that follow come from another one."""
+def test_a_killed_fork_server_is_replaced():
+    """Active workers end with the pool; later ones come from another one."""
 
     def done(outcome):
         if outcome.key == "0":
@@ -170,7 +170,7 @@ def test_what_workers_are_forked_from_may_be_killed():
 
 
 @pytest.mark.slow
-def test_what_workers_are_forked_from_may_hang():
+def test_a_hanging_fork_server_is_replaced():
     run_cases([case("first")], jobs=1, timeout=60)
     server = forks._known[os.getpid()]
     server._socket.settimeout(0.2)
@@ -188,7 +188,7 @@ def test_a_folder_that_is_gone_harms_no_case(tmp_path, monkeypatch):
     assert outcome.status == "finished", outcome.message
 
 
-def test_workers_find_what_is_around_us_now(monkeypatch, tmp_path):
+def test_workers_inherit_the_current_environment(monkeypatch, tmp_path):
     """Not what was there when the process that they are forked from began."""
     run_cases([case("first")], jobs=1, timeout=60)
     monkeypatch.chdir(tmp_path)
@@ -238,7 +238,7 @@ def test_a_killed_case_is_not_taken_for_a_finished_one(tmp_path):
 
 @pytest.mark.slow
 def test_the_working_folder_shadows_nothing(tmp_path, monkeypatch):
-    """A user's file may bear the name of a module that we use."""
+    """A user's file may have the name of a module of cdpr."""
     (tmp_path / "numpy.py").write_text("raise SystemExit('not this one')")
     monkeypatch.chdir(tmp_path)
     (outcome,) = run_cases([case("sound")], jobs=1, timeout=None)

@@ -23,7 +23,7 @@ def run(study, out, *options):
 
 
 def ledger(out):
-    """What each line says, in the order of writing; a torn last line is left out."""
+    """Return the content of each line, in the order of writing, without an incomplete last line."""
     text = (out / "cases.jsonl").read_text()
     return [json.loads(line) for line in text[: text.rfind("\n") + 1].splitlines()]
 
@@ -100,7 +100,7 @@ def sound(faulty_plugin, tmp_path_factory):
 
 @pytest.mark.slow  # each runs a study three times
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
-def test_a_stopped_study_goes_on(sound, tmp_path, number):
+def test_a_stopped_study_continues(sound, tmp_path, number):
     study, expected = sound
     out = tmp_path / "out"
     process = subprocess.Popen(

@@ -93,7 +93,7 @@ def test_a_rollout_on_the_cluster_is_the_same_to_the_bit(scheduler):
 
 
 @pytest.mark.slow
-def test_faults_are_told(scheduler, tmp_path):
+def test_faults_are_reported(scheduler, tmp_path):
     study = write_study(tmp_path, FAULTS)
     study.write_text(study.read_text().replace("changes: {", "changes: {controller.type: faulty, "))
     done = run(study, tmp_path / "out", "--scheduler", scheduler, "--timeout", "2")
@@ -104,7 +104,7 @@ def test_faults_are_told(scheduler, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_a_stopped_study_leaves_nothing_at_work_and_goes_on(cluster, tmp_path, number):
+def test_a_stopped_study_leaves_nothing_at_work_and_continues(cluster, tmp_path, number):
     study = faulty_study(tmp_path, ["hang", "hang", "none"], 0.1, keep="all")
     out = tmp_path / "out"
     process = begin(study, out, cluster, [tmp_path / "faults" / name for name in "01"])
@@ -136,7 +136,7 @@ def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(cluster, tmp_path):
+def test_a_scheduler_that_is_killed_is_reported_and_the_study_continues_elsewhere(cluster, tmp_path):
     """The last of those that share the cluster."""
     study = faulty_study(tmp_path, ["none", "hang", "hang"], 0.1)
     out = tmp_path / "out"
@@ -145,7 +145,7 @@ def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(clus
     cluster[0].kill()
     _, errors = process.communicate(timeout=60)
     assert process.returncode == ExitCode.BACKEND_DIED
-    assert "is gone; the cases that had ended are kept" in errors
+    assert "; finished cases are kept" in errors
     assert f"continue by: cdpr study {study} " in errors
     assert f" --out {out}\n" in errors
     assert "Traceback" not in errors
@@ -161,14 +161,14 @@ def test_the_cluster_knows_how_many_at_a_time(tmp_path):
 
 
 @pytest.mark.slow  # Dask tries for twenty seconds
-def test_nobody_answers(tmp_path):
+def test_peer_without_an_answer(tmp_path):
     done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
     assert done.returncode == ExitCode.BAD_INPUT
     assert "no Dask scheduler answers there" in done.stderr
 
 
 @pytest.mark.parametrize("address", ["tls://127.0.0.1:9", "nonsense://x", "tcp://"])
-def test_an_address_that_cannot_be_used_is_told(tmp_path, address):
+def test_an_address_that_cannot_be_used_is_reported(tmp_path, address):
     """Among them TLS without certificates."""
     done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", address)
     assert done.returncode == ExitCode.BAD_INPUT, done.stderr

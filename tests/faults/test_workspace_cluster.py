@@ -65,7 +65,7 @@ def test_the_files_are_the_same(cluster, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_a_stopped_command_goes_on_here(cluster, tmp_path, number):
+def test_a_stopped_command_continues_here(cluster, tmp_path, number):
     folder = tmp_path / "w"
     process = begin(folder, cluster)
     process.send_signal(number)
@@ -90,7 +90,7 @@ def test_chunks_of_a_worker_that_is_lost_are_computed_by_another(cluster, tmp_pa
     assert content(folder) == content(tmp_path / "whole")
 
 
-def test_a_scheduler_that_is_killed_is_told_and_it_goes_on_here(cluster, tmp_path):
+def test_a_scheduler_that_is_killed_is_reported_and_it_continues_here(cluster, tmp_path):
     """The last of those that share the cluster."""
     folder = tmp_path / "w"
     process = begin(folder, cluster)
@@ -104,7 +104,7 @@ def test_a_scheduler_that_is_killed_is_told_and_it_goes_on_here(cluster, tmp_pat
     assert (folder / SUMMARY).exists()
 
 
-def test_nobody_answers(tmp_path):
+def test_peer_without_an_answer(tmp_path):
     robot = cdpr.load_robot(CAROCA)
     with pytest.raises(CdprError, match="no Dask scheduler answers there"):
         workspace_in_chunks(robot, "static", region(robot, cells=4), tmp_path / "w", scheduler="tls://127.0.0.1:9")

@@ -60,7 +60,7 @@ def cache(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def built(cache):
-    """FMUs of a plant for a platform, compiled once: what differs between plants is no source."""
+    """FMUs of a plant for a platform, compiled once: what differs between plants is not a source."""
 
     def fmu(platform, case, fmi):
         return fmu_bytes(plant_of(scenario(case)), fmi, platforms=(platform,))

@@ -125,7 +125,7 @@ def test_derivatives_are_those_of_finite_differences(case, fmi, moved):
 
 
 @FMI
-def test_what_a_guide_holds_changes_nothing(fmi, moved):
+def test_loads_in_held_directions_have_no_effect(fmi, moved):
     driver, robot = moved("planar", fmi)
     assert robot.dof == ("x", "z", "ry")
     for name in OUTPUTS:

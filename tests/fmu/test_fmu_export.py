@@ -1,4 +1,4 @@
-"""`cdpr fmu export`: the file, its description, its bytes, and what is said when it cannot be made."""
+"""`cdpr fmu export`: the file, its description, its bytes, and its error messages."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def entries(path):
 
 @spread("case, fmi", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid"], [2, 3])
 @pytest.mark.usual("planar-3", "cogiro_rigid-3", "caroca-2")
-def test_the_standard_has_nothing_to_say(case, fmi, tmp_path):
+def test_the_fmi_checker_reports_no_errors(case, fmi, tmp_path):
     path = write(plant_of(scenario(case)), fmi, tmp_path)
     assert validate_fmu(str(path)) == []
     about = fmpy.read_model_description(str(path))
@@ -132,7 +132,7 @@ def test_it_is_compiled_once(tmp_path, monkeypatch):
     assert cached_fmu(plant, 2) != first
     assert log.read_text() == calls != ""
     first.write_bytes(b"damaged")
-    with pytest.warns(UserWarning, match="is damaged: it is not used, and made again"):
+    with pytest.warns(UserWarning, match="is damaged: it is replaced by a new one"):
         assert cached_fmu(plant) == first
     assert first.stem == open_archive(first).sha256
 
@@ -171,7 +171,7 @@ def test_a_robot_starts_at_home(tmp_path, cdpr):
         assert driver.get("physics_step") == 0.002
 
 
-def test_winches_come_along_when_asked_for(tmp_path, cdpr):
+def test_winches_are_exported_on_request(tmp_path, cdpr):
     cdpr("export", WINCHES, "-o", "a.fmu", "--with-winch")
     with Driver(tmp_path / "a.fmu") as driver:
         driver.set("command", np.full(8, 300.0))
@@ -277,7 +277,7 @@ def test_a_step_is_a_positive_number(step, cdpr):
 
 @pytest.mark.slow
 def test_other_platforms_can_compile_it(tmp_path):
-    """What `fmpy compile` does with an FMU that has no binary."""
+    """Action of `fmpy compile` on an FMU without a binary."""
     from fmpy.build import build_platform_binary
 
     plant = plant_of(scenario("caroca"))

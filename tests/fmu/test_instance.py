@@ -117,7 +117,7 @@ def test_it_may_end_the_simulation(files, fmi, isolation):
 @BOTH
 def test_an_fmu_that_does_not_reach_the_time_is_found_out(files, isolation):
     fmu = running(files[3], isolation, mode=STANDS_STILL)
-    with pytest.raises(BackendDied, match=r"was to go to 0\.001 s and says that it is at 0 s"):
+    with pytest.raises(BackendDied, match=r"was to go to 0\.001 s, but reports 0 s"):
         fmu.instance.step(1)
     fmu.close()
 
@@ -127,7 +127,7 @@ def test_an_fmu_that_does_not_reach_the_time_is_found_out(files, isolation):
 def test_a_missing_function_is_named(tmp_path, fmi):
     path = write_controller(tmp_path / "half.fmu", fmi, "-DWITHOUT_STEP")
     before = temporary_folders()
-    with pytest.raises(FmuError, match=f"FMU 'lab' has a library without fmi{fmi}DoStep, which FMI demands"):
+    with pytest.raises(FmuError, match=f"FMU 'lab' has a library without fmi{fmi}DoStep, which FMI requires"):
         running(path)
     with pytest.raises(FmuError, match=f"fmi{fmi}DoStep"):
         running(path, "process")
@@ -136,7 +136,7 @@ def test_a_missing_function_is_named(tmp_path, fmi):
 
 def test_a_step_that_the_fmu_cannot_do_is_refused(tmp_path):
     path = write_controller(tmp_path / "fixed.fmu", 3, fixedInternalStepSize="0.003")
-    with pytest.raises(FmuError, match=r"its own step is 0\.003 s, and 0\.001 s is no multiple"):
+    with pytest.raises(FmuError, match=r"its own step is 0\.003 s, and 0\.001 s is not a multiple"):
         running(path)
 
 
@@ -152,7 +152,7 @@ def test_messages_of_fmi_2_are_formatted(files):
     fmu.close()
 
 
-def test_a_parameter_that_the_fmu_does_not_have_is_told(files):
+def test_a_parameter_that_the_fmu_does_not_have_is_reported(files):
     fmu = RunningFmu(
         open_archive(files[3]), "lab", "controller", POINT_MASS, 1e-3, FmuFile(parameters={"kpp": 1.0}), "inproc"
     )
@@ -171,7 +171,7 @@ def test_an_fmu_for_one_instance_has_one_in_a_process(tmp_path):
     running(path).close()
 
 
-def test_a_killed_process_is_told(files):
+def test_a_killed_process_is_reported(files):
     fmu = running(files[3], "process")
     os.kill(fmu.instance.pid, signal.SIGKILL)
     with pytest.raises(BackendDied, match="SIGKILL"):

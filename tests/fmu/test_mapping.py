@@ -1,4 +1,4 @@
-"""Which variables of an FMU are which signals: by the scenario's word, by certain rules, or not at all."""
+"""Mapping of an FMU's variables to signals: by the scenario, by certain rules, or not at all."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_the_order_of_declaration_never_counts():
 
 def test_two_families_of_one_name_are_an_error():
     rows = [variable(2, f"cable_tension_{i}", 100 + i, "input") for i in range(8)]
-    told = refused(plant(2, more=rows), "cable_tension: may be", "cable_tension[1] ... cable_tension[8]")
+    told = refused(plant(2, more=rows), "cable_tension: ambiguous:", "cable_tension[1] ... cable_tension[8]")
     assert "cable_tension_0 ... cable_tension_7" in told
 
 
@@ -85,7 +85,7 @@ def test_terminals():
     fmu = plant(
         without=["position"], more=[variable(3, f"{n}.r", 50 + i, "output", shape=(3,)) for i, n in enumerate("ab")]
     )
-    refused(read_with(fmu, terminals=({"position": "a.r"}, {"position": "b.r"})), "position: may be a.r or b.r")
+    refused(read_with(fmu, terminals=({"position": "a.r"}, {"position": "b.r"})), "position: ambiguous: a.r or b.r")
 
 
 def read_with(fmu, **changes):
@@ -94,7 +94,7 @@ def read_with(fmu, **changes):
     return replace(fmu, **changes)
 
 
-def test_usual_names_are_believed_where_length_and_unit_agree():
+def test_usual_names_are_mapped_if_length_and_unit_agree():
     rows = [variable(3, "F", 50, "input", shape=(8,), unit="kN"), variable(3, "q", 51, "output", shape=(4,))]
     mapping = map_signals(plant(without=["cable_tension", "quaternion"], more=rows), ROBOT)
     assert mapping.inputs.ports["cable_tension"].rule == "usual name"
@@ -118,20 +118,20 @@ def test_usual_names_are_not_believed_otherwise(shape, unit):
 
 def test_two_usual_names_are_an_error():
     rows = [variable(3, name, 50 + i, "input", shape=(8,), unit="N") for i, name in enumerate(["F", "tension"])]
-    refused(plant(without=["cable_tension"], more=rows), "may be tension or F; say which under signals.inputs")
+    refused(plant(without=["cable_tension"], more=rows), "ambiguous: tension or F; choose one under signals.inputs")
 
 
 def test_the_name_beats_the_usual_name():
     rows = [variable(3, "F", 50, "input", shape=(8,), unit="N")]
     mapping = map_signals(plant(more=rows), ROBOT)
     assert names(mapping.inputs.ports["cable_tension"])[0] == "cable_tension[1]"
-    assert mapping.notices == ("inputs that keep their start value: F",)
+    assert mapping.notices == ("inputs without a signal, which keep their start value: F",)
 
 
-def test_inputs_left_alone_are_told_unless_the_scenario_says_none():
+def test_unassigned_inputs_are_reported_unless_set_to_none():
     assert map_signals(plant(), ROBOT, Signals(inputs={"external_wrench": "none"})).notices == ()
     mapping = map_signals(plant(more=[variable(3, "wind", 50, "input")]), ROBOT)
-    assert mapping.notices == ("inputs that keep their start value: wind",)
+    assert mapping.notices == ("inputs without a signal, which keep their start value: wind",)
 
 
 def test_wrong_direction_or_kind_is_never_found():
@@ -141,7 +141,7 @@ def test_wrong_direction_or_kind_is_never_found():
     refused(plant(without=["position"], more=rows), "position: needed")
 
 
-def test_what_is_needed_depends_on_the_robot():
+def test_required_keys_depend_on_the_robot():
     point = make_robot(crossed_box(np.random.default_rng(1), 8)).__class__(
         "p", ROBOT.platform, ROBOT.cables, ("x", "z")
     )
@@ -152,7 +152,7 @@ def test_what_is_needed_depends_on_the_robot():
 
 def test_tension_or_command_but_not_both():
     rows = [variable(3, "command", 50, "input", shape=(8,), unit="N")]
-    refused(plant(more=rows), "both cable_tension and command; say `none` for one of them")
+    refused(plant(more=rows), "both cable_tension and command; set one of them to `none`")
     mapping = map_signals(plant(more=rows), ROBOT, Signals(inputs={"command": "none"}))
     assert "cable_tension" in mapping.inputs.ports
     mapping = map_signals(plant(without=["cable_tension"], more=rows), ROBOT)
@@ -160,14 +160,14 @@ def test_tension_or_command_but_not_both():
     refused(plant(), "is needed", inputs={"cable_tension": "none"})
 
 
-def test_all_that_is_wrong_is_told_at_once():
+def test_all_errors_are_reported_together():
     told = refused(
         plant(without=["position", "velocity"]), inputs={"cable_tensions": "x", "external_wrench": "nothing"}
     )
     assert len(told.splitlines()) == 4
-    assert "signals.inputs.cable_tensions: is no signal here" in told
+    assert "signals.inputs.cable_tensions: unknown signal" in told
     assert "did you mean 'cable_tension'?" in told
-    assert "signals.inputs.external_wrench: 'nothing' is no input with 6 numbers" in told
+    assert "signals.inputs.external_wrench: no input with 6 numbers is named 'nothing'" in told
 
 
 def test_winches():
@@ -197,7 +197,7 @@ def test_controllers():
     assert not any("state" in notice for notice in mapping.notices)
     rows = signals(3, {"desired_position": ("input", 3, "m"), "wrench": ("output", 6, None)})
     (notice,) = (each for each in map_signals(about(3, rows), ROBOT, role="controller").notices if "state" in each)
-    assert notice == "nothing of the state goes in: a controller in open loop, or one with its own plant inside"
+    assert notice == "the FMU receives no part of the state: an open-loop controller, or one that contains a plant"
     rows = signals(3, {"wrench": ("output", 6, None), "command": ("output", 8, "N")})
     refused(about(3, rows), "both wrench and command", role="controller")
     refused(
@@ -205,7 +205,7 @@ def test_controllers():
     )
 
 
-def test_the_record_of_a_run_tells_all():
+def test_the_record_of_a_run_is_complete():
     given = {"euler": Source(variable="angles", order="XYZ")}
     fmu = plant(without=["quaternion"], more=[variable(3, "angles", 50, "output", shape=(3,), unit="deg")])
     record = map_signals(fmu, ROBOT, Signals(outputs=given)).describe()

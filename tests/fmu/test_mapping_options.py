@@ -29,7 +29,7 @@ EXPLICIT = [
 
 
 @pytest.mark.parametrize(("given", "expected"), EXPLICIT, ids=str)
-def test_what_the_scenario_names(given, expected):
+def test_files_named_by_the_scenario(given, expected):
     rows = [
         variable(3, "Fc[1]", 1, "input"), variable(3, "Fc[2]", 2, "input"), variable(3, "g", 3, "input"),
         variable(3, "A", 4, "input", shape=(2, 2)), variable(3, "flag", 5, "input", kind="Boolean", start="true"),
@@ -52,7 +52,7 @@ def test_part_of_an_array_leaves_the_rest_at_its_start():
     assert values.tolist() == [10.0, 2.0, 3.0, 40.0]
 
 
-def test_outputs_may_be_local_if_the_scenario_says_so():
+def test_outputs_may_be_local_if_the_scenario_assigns_them():
     rows = [variable(3, "r", 50, "local", shape=(3,), unit="m")]
     mapping = map_signals(plant(without=["position"], more=rows), ROBOT, Signals(outputs={"position": "r"}))
     assert names(mapping.outputs.ports["position"])[0] == "r[1]"
@@ -61,11 +61,11 @@ def test_outputs_may_be_local_if_the_scenario_says_so():
 def test_one_number_is_not_two_signals():
     refused(
         plant(),
-        "'position[1]' is already taken for position",
+        "'position[1]' is already used for position",
         outputs={"velocity": Source(variable="position", unit="m/s")},
     )
     rows = [variable(2, f"other[{i}]", i, "input") for i in range(1, 9)]  # aliases of cable_tension
-    refused(plant(2, more=rows), "already taken", inputs={"command": "other[{i}]"})
+    refused(plant(2, more=rows), "already used", inputs={"command": "other[{i}]"})
 
 
 def test_cable_order():
@@ -78,7 +78,7 @@ def test_cable_order():
     assert length.tolist() == list(order)
     assert names(mapping.outputs.ports["position"]) == ["position[1]", "position[2]", "position[3]"]
     for wrong in ((1, 2), (0, 1, 2, 3, 4, 5, 6, 7), (1, 1, 2, 3, 4, 5, 6, 7)):
-        refused(plant(), "cable_order: the numbers from 1 to 8", cable_order=wrong)
+        refused(plant(), "cable_order: expected the numbers from 1 to 8", cable_order=wrong)
 
 
 def test_quaternion_order():
@@ -140,10 +140,10 @@ def test_a_unit_that_is_not_defined_is_read_by_its_name_with_a_notice():
     mapping = map_signals(plant(velocity="mm/s"), ROBOT)
     assert mapping.notices == ("outputs velocity: the FMU does not define its unit 'mm/s', read as that",)
     assert mapping.outputs.ports["velocity"].scale == pytest.approx(0.001)
-    refused(plant(velocity="furlong/h"), "'furlong/h' is not defined by the FMU and not known; say `unit:`")
+    refused(plant(velocity="furlong/h"), "'furlong/h' is unknown and not defined by the FMU; set `unit:`")
 
 
-def test_the_scenario_may_say_the_unit_and_turn_the_sign():
+def test_the_scenario_may_set_unit_and_sign():
     given = {"velocity": Source(variable="velocity", unit="mm/s", factor=-1.0)}
     mapping = map_signals(plant(), ROBOT, Signals(outputs=given))
     assert mapping.outputs.ports["velocity"].scale == pytest.approx([-0.001] * 3)
@@ -151,8 +151,8 @@ def test_the_scenario_may_say_the_unit_and_turn_the_sign():
     scale = map_signals(plant(), ROBOT, Signals(inputs=wrench)).inputs.ports["external_wrench"].scale
     assert scale.tolist() == [1000.0] * 3 + [1.0] * 3
     for source, words in (
-        (Source(variable="velocity", unit="parsec"), "'parsec' is not defined"),
-        (Source(variable="velocity", unit=("m/s",)), "3 units are expected, got 1"),
+        (Source(variable="velocity", unit="parsec"), "'parsec' is unknown and not defined"),
+        (Source(variable="velocity", unit=("m/s",)), "expected 3 units, got 1"),
         (Source(variable="velocity", factor=0.0), "factor cannot be 0"),
         (Source(variable="velocity", unit="m"), "measured in m/s"),
     ):

@@ -55,7 +55,7 @@ class Author:
 
 
 def flat_places(side):
-    """Where the element i of the variable with a reference stands among all values."""
+    """Return the place of element i of the variable with a reference among all values."""
     places, at = {}, 0
     for each in side.variables:
         for i in range(each.size):

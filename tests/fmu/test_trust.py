@@ -1,4 +1,4 @@
-"""Whose native code may run."""
+"""Trust in native code."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def plant(home):
     return open_archive(make_fmu(home / "plant.fmu"))
 
 
-def test_a_stranger_is_refused_with_what_to_do(plant):
+def test_untrusted_code_is_rejected_with_a_remedy(plant):
     with pytest.raises(FmuError) as caught:
         trust.require_trust(plant, None)
     told = str(caught.value)
@@ -82,31 +82,31 @@ def test_without_xdg_it_lies_in_the_home(home, monkeypatch):
 
 
 @pytest.mark.parametrize("line", ["plant.fmu", "0" * 63, "G" * 64, "0" * 64 + " one space", "0" * 65])
-def test_a_malformed_list_is_told_and_trusts_nothing(plant, line):
+def test_a_malformed_list_is_reported_and_trusts_nothing(plant, line):
     path = trust.list_path()
     path.parent.mkdir(parents=True)
     path.write_text(f"# comment\n\n{plant.sha256}  plant\n{line}\n")
-    with pytest.raises(FmuError, match=r"trusted_fmus:4: a sha256 and a name are expected"):
+    with pytest.raises(FmuError, match=r"trusted_fmus:4: expected a sha256 and a name"):
         trust.require_trust(plant, None)
     with pytest.raises(FmuError, match=r"trusted_fmus:4:"):
         trust.add("1" * 64, "other")
     trust.require_trust(plant, plant.sha256)  # a pin does not need the list
 
 
-def test_an_unreadable_list_is_told(plant):
+def test_an_unreadable_list_is_reported(plant):
     trust.list_path().mkdir(parents=True)
-    with pytest.raises(FmuError, match="cannot be read: Is a directory; mend or remove it"):
+    with pytest.raises(FmuError, match="cannot be read: Is a directory; correct or remove it"):
         trust.require_trust(plant, None)
 
 
-def test_bytes_that_are_no_text_are_told(plant):
+def test_bytes_that_are_no_text_are_reported(plant):
     trust.list_path().parent.mkdir(parents=True)
     trust.list_path().write_bytes(b"\xff\xfe")
     with pytest.raises(FmuError, match="cannot be read"):
         trust.require_trust(plant, None)
 
 
-def test_a_list_that_cannot_be_written_is_told(home, plant):
+def test_a_list_that_cannot_be_written_is_reported(home, plant):
     (home / "config").write_text("a file")
     with pytest.raises(FmuError, match="cannot be read: Not a directory"):
         trust.add(plant.sha256, "plant")
@@ -136,9 +136,9 @@ def test_lists_written_at_once_lose_nothing(home, monkeypatch):
     assert len(trust.trusted()) == 80
 
 
-def test_a_list_that_others_keep_locked_is_told(home, plant, monkeypatch):
+def test_a_list_that_others_keep_locked_is_reported(home, plant, monkeypatch):
     monkeypatch.setattr(trust, "LOCK_SECONDS", 0.05)
-    with trust._locked(), pytest.raises(OutputError, match="keeps the list of trusted FMUs locked"):
+    with trust._locked(), pytest.raises(OutputError, match="has locked the list of trusted FMUs"):
         trust.add(plant.sha256, "plant")
     trust.add(plant.sha256, "plant")
 
@@ -187,7 +187,7 @@ def test_a_list_is_for_its_user_alone_whatever_the_umask(plant, umask):
 
 
 def test_a_list_replaced_while_it_is_read_is_read_whole(plant, monkeypatch):
-    """What was opened is what is checked and read."""
+    """The opened file is the one that is checked and read."""
     trust.add("1" * 64, "one")
     path, check = trust.list_path(), trust._fault
 

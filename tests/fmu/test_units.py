@@ -18,7 +18,7 @@ KNOWN = [
 
 
 @pytest.mark.parametrize(("text", "exponents", "factor"), KNOWN)
-def test_what_a_name_means(text, exponents, factor):
+def test_name_resolution(text, exponents, factor):
     unit = known_unit(text)
     expected = [0] * len(BASE_UNITS)
     for part in exponents.split():
@@ -29,11 +29,11 @@ def test_what_a_name_means(text, exponents, factor):
 
 
 @pytest.mark.parametrize("text", ["", " ", "/s", "m//s", "m.", "furlong", "N.furlong", "J/(kg.K)", "m^", "°", "N;rm"])
-def test_what_is_no_unit(text):
+def test_unknown_units(text):
     assert known_unit(text) is None
 
 
-def test_what_is_measured_alike():
+def test_equal_measurements():
     assert alike(si("rad/s"), si("1/s"))  # some tools leave rad out
     assert alike(si("mm"), si("m"))
     assert not alike(si("N"), si("N.m"))

@@ -1,4 +1,4 @@
-"""What users of exported FMUs expect: derivatives, bounds, tunable parameters, terminals, logs, other platforms."""
+"""Expectations of users of exported FMUs: derivatives, bounds, tunable parameters, terminals, logs, platforms."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ TUNED = {"caroca": "mass", "spherical": "inertia", "planar": "platform_anchors",
 
 
 @spread("case, fmi", list(TUNED), [2, 3])
-def test_tuned_it_goes_on_as_one_that_was_so_from_the_start(case, fmi, tmp_path):
+def test_after_tuning_it_equals_a_controller_with_these_gains(case, fmi, tmp_path):
     """The platform neither jumps nor gets another velocity."""
     loaded, name = scenario(case), TUNED[case]
     plant = plant_of(loaded)
@@ -74,7 +74,7 @@ def test_tuned_it_goes_on_as_one_that_was_so_from_the_start(case, fmi, tmp_path)
 
 
 @FMI
-def test_unsound_tuning_is_told_and_can_be_mended(fmi, tmp_path, capfd):
+def test_unstable_tuning_is_reported_and_can_be_corrected(fmi, tmp_path, capfd):
     plant = plant_of(scenario("caroca"))
     with Driver(write(plant, fmi, tmp_path)) as driver:
         driver.step(0.0, 0.01)
@@ -110,8 +110,8 @@ def test_ended_it_stays_where_it_is(fmi, name, tmp_path):
 
 
 @FMI
-def test_restored_it_says_again_that_a_cable_cannot_push(fmi, tmp_path, capfd):
-    """A snapshot holds all that answers depend on, what was said among it."""
+def test_after_restore_negative_tension_is_reported_again(fmi, tmp_path, capfd):
+    """A snapshot contains all state that affects answers, including given warnings."""
     with Driver(write(plant_of(scenario("caroca")), fmi, tmp_path)) as driver:
         driver.step(0.0, 0.01)
         driver.set("cable_tension", np.full(8, -5.0))
@@ -164,7 +164,7 @@ def test_an_earlier_snapshot_is_overwritten_and_no_other_memory(fmi, tmp_path, c
 
 
 def told(driver, capfd, on, categories):
-    """What is said of a step with a negative tension, and of other parameters."""
+    """Messages about a step with a negative tension, and about other parameters."""
     driver.fmu.setDebugLogging(on, categories)
     capfd.readouterr()
     time = float(driver.get("time")[0])
@@ -195,7 +195,7 @@ def schema():
 
 
 @pytest.mark.parametrize("kind", ["plant", "winches inside", "winches alone"])
-def test_terminals_hold_what_belongs_together(kind, tmp_path):
+def test_terminal_output_keeps_units_together(kind, tmp_path):
     loaded = scenario("caroca" if kind == "plant" else "cogiro_elastic")
     model = plant_of(loaded) if kind != "winches alone" else Actuator(loaded.robot, 1e-3)
     path = tmp_path / "a.fmu"
@@ -218,7 +218,7 @@ def test_terminals_hold_what_belongs_together(kind, tmp_path):
 
 
 def test_cables_of_plant_and_winches_fit_together(tmp_path):
-    """What one gives the other takes, by the same names."""
+    """Outputs of one are inputs of the other, with the same names."""
     loaded = scenario("cogiro_elastic")
     roles = []
     for model in (plant_of(scenario("cogiro")), Actuator(loaded.robot, 1e-3)):
@@ -228,7 +228,7 @@ def test_cables_of_plant_and_winches_fit_together(tmp_path):
     assert all({roles[0][name], roles[1][name]} == {"input", "output"} for name in roles[0])
 
 
-def test_rigid_drums_say_what_acts_at_once(tmp_path):
+def test_rigid_drums_declare_direct_effects(tmp_path):
     plant = plant_of(scenario("cogiro_rigid"))
     about = fmpy.read_model_description(str(write(plant, 3, tmp_path)))
     at_once = {u.variable.name: u.dependencies for u in about.outputs}
@@ -259,7 +259,7 @@ def test_windows_gets_the_same_bytes_each_time(tmp_path, monkeypatch):
     assert {"linux64", "win64"} <= set(fmpy.supported_platforms(str(path)))
 
 
-def test_without_a_compiler_for_windows_its_name_is_told(tmp_path, monkeypatch):
+def test_without_a_compiler_for_windows_its_name_is_reported(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr("cdpr.fmu.export.library.zig_program", lambda: None)
     with pytest.raises(PluginError, match=re.escape(f"for win64: install '{CROSS}'")):

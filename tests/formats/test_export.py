@@ -166,7 +166,7 @@ def test_urdf_has_a_link_at_each_anchor(tmp_path, name):
         assert np.allclose(places[links.index(f"{cable.name}_platform")], wanted, atol=1e-6)
 
 
-def test_the_page_on_mujoco_says_what_happens(monkeypatch, tmp_path, capsys):
+def test_the_mujoco_page_describes_the_behaviour(monkeypatch, tmp_path, capsys):
     """Its model holds the platform where it is; its replay is the run."""
     pytest.importorskip("mujoco")
     held, replayed = re.findall(r"^```python\n(.*?)^```$", PAGES["docs/mujoco.md"], re.DOTALL | re.MULTILINE)

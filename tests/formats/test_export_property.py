@@ -1,4 +1,4 @@
-"""Random robots of any size, mass and name, in MuJoCo and back: where they stand, and what they weigh."""
+"""Random robots of any size, mass and name, exported to MuJoCo and imported: positions and masses."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def robots(draw):
 
 @pytest.mark.slow
 @given(robots())
-def test_any_robot_stands_in_mujoco_as_here_and_comes_back(tmp_path_factory, drawn):
+def test_round_trip_of_any_robot_through_mujoco(tmp_path_factory, drawn):
     mujoco = pytest.importorskip("mujoco")
     given_, size, rng = drawn
     robot = cdpr.load_robot("robot.yaml", text=yaml.safe_dump(given_, allow_unicode=True))

@@ -1,4 +1,4 @@
-"""What is exported beside the platform: the bars of a frame, and what a scenario says of gravity and steps."""
+"""Further exported content: bars of a frame, gravity and steps of a scenario."""
 
 from __future__ import annotations
 

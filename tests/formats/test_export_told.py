@@ -1,4 +1,4 @@
-"""What exports refuse, leave out and do not write over, and that they say so."""
+"""Rejections, omissions and protection of existing files in exports, with their messages."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from cdpr.model import rotations
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (("robots/caroca.yaml", "--to", "sdf", "--style", "sticks"), 2, "style: one of platform, legs is expected"),
+        (("robots/caroca.yaml", "--to", "sdf", "--style", "sticks"), 2, "style: expected one of platform, legs"),
         (
             ("robots/caroca.yaml", "--to", "sdf", "--sdf-version", "2"),
             2,
-            "version: one of 1.9, 1.6 is expected",
+            "version: expected one of 1.9, 1.6",
         ),
         (("robots/caroca.yaml", "--to", "mjcf", "--style", "legs"), 2, "--style is for --to sdf"),
         (
@@ -39,12 +39,12 @@ from cdpr.model import rotations
             2,
             "csv is for runs, and this is a file of a robot or scenario: mjcf, sdf, urdf, ros2",
         ),
-        (("caroca.yaml", "--to", "ros2", "--force"), 2, "--force is for files"),
+        (("caroca.yaml", "--to", "ros2", "--force"), 2, "--force applies to files only"),
         (("robots/carocca.yaml", "--to", "urdf"), 2, "carocca.yaml': did you mean"),
         (("robots", "--to", "urdf"), 2, "urdf is for robots and scenarios, and this is a run"),
     ],
 )
-def test_what_cannot_be_exported_is_told(tmp_path, words, code, said):
+def test_unsupported_exports_are_reported(tmp_path, words, code, said):
     file, *rest = words
     done = cdpr_here("export", ROOT / "scenarios" / file, *rest, code=None, cwd=tmp_path)
     assert done.returncode == code
@@ -57,7 +57,7 @@ def test_nothing_is_written_over(tmp_path):
     assert cdpr_here(*words, cwd=tmp_path).stdout == "caroca.urdf\n"
     before = (tmp_path / "caroca.urdf").read_bytes()
     done = cdpr_here(*words, code=8, cwd=tmp_path)
-    assert "'caroca.urdf' exists already" in done.stderr
+    assert "'caroca.urdf' already exists" in done.stderr
     cdpr_here(*words, "--force", cwd=tmp_path)
     assert (tmp_path / "caroca.urdf").read_bytes() == before
 
@@ -68,13 +68,13 @@ def test_winches_may_be_left_out(tmp_path):
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_unknown_formats_are_told():
-    with pytest.raises(FormatError, match="to: 'sfd' is no format: did you mean 'sdf'"):
+def test_unknown_formats_are_reported():
+    with pytest.raises(FormatError, match="got 'sfd'; did you mean 'sdf'"):
         export(subject_of("planar"), "sfd")
 
 
 @pytest.mark.parametrize("to", ["sdf", "urdf"])
-def test_parts_of_cables_that_are_left_out_are_told(tmp_path, to):
+def test_parts_of_cables_that_are_left_out_are_reported(tmp_path, to):
     rolled = cdpr_here("export", ROBOTS / "cogiro_pulleys.yaml", "--to", to, cwd=tmp_path)
     assert "left out: pulleys of cable_1, cable_2" in rolled.stderr
     wound = cdpr_here("export", ROOT / "scenarios" / "winch.yaml", "--to", to, cwd=tmp_path)
@@ -95,7 +95,7 @@ def test_parts_of_cables_that_are_left_out_are_told(tmp_path, to):
 
 
 @pytest.mark.parametrize(("to", "floats"), [("mjcf", False), ("sdf", False), ("urdf", True)])
-def test_a_platform_that_floats_where_it_should_not_is_told(tmp_path, to, floats):
+def test_an_unexpected_floating_platform_is_reported(tmp_path, to, floats):
     done = cdpr_here("export", ROBOTS / "planar.yaml", "--to", to, cwd=tmp_path)
     assert ("left out: the guide that leaves x, z, ry free: the platform floats there" in done.stderr) == floats
 
@@ -111,7 +111,7 @@ def test_packages_for_ros_2_are_of_scenarios(tmp_path):
     assert "'cdpr new scenario --robot FILE' writes one" in robot.stderr
 
 
-def test_what_is_too_light_for_mujoco_is_told():
+def test_bodies_too_light_for_mujoco_are_reported():
     mujoco = pytest.importorskip("mujoco")
     subject = subject_of("caroca")
     for least, sound in ((1.01e-15, True), (1e-15, False)):
@@ -120,7 +120,7 @@ def test_what_is_too_light_for_mujoco_is_told():
         if sound:
             mujoco.MjModel.from_xml_string(export(light, "mjcf"))
         else:
-            with pytest.raises(FormatError, match=r"above 1e-15 .* and the least of the platform's is 1e-15"):
+            with pytest.raises(FormatError, match=r"above 1e-15 .* the smallest of the platform is 1e-15"):
                 export(light, "mjcf")
 
 
@@ -133,7 +133,7 @@ def test_legs_have_a_length():
         export(replace(subject, robot=robot), "sdf", Options("legs"))
 
 
-def test_where_nothing_can_be_written_is_told(tmp_path):
+def test_unwritable_folders_are_reported(tmp_path):
     (tmp_path / "file").write_text("kept")
     for out in ("file/robot.xml", "file/deeper/robot.xml"):
         done = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "mjcf", "--out", out, code=8, cwd=tmp_path)

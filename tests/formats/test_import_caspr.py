@@ -94,15 +94,15 @@ REFUSED = {
     ),
     "two turns": ({"joint": "U_XY"}, {}, "bodies.xml:6: joint U_XY rotates about two axes"),
     "quaternion": ({"joint": "SPATIAL"}, {}, "bodies.xml:6: joint SPATIAL has a quaternion among its coordinates"),
-    "unknown joint": ({"joint": "HELICAL"}, {}, "bodies.xml:6: joint type 'HELICAL' is not known"),
+    "unknown joint": ({"joint": "HELICAL"}, {}, "bodies.xml:6: joint type 'HELICAL' is unknown"),
     "no body's inertia": ({"inertia": (1, 1, 5, 0, 0, 0)}, {}, "bodies.xml:8: no rigid body has this inertia"),
     "actuated": (
         {"joint": 'SPATIAL_EULER_XYZ" actuated="True'},
         {},
         "bodies.xml:6: the joint is actuated: only cables may move a platform",
     ),
-    "ref": ({"ref": "link"}, {}, "bodies.xml:8: ref of <inertia>: com or joint is expected, got 'link'"),
-    "coordinates": ({"q": [1.0, 2.0]}, {}, "bodies.xml:6: q_initial of <joint>: 6 numbers are expected"),
+    "ref": ({"ref": "link"}, {}, "bodies.xml:8: ref of <inertia>: expected com or joint, got 'link'"),
+    "coordinates": ({"q": [1.0, 2.0]}, {}, "bodies.xml:6: q_initial of <joint>: expected 6 numbers"),
     "passive spring": (
         {},
         {"rows": [cable(0), cable(1, kind="cable_passive_linear_spring", properties="<K>5</K><l0>1</l0>")]},
@@ -136,12 +136,12 @@ REFUSED = {
     "both on the platform": (
         {},
         {"rows": [cable(0, first="<attachment><link>1</link><location>0 0 0</location></attachment>")]},
-        "cables.xml:4: cable 'cable 1' has both attachments on one body",
+        "cables.xml:4: cable 'cable 1': expected one attachment on the world, link 0, got both on one body",
     ),
     "NaN": (
         {},
         {"rows": [cable(0).replace(">1.5", ">nan")]},
-        "cables.xml:4: <force_min>: a number is expected, of at most 1e+12, got 'nan'",
+        "cables.xml:4: <force_min>: expected a number, of at most 1e+12, got 'nan'",
     ),
     "limits": (
         {},
@@ -154,13 +154,13 @@ REFUSED = {
         "cables.xml:4: the robot is invalid: tension.min",
     ),
     "mass": ({"mass": -5}, {}, "bodies.xml:7: the robot is invalid: platform.mass"),
-    "no default set": ({}, {"default": "al"}, "cable set 'al', the default, is not there; did you mean 'all'?"),
-    "empty set": ({}, {"rows": []}, "cables.xml:3: cable set 'all' holds no cable"),
+    "no default set": ({}, {"default": "al"}, "cable set 'al', the default, does not exist; did you mean 'all'?"),
+    "empty set": ({}, {"rows": []}, "cables.xml:3: cable set 'all' contains no cable"),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_our_parts_cannot_be_is_refused_with_its_line(tmp_path, case):
+def test_unsupported_parts_are_rejected_with_their_line(tmp_path, case):
     body, line, said = REFUSED[case]
     with pytest.raises(CdprError) as caught:
         import_file(model(tmp_path, bodies_=bodies(**body), cables_=cables(**line)))
@@ -192,7 +192,7 @@ def test_pulleys_and_springs(tmp_path):
 def test_sets_of_cables_are_chosen(tmp_path):
     file = model(tmp_path)
     assert loaded(import_file(file, cable_set="other"), tmp_path / "out")[0].m == 2
-    with pytest.raises(CdprError, match="cable set 'oter' is not there; did you mean 'other'"):
+    with pytest.raises(CdprError, match="cable set 'oter' does not exist; did you mean 'other'"):
         import_file(file, cable_set="oter")
 
 
@@ -202,12 +202,12 @@ def test_sets_of_cables_are_chosen(tmp_path):
         ('<!DOCTYPE a [<!ENTITY b "c">]><bodies_system>&b;</bodies_system>', "declares the entity 'b'"),
         (
             '<!DOCTYPE a [<!ATTLIST link_rigid n CDATA "xxx">]><bodies_system/>',
-            "bodies.xml:1: it declares a default for the attribute 'n' of <link_rigid>: write it where it is",
+            "bodies.xml:1: it declares a default for the attribute 'n' of <link_rigid>: write it in the element",
         ),
         ("<bodies_system><links>", "invalid XML: no element found"),
         ('<?xml version="1.0"?>\n<bodies_system', "bodies.xml:2: invalid XML: unclosed token"),
-        ("<bodies_system>" + "<a>" * 100, "within each other, are no robot"),
-        ("<bodies_system><links/></bodies_system>", "a <link_rigid> is expected within <links>, got none"),
+        ("<bodies_system>" + "<a>" * 100, "or nested more than 64 deep"),
+        ("<bodies_system><links/></bodies_system>", "expected a <link_rigid> within <links>, got none"),
     ],
 )
 def test_hostile_files_end_in_one_line(tmp_path, text, said):
@@ -227,7 +227,7 @@ def test_external_entities_are_never_read(tmp_path):
         import_file(file)
 
 
-def test_a_folder_tells_what_could_not_be_read(tmp_path):
+def test_a_folder_reports_what_could_not_be_read(tmp_path):
     (tmp_path / "in").mkdir()
     model(tmp_path / "in", "good")
     model(tmp_path / "in", "Bad", bodies_=bodies("U_XY"))

@@ -52,7 +52,7 @@ def every(**how):
 
 
 class Seen(NamedTuple):
-    """Files of a model, and what is to become of them: how many cables, or what is said."""
+    """Files of a model and the expected result: number of cables, or the message."""
 
     bodies: str
     cables: str
@@ -88,7 +88,7 @@ SEEN = {
     "Inf": Seen(
         older(PLANE),
         sets(a=[each.replace(">800<", ">Inf<") for each in every()]),
-        "cables.xml:7: <force_max>: a number is expected, of at most 1e+12, got 'Inf'",
+        "cables.xml:7: <force_max>: expected a number, of at most 1e+12, got 'Inf'",
     ),
     "names twice, and text astray": Seen(
         bodies(),
@@ -173,7 +173,7 @@ def test_points_of_operational_spaces_are_tools_wherever_they_are(tmp_path):
 
 
 def test_a_collection_in_one_folder(tmp_path):
-    """Of all that could be read nothing is lost where two are of one name; of what could not the reason is told."""
+    """Files of the same name are all imported; unreadable ones are reported with the reason."""
     for k, name in enumerate(("2_DoF_VSD", "CAROCA", "older")):
         (tmp_path / str(k)).mkdir()
         model(tmp_path / str(k), "robot", SEEN[name].bodies, SEEN[name].cables)
@@ -213,12 +213,12 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(?![\w.])")
 
 
 def plain(taken):
-    """What was imported, without comments, which say lines, and names, which may be anything."""
+    """Return the imported content without comments, which contain lines, and names, which are arbitrary."""
     return [re.sub(r'#.*|name: ("[^"]*"|[\w-]+)', "", text) for text in taken.files.values()]
 
 
 def refusal(file):
-    """What is said of a file, in one line; "" where it is imported, and what of it."""
+    """Return the one-line message about a file; "" if it is imported, and the imported content."""
     try:
         return "", plain(import_file(file))
     except CdprError as error:
@@ -229,7 +229,7 @@ def refusal(file):
 @sampled(1, "bad", ["nan", "1e400", "zzz"])
 @pytest.mark.parametrize("name", HOSTILE)
 def test_no_number_that_is_none_comes_through(tmp_path, name, bad):
-    """Each number in turn: it makes no difference, or ends in one line that says where."""
+    """Each changed number has no effect, or ends in a one-line message with its place."""
     lead = (
         model(tmp_path, "robot", bodies(centre=(0, 0, 0)), sets(a=every(reference="com")))
         if "xml" in name
@@ -275,7 +275,5 @@ def test_no_part_that_is_missing_or_twice_comes_as_a_fault_of_ours(tmp_path, nam
 
 def test_lengths_of_numbers_are_checked(tmp_path):
     texts = bodies(), cables([cable(0).replace(numbers(CABLES[0][0]), "1 2")])
-    with pytest.raises(
-        CdprError, match=r"cables.xml:4: <location>: 3 numbers are expected, of at most 1e\+12, got '1 2'"
-    ):
+    with pytest.raises(CdprError, match=r"cables.xml:4: <location>: expected 3 numbers, of at most 1e\+12, got '1 2'"):
         import_file(model(tmp_path, "robot", *texts))

@@ -96,7 +96,7 @@ def test_trajectories_of_other_revisions_are_refused_with_their_own_keys(tmp_pat
 
 
 def test_oker_morgants_caroca_is_ours(tmp_path):
-    """Their file says what ours does, in other words: cables are as long wherever the platform is."""
+    """Their file equals ours in other terms: cables have the same lengths at any pose of the platform."""
     ours = cdpr.load_robot(CAROCA)
     points = "".join(
         f"- frame: {cable.frame.tolist()}\n  platform: {cable.platform.tolist()}\n" for cable in ours.cables
@@ -132,18 +132,18 @@ def test_a_trajectory_belongs_to_a_robot(tmp_path):
         (("mass: 15", "mass: -15"), "the robot is invalid: platform.mass: must be greater than 0"),
         (
             ("mass: 15", "mass: heavy"),
-            "robot.yaml:7: platform.mass: a number of at most 1e+12 is expected, got 'heavy'",
+            "robot.yaml:7: platform.mass: expected a number of at most 1e+12, got 'heavy'",
         ),
-        (("mass: 15,", ""), "platform.mass: a number of at most 1e+12 is expected, got null"),
-        (("[-2.0, 1.0, 3.0]", "[-2.0, 1.0]"), "points[0].frame: 3 numbers are expected, got a list"),
+        (("mass: 15,", ""), "platform.mass: expected a number of at most 1e+12, got null"),
+        (("[-2.0, 1.0, 3.0]", "[-2.0, 1.0]"), "points[0].frame: expected 3 numbers, got a list"),
         (("[0.5, 0.6, 0.7,", "[0.5, 0.6, 7.0,"), "platform.inertia: no rigid body has this inertia"),
         (("points:", "points: &a"), ""),
         (("type: poles", "type: [poles]"), ""),
-        (("joints:", "jints:"), "joints.actuated.min: a number of at most 1e+12 is expected, got null"),
+        (("joints:", "jints:"), "joints.actuated.min: expected a number of at most 1e+12, got null"),
         (("sim_cables: true", "sim_cables: [true"), "robot.yaml:14:13: not valid YAML"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(tmp_path, change, said):
+def test_errors_are_reported_with_their_line(tmp_path, change, said):
     (tmp_path / "robot.yaml").write_text(SUCCESSOR.replace(*change))
     if not said:  # an anchor that nobody uses is no fault
         import_file(tmp_path / "robot.yaml")
@@ -163,17 +163,17 @@ def test_a_body_without_inertia_is_a_ball(tmp_path):
     assert [text for text in taken.warnings if "robot.yaml:6: inertia: ixx, iyy, izz was 0, filled" in text]
 
 
-def test_a_trajectory_alone_is_told(tmp_path):
+def test_a_trajectory_alone_is_reported(tmp_path):
     (tmp_path / "way.yaml").write_text(TRAJECTORY)
     with pytest.raises(CdprError, match=r"way.yaml:1: this is a trajectory: import its robot, and name this"):
         import_file(tmp_path / "way.yaml")
 
 
-def test_a_winch_that_is_not_there_is_told(tmp_path):
-    """Its cables would pull as much as they bear, and nobody would know why."""
+def test_a_missing_winch_is_reported(tmp_path):
+    """Otherwise its cables would pull up to their breaking load, without a message."""
     robot, taken = robot_of(tmp_path, wirex(**{'winch name="W"': 'winch name="V"'}), "crane.wcrfx")
     assert robot.tension_max.tolist() == [9000.0] * 4
-    said = "crane.wcrfx:2: the largest tension is what the cable breaks at, 9000 N: winchtype 'W' is no winch"
+    said = "crane.wcrfx:2: the largest tension is what the cable breaks at, 9000 N: winchtype 'W' is not a winch"
     assert len([text for text in taken.warnings if said in text]) == 1
     assert not [text for text in taken.left_out if "breaking_load" in text]
     _, known = robot_of(tmp_path, wirex(), "known.wcrfx")
@@ -235,16 +235,19 @@ def test_chains_of_wirex(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({'a33="0"': 'a33="2"'}, "a11 to a33 are no rotation"),
-        ({'a11="1"': 'a11="-1"'}, "a11 to a33 are no rotation"),  # but a mirror
-        ({'motionpattern="3R3T"': 'motionpattern="2R3T"'}, "motionpattern: '2R3T' is none that our robots have"),
-        ({'x="-2"': 'x="left"'}, "crane.wcrfx:2: x of <base>: a number is expected, of at most 1e+12, got 'left'"),
+        ({'a33="0"': 'a33="2"'}, "a11 to a33 do not form a rotation matrix"),
+        ({'a11="1"': 'a11="-1"'}, "a11 to a33 do not form a rotation matrix"),  # but a mirror
+        (
+            {'motionpattern="3R3T"': 'motionpattern="2R3T"'},
+            "motionpattern: expected one of 3R3T, 3T, 1R2T, 2T, got '2R3T'",
+        ),
+        ({'x="-2"': 'x="left"'}, "crane.wcrfx:2: x of <base>: expected a number, of at most 1e+12, got 'left'"),
         ({'f_max="700"': 'f_max="0"', 'breaking_load="9000"': ""}, "no largest tension above 0 N"),
         ({"</models>": ""}, "invalid XML"),
-        ({"<robot ": "<robot/><robot "}, "one <robot> is expected, got 2"),
+        ({"<robot ": "<robot/><robot "}, "expected one <robot>, got 2"),
     ],
 )
-def test_what_is_wrong_in_wirex_is_told(tmp_path, change, said):
+def test_errors_in_wirex_files_are_reported(tmp_path, change, said):
     with pytest.raises(CdprError, match=r"crane.wcrfx:\d+: ") as caught:
         robot_of(tmp_path, wirex(0.05, **change), "crane.wcrfx")
     assert said in str(caught.value)
@@ -257,7 +260,7 @@ def test_nothing_is_written_over(tmp_path):
     before = (tmp_path / "out" / "robot.yaml").read_bytes()
     again = here("import", tmp_path / "robot.yaml", "--out", tmp_path / "out")
     assert again.returncode == 8
-    assert "exists already and is not overwritten" in again.stderr
+    assert "already exists and is not overwritten" in again.stderr
     assert here("import", tmp_path / "robot.yaml", "--out", tmp_path / "out", "--force").returncode == 0
     assert (tmp_path / "out" / "robot.yaml").read_bytes() == before
 
@@ -269,7 +272,7 @@ def test_nothing_is_written_through_a_link_and_no_half_stays(tmp_path, monkeypat
     out = tmp_path / "out"
     out.mkdir()
     (out / "robot_way.yaml").symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(CdprError, match=r"robot_way\.yaml' exists already and is not overwritten: choose another"):
+    with pytest.raises(CdprError, match=r"robot_way\.yaml' already exists and is not overwritten: choose another"):
         write(taken, out, force=False)
     assert not (tmp_path / "elsewhere").exists()
     (out / "robot_way.yaml").unlink()

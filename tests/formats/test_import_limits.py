@@ -65,9 +65,9 @@ def test_its_memory_is_limited(monkeypatch):
     assert bounded(lambda: resource.getrlimit(resource.RLIMIT_AS)[0], "a.xml") > 2**28
 
 
-def test_a_process_that_dies_is_told():
+def test_a_process_that_dies_is_reported():
     with pytest.raises(
-        FormatError, match=r"a\.xml: the process that reads it was ended by SIGKILL: nothing was imported"
+        FormatError, match=r"a\.xml: the process that reads it was ended by SIGKILL; nothing was imported"
     ):
         bounded(lambda: os.kill(os.getpid(), signal.SIGKILL), "a.xml")
 

@@ -1,4 +1,4 @@
-"""MJCF: what its numbers become, held to MuJoCo's own forces; and export and import, which are inverses."""
+"""MJCF: meaning of its numbers, verified by MuJoCo's own forces; export and import are inverses."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ MODEL = f"""<mujoco model="My robot">
 """
 
 
-def test_what_stands_there_is_what_mujoco_does(tmp_path):
+def test_the_mujoco_page_matches_its_results(tmp_path):
     """Forces of MuJoCo's tendons on its free joint, moments in the body's axes, at other controls than ours."""
     robot = robot_of(tmp_path, MODEL)
     model, data = compiled(MODEL)
@@ -172,7 +172,7 @@ def test_controls_that_push_make_legs(tmp_path):
     robot = robot_of(tmp_path, text)
     assert not robot.unilateral
     assert robot.tension_min.tolist() == [-2.0, 0.0]
-    assert [each for each in taken(tmp_path, text).warnings if "may push with 2 N: unilateral is false" in each]
+    assert [each for each in taken(tmp_path, text).warnings if "may push with 2 N: unilateral is set to false" in each]
 
 
 @pytest.mark.parametrize(
@@ -183,8 +183,8 @@ def test_controls_that_push_make_legs(tmp_path):
             f'{BODY}<body name="arm"><joint/><geom size="0.1"/><site name="a2"/></body>',
             "body 'arm' is a second moving body, besides 'load', on which cables end",
         ),
-        ("<freejoint/>", "", "no body moves"),
-        ("<freejoint/>", '<joint type="slide" axis="1 1 0"/>', ":11: its axis is"),
+        ("<freejoint/>", "", "no moving body"),
+        ("<freejoint/>", '<joint type="slide" axis="1 1 0"/>', ":11: axis: expected x, y or z of the world"),
         ("<freejoint/>", '<joint/><joint axis="0 1 0"/>', "turns with the hinge before it"),
         ("<freejoint/>", '<joint type="hinge"/><joint type="slide"/>', "this slide turns with the hinge"),
         ("<freejoint/>", '<joint type="slide"/><joint type="slide"/>', "a second slide along z"),
@@ -199,10 +199,10 @@ def test_controls_that_push_make_legs(tmp_path):
             '<site site="b2"/><site site="b1"/>',
             ":19: tendon 'right': it has 3 sites, and 'a2' is a third",
         ),
-        ('<site site="b2"/>', '<site site="a1"/>', "tendon 'right': both of its sites are on the frame"),
-        ('<site site="a2"/>', '<site site="b1"/>', "both of its sites are on body 'load'"),
+        ('<site site="b2"/>', '<site site="a1"/>', "tendon 'right': expected one site on each, got both on the frame"),
+        ('<site site="a2"/>', '<site site="b1"/>', "expected one site on each, got both on body 'load'"),
         (ACTUATOR, "", ":19: tendon 'right': it has no motor"),
-        (ACTUATOR, '<motor tendon="right" gear="-1"/>', "neither its control nor its force is limited"),
+        (ACTUATOR, '<motor tendon="right" gear="-1"/>', "no limit of its control or force"),
         (ACTUATOR, '<motor tendon="right" ctrllimited="true" ctrlrange="0 5"/>', "it only pushes"),
         (
             ACTUATOR,
@@ -214,26 +214,26 @@ def test_controls_that_push_make_legs(tmp_path):
             '<general tendon="right" biastype="affine" biasprm="0 -3"/>',
             "its servo has no limited force",
         ),
-        (ACTUATOR, '<muscle name="m" tendon="right"/>', ":22: <muscle> 'm': its force is not its control alone"),
+        (ACTUATOR, '<muscle name="m" tendon="right"/>', ":22: <muscle> 'm': expected motor, general or a servo"),
         (
             ACTUATOR,
             '<general tendon="right" dyntype="integrator"/>',
             "its own gain, bias or dynamics",
         ),
-        (ACTUATOR, f'{ACTUATOR}<motor tendon="right"/>', "two motors pull it"),
-        (RIGHT, RIGHT.replace('class="rope"', 'stiffness="5"'), "it is a spring of itself"),
-        (RIGHT, '<fixed name="right"><joint joint="slider" coef="1"/></fixed>', "it is a <fixed> tendon"),
+        (ACTUATOR, f'{ACTUATOR}<motor tendon="right"/>', "expected one motor, got two"),
+        (RIGHT, RIGHT.replace('class="rope"', 'stiffness="5"'), "it is a spring: describe"),
+        (RIGHT, '<fixed name="right"><joint joint="slider" coef="1"/></fixed>', "got a <fixed> tendon"),
         (
             BODY,
             '<inertial pos="nan 0 0" mass="3" diaginertia="1 1 1"/>',
-            ":12: pos of <inertial>: numbers of at most 1e+12",
+            ":12: pos of <inertial>: expected numbers of at most 1e+12",
         ),
         (
             BODY,
             '<inertial pos="0 0 0" mass="-Inf" diaginertia="1 1 1"/>',
-            ":12: mass of <inertial>: numbers of at most",
+            ":12: mass of <inertial>: expected numbers of at most",
         ),
-        (BODY, '<inertial pos="0 1e300 0" mass="3" diaginertia="1 1 1"/>', "are expected, got '0 1e300 0'"),
+        (BODY, '<inertial pos="0 1e300 0" mass="3" diaginertia="1 1 1"/>', "got '0 1e300 0'"),
         (BODY, '<geom type="mesh" mesh="look"/><geom size="0.1"/>', ":12: body 'load' takes its inertia from a mesh"),
         (
             "<option",
@@ -241,17 +241,17 @@ def test_controls_that_push_make_legs(tmp_path):
             ":5: <include>: '/etc/passwd' is outside the folder of the model",
         ),
         ("<option", '<equality><weld name="w" body1="load"/></equality><option', "<weld> 'w'"),
-        (BODY, f'<replicate count="1000000000">{BODY}</replicate>', "<replicate>: it makes copies"),
+        (BODY, f'<replicate count="1000000000">{BODY}</replicate>', "<replicate>: it creates copies"),
         ("<freejoint/>", "<freejoint/><plugin/>", "<plugin>: the file does not define the behaviour of a plugin"),
         ("<freejoint/>", "<freejoint/><joint/>", "MuJoCo does not compile it"),
-        (BODY, '<geom size="1e200" density="1e200"/>', ":12: size of <geom>: numbers of at most 1e+12 are"),
+        (BODY, '<geom size="1e200" density="1e200"/>', ":12: size of <geom>: expected numbers of at most 1e+12"),
         (BODY, '<geom size="1e4" density="1e12"/>', ":10: the robot is invalid: platform.mass"),
         ('euler="0 0 90"', 'euler="0 0 ninety"', ":10: MuJoCo does not compile it"),
         ("<mujoco", '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco', "entities are not resolved"),
         ("<mujoco", "<mujocoinclude", "invalid XML"),
     ],
 )
-def test_what_is_refused_is_told_with_its_line(tmp_path, old, new, said):
+def test_rejected_input_is_reported_with_its_line(tmp_path, old, new, said):
     assert old in MODEL
     text = MODEL.replace(old, new)
     if "floor2" in new:
@@ -265,7 +265,7 @@ def test_what_is_refused_is_told_with_its_line(tmp_path, old, new, said):
     assert "\n" not in str(raised.value)
 
 
-def test_what_is_left_out_is_told(tmp_path):
+def test_omitted_content_is_reported(tmp_path):
     text = MODEL.replace("<freejoint/>", '<joint type="slide" damping="1" range="-1 1" limited="true"/>')
     text = text.replace('gravity="0 0 -9.81"', 'gravity="0 0 -1.62" viscosity="1"').replace(
         'width="0.002"', 'range="0 9" limited="true" damping="3"'

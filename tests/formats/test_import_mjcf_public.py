@@ -63,7 +63,7 @@ IMPORTED = {
         ),
         [
             "<joint> 'j': between parts of the platform",
-            "<weld> 'w': between bodies on which no cable ends",
+            "<weld> 'w': between bodies without cables",
             "body 'rotor' moves on its own (drum): no cable ends on it",
             "<position> '': it drives no tendon",
         ],

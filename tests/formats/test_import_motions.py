@@ -1,4 +1,4 @@
-"""Trajectories of CASPR: at their points as they stand there, with rates that are those of the poses."""
+"""Trajectories of CASPR: through their points, with rates that match the poses."""
 
 from __future__ import annotations
 
@@ -172,7 +172,9 @@ def test_files_of_trajectories(tmp_path):
     (tmp_path / "way.traj").write_text("\n".join([*rows, "t,0.3,p,1,v,0,a,0"]))
     taken = import_file(tmp_path / "robot_bodies.xml")
     assert len(taken.files) == 1
-    assert [text for text in taken.left_out if "way.traj:22: t,TIME,p,...,v,...,a,... with 2 numbers each" in text]
+    assert [
+        text for text in taken.left_out if "way.traj:22: expected t,TIME,p,...,v,...,a,... with 2 numbers each" in text
+    ]
 
 
 @pytest.mark.parametrize(
@@ -182,14 +184,14 @@ def test_files_of_trajectories(tmp_path):
         (('time_step="0.01"', 'time_step="1e-9"'), "time_step: 1e-09 s makes more than 100000 points"),
         (('time_step="0.01"', 'time_step="1e-320"'), "e-321 s makes more than 100000 points"),
         (("parabolic_blend", "cubic_hermite"), "<cubic_hermite_trajectory> is not known"),
-        (('"absolute"', '"both"'), "time_definition: absolute or relative is expected, got 'both'"),
+        (('"absolute"', '"both"'), "time_definition: expected absolute or relative, got 'both'"),
         (('blend_time_default="0.3"', 'blend_time_default="2"'), "blend_time: 2 s twice is longer"),
-        (('blend_time_default="0.3"', 'blend_time_default="-1"'), "blend_time: at least 0 s is expected, got -1"),
+        (('blend_time_default="0.3"', 'blend_time_default="-1"'), "blend_time: expected at least 0 s, got -1"),
         ((' time_definition="absolute"', ""), "has no attribute 'time_definition'"),
         (
             ("joint_trajectories", "operational_trajectories"),
-            "<parabolic_blend_trajectory> is none of operational space, where CASPR itself has "
-            "linear_spline_trajectory and quintic_spline_trajectory alone",
+            "<parabolic_blend_trajectory> is not supported in operational space: CASPR has only "
+            "linear_spline_trajectory and quintic_spline_trajectory",
         ),
     ],
 )
@@ -211,13 +213,13 @@ def test_files_of_trajectories_without_times(tmp_path):
     assert scenario.simulation.duration == pytest.approx(0.19)
     assert at(scenario, 0.05).position.tolist() == pytest.approx([0.6, 0.7, 0.3])
     for wrong, said in (
-        (rows[1:], "way.traj:1: two or more points of finite numbers are expected, at times that rise"),
+        (rows[1:], "way.traj:1: expected two or more points of finite numbers, at times that rise"),
         (
             [*rows, "q,1,2,v,0,0,w,0,0"],
-            "way.traj:22: t,TIME,p,...,v,...,a,... with 2 numbers each is expected, got 'q,",
+            "way.traj:22: expected t,TIME,p,...,v,...,a,... with 2 numbers each, got 'q,",
         ),
-        ([*rows, "q,1"], "way.traj:22: t,TIME,p,...,v,...,a,... with 2 numbers each is expected, got 'q,1'"),
-        (["time_step", *rows[1:]], "way.traj:1: t,TIME"),
+        ([*rows, "q,1"], "way.traj:22: expected t,TIME,p,...,v,...,a,... with 2 numbers each, got 'q,1'"),
+        (["time_step", *rows[1:]], "way.traj:1: expected t,TIME"),
     ):
         (tmp_path / "way.traj").write_text("\n".join(wrong))
         taken = import_file(tmp_path / "robot_bodies.xml")
@@ -226,7 +228,7 @@ def test_files_of_trajectories_without_times(tmp_path):
 
 @pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "PLANAR_XZ"])
 def test_motions_of_older_files_are_those_of_newer_ones(tmp_path, joint):
-    """Their root is what stands within that of newer files, and <trajectory> is a quintic with times from the start."""
+    """The root equals the inner element of newer files, and <trajectory> is a quintic with times from the start."""
     q = np.random.default_rng(8).uniform(-0.3, 0.3, (3, len(JOINTS[joint])))
     text = trajectory("quintic_spline_trajectory", [0.0, 2.0, 3.5], q)
     bare = text.replace("<trajectories>", "").replace("</trajectories>", "")
@@ -291,7 +293,7 @@ def test_rates_of_three_angles_are_refused(tmp_path):
 
 
 def test_three_angles_that_turn_on_at_the_mean_of_both_slopes_are_refused(tmp_path):
-    """CASPR takes from a point what its kind asks for, and of three angles only rests, such as these means are not."""
+    """CASPR reads only the values that its kind needs, and supports no rates of three angles."""
     q = np.zeros((3, 6))
     q[1:, 5] = 0.1, 0.3
     taken = import_file(model(tmp_path, trajectories=trajectory(AVERAGE, [0.0, 1.0, 2.0], q)))
@@ -299,7 +301,7 @@ def test_three_angles_that_turn_on_at_the_mean_of_both_slopes_are_refused(tmp_pa
 
 
 @pytest.mark.parametrize("kind", ["linear_spline_trajectory", "parabolic_blend_trajectory"])
-def test_rates_that_a_kind_does_not_ask_for_are_nothing(tmp_path, kind):
+def test_unneeded_rates_are_ignored(tmp_path, kind):
     q = np.zeros((2, 6))
     q[1] = 0.1
     text = trajectory(kind, [0.0, 1.0], q).replace("</q>", "</q><q_dot>0 0 0 0 0 9</q_dot>")

@@ -17,7 +17,7 @@ from cdpr.ui.cli import cli
 
 
 def robot_of(tmp_path, content):
-    """Import a text, and return the robot and what was told."""
+    """Import a text, and return the robot and the messages."""
     (tmp_path / "hall.sdf").write_text(content)
     taken = import_file(tmp_path / "hall.sdf")
     (tmp_path / "robot.yaml").write_text(next(iter(taken.files.values())))
@@ -47,14 +47,14 @@ def test_both_generators(tmp_path, dialect):
     assert any("plugin 'libcdpr_plugin.so'" in told for told in taken.left_out)
 
 
-def test_a_model_that_stands_elsewhere(tmp_path):
+def test_a_model_at_another_position(tmp_path):
     moved, _ = robot_of(tmp_path, text(Dialect(pose="1 2 3 0 0 1.5")))
     turned = Rotation.from_euler("z", 1.5).as_matrix()
     np.testing.assert_allclose([c.frame for c in moved.cables], FRAMES @ turned.T + [1, 2, 3], atol=2 * MICRO)
     np.testing.assert_allclose([c.platform for c in moved.cables], ANCHORS, atol=5 * MICRO)
 
 
-def test_the_inertia_is_where_its_pose_says(tmp_path):
+def test_the_pose_of_the_inertia_is_used(tmp_path):
     wanted = "<inertial><pose>0.1 0.2 0.3 0 0 1.5707963267948966</pose>"
     content = (
         text()
@@ -98,25 +98,25 @@ def test_the_first_generator_wrote_the_velocity_as_the_effort(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [
-        ('name="platform"', 'name="body"', "one <model> with a <link> named 'platform' is expected, got 0"),
+        ('name="platform"', 'name="body"', "expected one <model> with a <link> named 'platform', got 0"),
         (
             "<parent>platform</parent>",
             "<parent>frame</parent>",
-            "is no leg: it does not lead from 'frame' to 'platform'",
+            "is not a leg: it does not lead from 'frame' to 'platform'",
         ),
-        ("<parent>platform</parent>", "<parent>nothing</parent>", "joins the link 'nothing', which is not there"),
+        ("<parent>platform</parent>", "<parent>nothing</parent>", "joins the link 'nothing', which does not exist"),
         ('type="prismatic"', 'type="screw"', "no joint is prismatic"),
-        ("<effort>900.0</effort>", "", "<effort>, the largest tension in N, is expected"),
-        ("<effort>900.0</effort>", "<effort>-1</effort>", "<effort>, the largest tension in N, is expected"),
-        ("<effort>900.0</effort>", "<effort>nan</effort>", "a number is expected"),
+        ("<effort>900.0</effort>", "", "expected <effort>, the largest tension in N"),
+        ("<effort>900.0</effort>", "<effort>-1</effort>", "expected <effort>, the largest tension in N"),
+        ("<effort>900.0</effort>", "<effort>nan</effort>", "expected a number"),
         ('<link name="virt_X1">', '<link name="virt_X0">', "link 'virt_X0' occurs twice"),
         (
             "<pose>0 0 0 0 0 0</pose>",
             "<pose relative_to='x'>0 0 0 0 0 0</pose>",
-            "a <pose> without attributes is expected",
+            "expected a <pose> without attributes",
         ),
-        ("<pose>0 0 0 0 0 0</pose>", "<pose>0 0 0</pose>", "6 numbers are expected"),
-        ("<mass>150</mass>", "", "one <mass> is expected within <inertial>, got 0"),
+        ("<pose>0 0 0 0 0 0</pose>", "<pose>0 0 0</pose>", "expected 6 numbers"),
+        ("<mass>150</mass>", "", "expected one <mass> within <inertial>, got 0"),
         (
             "<effort>900.0</effort>",
             "<effort>1e16</effort>",
@@ -124,10 +124,10 @@ def test_the_first_generator_wrote_the_velocity_as_the_effort(tmp_path):
         ),
         ("<mass>150</mass>", "<mass>-150</mass>", "the robot is invalid"),
         ("</sdf>", "", "invalid XML"),
-        ("<parent>frame</parent>", "<parent>virt_Y0</parent>", "is no leg"),
+        ("<parent>frame</parent>", "<parent>virt_Y0</parent>", "is not a leg"),
     ],
 )
-def test_what_is_refused_is_one_line_with_its_place(tmp_path, old, new, what):
+def test_rejections_are_one_line_with_the_position(tmp_path, old, new, what):
     content = text()
     assert old in content
     (tmp_path / "hall.sdf").write_text(content.replace(old, new))
@@ -148,7 +148,7 @@ def test_from_the_command_line(tmp_path):
 
 
 @pytest.mark.parametrize("version", ["1.6", "1.9"])
-def test_what_is_exported_as_legs_comes_back(tmp_path, version):
+def test_round_trip_of_legs(tmp_path, version):
     """At a pose that is turned, so that anchors go through its attitude."""
     there = tmp_path / "legs.sdf"
     pose = ["--set", "initial={position: [0.3, 0.2, 1.4], orientation: {rpy: [0.1, -0.2, 0.3]}}"]
@@ -169,7 +169,7 @@ def test_a_weld_to_what_is_not_there_is_refused(tmp_path):
         f'<plugin filename="gz-sim-detachable-joint-system" name="gz::sim::systems::DetachableJoint">{weld}</plugin>'
     )
     with pytest.raises(
-        FormatError, match="plugin 'gz::sim::systems::DetachableJoint' joins the link 'foot', which is not"
+        FormatError, match="plugin 'gz::sim::systems::DetachableJoint' joins the link 'foot', which does not"
     ):
         robot_of(tmp_path, text().replace("    <plugin", f"{system}    <plugin", 1))
     robot_of(tmp_path, text().replace("    <plugin", f"{system.replace('__model__', 'load')}    <plugin", 1))

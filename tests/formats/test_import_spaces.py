@@ -1,4 +1,4 @@
-"""Trajectories of CASPR in operational space: a point of the platform goes where y says, as the platform turns."""
+"""Trajectories of CASPR in operational space: a point of the platform follows y while the platform rotates."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def smooth(s):
 
 
 def point(scenario, time, offset=OFFSET):
-    """Where the point is, and the platform's R."""
+    """Return the position of the point, and the platform's R."""
     found = scenario.desired.sample(time)
     R = rotations.matrix(found[3:7])
     return found[:3] + R @ np.array(offset), R
@@ -80,7 +80,7 @@ def turned(*angles):
 )
 @pytest.mark.parametrize("kind", [LINEAR, QUINTIC])
 def test_a_position_is_where_a_tool_goes(tmp_path, joint, q, said, kind):
-    """From the joint, not from the centre of mass; the platform keeps its first attitude, and that is told."""
+    """Measured from the joint, not from the centre of mass; the platform keeps its first attitude, with a message."""
     y = np.array([[0.0, 0.1, 1.0], [0.5, 0.4, 1.3], [0.5, 0.2, 1.1]])
     scenario, taken = imported(tmp_path, joint, spaces(space()), trajectory(y, kind=kind), q)
     assert scenario.trajectory.tool == "tip"
@@ -94,8 +94,8 @@ def test_a_position_is_where_a_tool_goes(tmp_path, joint, q, said, kind):
     told = [each for each in taken.warnings if "the attitude of the platform is not defined" in each]
     assert told == (
         [
-            "robot_operational_spaces.xml:2: position 'tip': the attitude of the platform is not defined: it keeps "
-            "that of q_initial"
+            "robot_operational_spaces.xml:2: position 'tip': the attitude of the platform is not defined; the "
+            "attitude of q_initial is used"
         ]
         if said
         else []
@@ -137,7 +137,7 @@ def test_each_angle_has_a_curve_of_its_own(tmp_path, joint, kind, axes):
         assert np.allclose(at, now[:3] if len(axes) == 6 else PARENT + R @ OFFSET, atol=TABLE)
 
 
-def test_letters_say_what_each_coordinate_is(tmp_path):
+def test_letters_name_the_coordinates(tmp_path):
     y = np.array([[1.0, 0.0, 0.2], [1.3, 0.5, 0.2]])
     scenario, _ = imported(tmp_path, "T_XYZ", spaces(space(axes="zxy")), trajectory(y))
     assert np.allclose(point(scenario, 2.0)[0], [0.5, 0.2, 1.3], atol=1e-9)
@@ -166,27 +166,31 @@ def test_coordinates_are_of_the_set_that_is_the_default_one(tmp_path):
     [
         ("T_XYZ", None, "its coordinates are not defined: the model has no operational set"),
         ("T_XYZ", spaces(space(), space(), default=""), "its coordinates are not defined: of a, b none is the default"),
-        ("T_XYZ", spaces(space(), default="z"), "its coordinates are of operational set 'z', which is not there"),
+        ("T_XYZ", spaces(space(), default="z"), "its coordinates are of operational set 'z', which does not exist"),
         (
             "T_XYZ",
             spaces(space() + space()),
-            "spaces.xml:1: the operational set holds 2 spaces",
+            "spaces.xml:1: the operational set contains 2 spaces",
         ),
-        ("T_XYZ", spaces(space("velocity")), "<velocity> is not known; there are position, pose_euler_xyz"),
-        ("T_XYZ", spaces(space(axes="xyx")), "active_axes: letters of xyz are expected, once each, got 'xyx'"),
-        ("T_XYZ", spaces(space(axes="xya")), "active_axes: letters of xyz are expected, once each, got 'xya'"),
-        ("T_XYZ", spaces(space(axes="xy")), "it does not say where the point is along z, and the joint moves there"),
-        ("SPATIAL_EULER_XYZ", spaces(space("orientation_euler_xyz", "abg")), "is along x and y and z, and the joint"),
+        ("T_XYZ", spaces(space("velocity")), "<velocity> is unknown; allowed: position, pose_euler_xyz"),
+        ("T_XYZ", spaces(space(axes="xyx")), "active_axes: expected letters of xyz, once each, got 'xyx'"),
+        ("T_XYZ", spaces(space(axes="xya")), "active_axes: expected letters of xyz, once each, got 'xya'"),
+        ("T_XYZ", spaces(space(axes="xy")), "it does not define the position along z, along which the joint moves"),
+        (
+            "SPATIAL_EULER_XYZ",
+            spaces(space("orientation_euler_xyz", "abg")),
+            "position along x and y and z, along which the joint",
+        ),
         ("SPATIAL_EULER_XYZ", spaces(space("pose_euler_xyz", "xyzg")), "angles and not rx and ry, about which"),
         (
             "S_EULER_XYZ",
             spaces(space()),
-            "it says where a point is and not how the platform is turned",
+            "it defines a position but no attitude",
         ),
-        ("T_XYZ", spaces(space()), "<y>: 3 numbers are expected"),
+        ("T_XYZ", spaces(space()), "<y>: expected 3 numbers"),
     ],
 )
-def test_what_is_no_motion_of_the_platform_is_told(tmp_path, joint, chosen, said):
+def test_foreign_motions_are_reported(tmp_path, joint, chosen, said):
     y = np.zeros((2, 4 if "numbers" in said else 3))
     taken = taken_of(tmp_path, joint, chosen, trajectory(y), [0.0] * len(JOINTS[joint]))
     assert list(taken.files) == ["robot.yaml"]
@@ -196,7 +200,7 @@ def test_what_is_no_motion_of_the_platform_is_told(tmp_path, joint, chosen, said
 
 @pytest.mark.parametrize("link", ["7", "0", "one", ""])
 @pytest.mark.parametrize(("kind", "axes"), [("position", "xyz"), ("orientation_euler_xyz", "abg")])
-def test_what_is_of_another_link_does_not_move_the_platform(tmp_path, kind, axes, link):
+def test_loads_on_other_links_do_not_move_the_platform(tmp_path, kind, axes, link):
     other = spaces(space(kind, axes, link=link))
     taken = taken_of(
         tmp_path,

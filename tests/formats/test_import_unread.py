@@ -72,7 +72,7 @@ def spread(count):
 
 @cache
 def plain(text):
-    """A text without its document type, which says nothing."""
+    """A text without its document type, which has no content."""
     return re.sub(r"<!DOCTYPE[^>]*>", "", text)
 
 
@@ -109,7 +109,7 @@ WHOLE = {
 
 
 def told(chain, taken):
-    """Whether it is told, or something around it is left out as a whole."""
+    """Return True if it is reported, or an enclosing element is omitted as a whole."""
     said = [*taken.left_out, *taken.warnings]
     if any("unheard_of" in each for each in said):
         return True
@@ -124,7 +124,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("name", "k", "kind"), CASES)
-def test_an_unknown_part_of_xml_is_told(tmp_path, name, k, kind):
+def test_an_unknown_part_of_xml_is_reported(tmp_path, name, k, kind):
     file, others, text = XML[name]
     changed, chain = with_unknown(text, k, kind)
     for other, content in others.items():
@@ -150,7 +150,7 @@ YAML_CASES = [(name, path) for name in YAML for path in mappings(yaml.safe_load(
 
 
 @pytest.mark.parametrize(("name", "path"), YAML_CASES)
-def test_an_unknown_key_of_yaml_is_told(tmp_path, name, path):
+def test_an_unknown_key_of_yaml_is_reported(tmp_path, name, path):
     file, others, text = YAML[name]
     document = yaml.safe_load(text)
     at = document

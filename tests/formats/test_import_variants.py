@@ -54,13 +54,16 @@ def test_grippers_are_fixed_and_other_bodies_left_out(tmp_path):
         text for text in taken.warnings if "body 'g' moves on its own (j): fixed at its position in the model" in text
     ]
     assert [text for text in taken.left_out if "body 'cube' moves on its own" in text]
-    assert [text for text in taken.left_out if "<weld> '': between bodies on which no cable ends" in text]
+    assert [text for text in taken.left_out if "<weld> '': between bodies without cables" in text]
     held = text.replace('<weld body1="cube"/>', '<weld body1="p" body2="cube"/>')
-    with pytest.raises(FormatError, match=r"m\.xml:\d+: <weld> '' \(body1 'p', body2 'cube'\): our platforms are held"):
+    with pytest.raises(
+        FormatError,
+        match=r"m\.xml:\d+: <weld> '' \(body1 'p', body2 'cube'\): only joints and cables can hold a platform",
+    ):
         imported(tmp_path, held)
 
 
-def test_anchors_on_mocap_bodies_are_told(tmp_path):
+def test_anchors_on_mocap_bodies_are_reported(tmp_path):
     pytest.importorskip("mujoco")
     drone = '<body name="d" mocap="true"><site name="a2" pos="1 1 2"/></body>'
     text = SERVO.format(more=drone, on="", end="").replace('site="a0"', 'site="a2"')
@@ -91,7 +94,7 @@ def test_included_files_are_read_in_the_folder_alone(tmp_path):
 def test_a_cable_id_that_is_no_number(tmp_path):
     text = plugin_cases.wirex().replace("<chain ", '<chain cable_id="x" ')
     text = text.replace("<cable ", '<cable id="7" name="other"/><cable id="8" ', 1)
-    with pytest.raises(FormatError, match=r"cable_id 'x': no <cable> of this file is that one"):
+    with pytest.raises(FormatError, match=r"cable_id 'x': no such <cable>"):
         imported(tmp_path, text, "r.wcrfx")
 
 

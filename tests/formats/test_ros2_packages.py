@@ -1,4 +1,4 @@
-"""The skeleton of packages for ROS 2: its files, and its Python with stand-ins for the interfaces of ROS."""
+"""Skeleton of packages for ROS 2: its files, and its Python with stand-ins for the interfaces of ROS."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def wrench(force, torque=(0.0, 0.0, 0.0)):
     return message
 
 
-def test_it_tells_where_the_platform_is(node):
+def test_it_reports_the_pose_of_the_platform(node):
     made = node(rate=50.0)
     assert made.timer.period == 0.02
     for _ in range(5):
@@ -130,7 +130,7 @@ def test_at_its_end_it_waits_and_can_begin_again(node):
     assert len(made.published["/clock"].sent) == 5
 
 
-def test_main_says_what_is_wrong(folder, monkeypatch, capsys):
+def test_main_reports_errors(folder, monkeypatch, capsys):
     spun = []
     install(monkeypatch, NAME, folder / NAME, spun.append)
     for given, said in (
@@ -146,7 +146,7 @@ def test_main_says_what_is_wrong(folder, monkeypatch, capsys):
     assert spun[0].destroyed
 
 
-def test_what_is_installed_is_there(folder, monkeypatch):
+def test_installed_files_exist(folder, monkeypatch):
     said = {}
     monkeypatch.setattr(setuptools, "setup", lambda **given: said.update(given))
     runpy.run_path(str(folder / NAME / "setup.py"))
@@ -213,7 +213,7 @@ def test_the_controller_is_made_once(monkeypatch):
 
 @pytest.mark.slow
 def test_the_cpp_node_reproduces_a_log_to_the_bit(folder, tmp_path):
-    """The node, compiled with stand-ins of rclcpp; without a recent state it publishes nothing."""
+    """The node, compiled with stand-ins of rclcpp; without a recent state it does not publish."""
     package, headers = folder / f"{NAME}_control", tmp_path / "headers"
     for name in re.findall(r"#include <(\w+/.*hpp)>", (package / "src/node.cpp").read_text()):
         (headers / name).parent.mkdir(parents=True, exist_ok=True)

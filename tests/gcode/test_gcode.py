@@ -17,7 +17,7 @@ from cdpr.ui.cli import cli
 # Words
 
 
-def test_the_words_of_a_line_mean_what_they_mean_in_any_form(tmp_path):
+def test_word_order_and_spacing_have_no_effect(tmp_path):
     plain = "F6000\nG1 X100 Y-20.5 Z1000\nG1 X.5\n"
     other = "; a comment\n%\nn10 f6000 (and one)\nN20g1x100.y-20.5z+1000;\r\n\n x0.5\n%\nnothing"
     same(points(tmp_path, plain), [100, -20.5, 1000], [0.5, -20.5, 1000])
@@ -56,7 +56,7 @@ def test_g53_counts_from_the_machine_as_the_dialect_has_it(tmp_path):
     same(points(tmp_path, shifted, PRINTER), [0, 0, 1000], [10, 0, 1000])
 
 
-def test_feeds_are_per_minute_and_g0_is_as_the_dialect_says(tmp_path):
+def test_feeds_are_per_minute_and_g0_follows_the_dialect(tmp_path):
     text = "F6000\nG0 X100\nG1 X0\nG20 F60 X1\n"
     np.testing.assert_allclose(course(tmp_path, text).speed, [np.inf, 0.1, 0.0254])
     np.testing.assert_allclose(course(tmp_path, text, PRINTER).speed, [0.1, 0.1, 0.0254])
@@ -84,7 +84,7 @@ def test_pauses_have_the_units_of_the_dialect(tmp_path):
         assert any("as if without motion: G4" in str(one) for one in told.warnings)
 
 
-def test_where_the_coordinates_lie(tmp_path):
+def test_origin_of_the_coordinates(tmp_path):
     same(points(tmp_path, "F100 G1 X0 Y0 Z0\nX100", ", origin: [1, 2, 3]"), [1000, 2000, 3000], [1100, 2000, 3000])
     keys = ", origin: [0, 0.1, 1.2], axes: {rpy_deg: [90, 0, 0]}, scale: 2"
     same(points(tmp_path, "F100 G1 X10 Y20 Z30", keys), [20, 40, 1240])
@@ -149,7 +149,7 @@ def test_arcs(tmp_path, words, plane, angle, radius):
     np.testing.assert_allclose(1e3 * radii, radius, atol=1e-9)
 
 
-def test_an_arc_whose_centre_is_rounded_ends_where_it_says(tmp_path):
+def test_an_arc_whose_centre_is_rounded_ends_at_its_stated_end(tmp_path):
     text = HEAD + "G3 X70.711 Y70.711 I-0.001 J100.02 F600\nG1 X0"
     assert "no arc: its centre is 0.10002 m" in refused(tmp_path, text)[0]
     same(points(tmp_path, HEAD + "G3 X70.711 Y29.289 J100.02")[1:], [70.711, 29.289, 1000])
@@ -158,7 +158,7 @@ def test_an_arc_whose_centre_is_rounded_ends_where_it_says(tmp_path):
 # Corners
 
 
-def test_who_says_how_corners_are_passed(tmp_path):
+def test_control_mode_of_corners(tmp_path):
     text = HEAD + "G1 X100\nG64 P0.5\nG1 Y100\nG61\nG1 X0\nG64\nG1 Y0\n"
     np.testing.assert_allclose(course(tmp_path, text).tolerance, [0, 0, 5e-4, 0, 0])
     np.testing.assert_allclose(course(tmp_path, text, ", tolerance: 0.01").tolerance, [0.01, 0.01, 5e-4, 0, 0.01])
@@ -181,7 +181,7 @@ def test_short_lines_of_a_curve_are_passed_as_the_curve_is(tmp_path):
 # What is no motion
 
 
-def test_what_moves_nothing_is_told_once(tmp_path):
+def test_ineffective_loads_are_reported_once(tmp_path):
     text = 'M104 S200\nT0\nM117 Printing; G1\nG92 E0\nG10\nG1 X10 E5\nG11\nM106 S255\necho "G1 X5"\nG1 X20 E9\nM84\n'
     scenario = read(tmp_path, text, PRINTER)
     (told,) = [str(warning) for warning in scenario.warnings if "trajectory.file" in str(warning)]
@@ -197,7 +197,7 @@ def test_the_end_ends(tmp_path):
     same(points(tmp_path, "G1 X5\nM0\nG28\n", PRINTER), [5, 100, 1200])
 
 
-def test_what_is_to_be_ignored(tmp_path):
+def test_ignored_words(tmp_path):
     same(points(tmp_path, HEAD + "G92 A0\nG1 X5 A3\n", ", ignore: [A]"), [0, 0, 1000], [5, 0, 1000])
     post = "G43 Z1010 H1\nG41 D2 G1 X5\nG55 X6\nG28 Z0\n"
     same(
@@ -241,7 +241,7 @@ def test_inverse_times_are_kept_where_limits_let_them(tmp_path):
     assert 30.0 < motion.ends() - quick.ends() < 31.0
 
 
-def test_a_feed_beyond_the_limits_is_told(tmp_path):
+def test_a_feed_beyond_the_limits_is_reported(tmp_path):
     told = [str(one) for one in read(tmp_path, "F6000\nG1 X5\nF90000 X9\n").warnings]
     assert any(
         "trajectory.limits.velocity: feeds of up to 1.5 m/s, as in line 3 of a.ngc, are kept" in one for one in told
@@ -251,7 +251,7 @@ def test_a_feed_beyond_the_limits_is_told(tmp_path):
 # Text and checksums
 
 
-def test_what_is_text_is_no_command(tmp_path):
+def test_text_is_not_executed(tmp_path):
     text = 'M117 G1 X9\nM291 P"then G1 X9" S1\nM104 S200 T0\nG1X5Y6E.5\n'
     same(points(tmp_path, text, PRINTER), [5, 6, 1200])
 
@@ -282,7 +282,7 @@ def test_the_resolved_text_is_equal(tmp_path):
         load_scenario(tmp_path / "a.yaml", text=scenario.resolved_yaml(), plugins=PLUGINS)
 
 
-def test_the_example_moves_as_it_says(tmp_path):
+def test_the_example_matches_its_description(tmp_path):
     copies = examples.copy("gcode", tmp_path)
     assert {path.name for path in copies} == {"gcode.yaml", "caroca.yaml", "outline.ngc"}
     done = CliRunner().invoke(cli, ["info", str(tmp_path / "gcode.yaml")])

@@ -1,4 +1,4 @@
-"""How a run with a peer ends, and what it is read and told until then: interrupts, floods, what it started."""
+"""Ends of runs with a peer, and the messages until then: interrupts, floods, child processes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from cdpr.link.peer import Peer
 
 
 def started(folder, program, name, *more):
-    """A run in a session of its own, once its peer has said by `begun` which process it is."""
+    """A run in its own session, after its peer has reported its process by `begun`."""
     begun = "def begun(): open('pid', 'w').write(str(os.getpid()))"
     scenario(folder, f"{PLANT}\n{begun}\n{program}", name)
     sha256 = hashlib.sha256((folder / "peer.py").read_bytes()).hexdigest()
@@ -42,7 +42,7 @@ def started(folder, program, name, *more):
 
 
 def gone(process):
-    """Whether a process ends within some seconds; one that is only not yet waited for has."""
+    """Return True if a process ends within some seconds; a zombie has ended."""
     until = time.monotonic() + 5.0
     while time.monotonic() < until:
         try:
@@ -63,7 +63,7 @@ def gone(process):
     ],
 )
 def test_an_interrupt_in_a_terminal_stops_plants_safely_and_leaves_no_program(tmp_path, name, program):
-    """Ctrl-C there goes to all of a group; cdpr alone is to be asked, and tells the peer."""
+    """Ctrl-C reaches the whole process group; only cdpr reacts, and notifies the peer."""
     process, peer = started(tmp_path, program, name)
     os.killpg(process.pid, signal.SIGINT)
     assert process.wait(20) == 130
@@ -82,7 +82,7 @@ def test_an_interrupt_does_not_wait_for_a_peer_that_hangs(tmp_path):
 
 
 @pytest.mark.parametrize("leader", ["os._exit(4)", "time.sleep(60)"])
-def test_what_a_program_started_ends_with_it(tmp_path, monkeypatch, leader):
+def test_child_processes_end_with_the_program(tmp_path, monkeypatch, leader):
     """Also where it keeps the pipes open."""
     monkeypatch.setattr(transport, "GRACE", 0.1)
     program = f"""
@@ -100,10 +100,10 @@ def test_what_a_program_started_ends_with_it(tmp_path, monkeypatch, leader):
 
 @pytest.mark.parametrize(
     ("wrong", "timeout", "said"),
-    [("[math.nan] * 13", 10.0, "number 1 of its answer"), ("time.sleep(0.5) or state", 0.2, "gave no answer")],
+    [("[math.nan] * 13", 10.0, "number 1 of its answer"), ("time.sleep(0.5) or state", 0.2, "no answer")],
 )
-def test_a_plant_is_told_to_stop_whatever_it_answered(tmp_path, wrong, timeout, said):
-    """Also while its answer is still on the way, which then nobody reads."""
+def test_a_plant_receives_a_stop_after_any_answer(tmp_path, wrong, timeout, said):
+    """Also while its answer, which is then not read, is on the way."""
     changes = {"backend_options.remote.timeout": timeout, "backend_options.remote.start_timeout": 10.0}
     program = f"import math\nhello(); follow(0.0, lambda state, count: state if count < 5 else {wrong})"
     with pytest.raises(BackendDied, match=said):
@@ -119,7 +119,7 @@ def test_attitudes_in_single_precision_will_do(tmp_path):
 
 
 def test_one_that_runs_freely_may_complain_at_length(tmp_path):
-    """It need not wait until somebody hears it."""
+    """It does not wait for a reader."""
     program = """
     hello()
     answer(frame()[0], *WEIGHT)
@@ -186,7 +186,7 @@ def test_one_that_complains_without_end_is_not_waited_for_without_end(tmp_path, 
 
 
 def test_nothing_is_sent_behind_half_a_frame(tmp_path):
-    """What is told last would be read as the rest of a command."""
+    """The last message would be read as the rest of a command."""
     with socket.socket(socket.AF_UNIX) as listening:
         listening.bind(str(tmp_path / "s"))
         listening.listen()
@@ -205,7 +205,7 @@ def test_nothing_is_sent_behind_half_a_frame(tmp_path):
         thread = threading.Thread(target=take, daemon=True)
         thread.start()
         peer = Peer(options, None, {}, 10**6, 1)
-        with pytest.raises(BackendDied, match="takes nothing more"):
+        with pytest.raises(BackendDied, match="accepts no more data"):
             peer.ask(np.zeros(10**6))
         time.sleep(0.5)  # there is room again
         peer.tell(np.ones(10**6))

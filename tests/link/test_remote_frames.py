@@ -1,4 +1,4 @@
-"""What is in each frame to a peer, and what becomes of its answer: with a peer that is no process."""
+"""Contents of frames to a peer, and use of its answers, with a peer that is not a process."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ m = ROBOT.m
 
 
 class Recorder:
-    """Keeps what it is asked and told, and answers as it is said."""
+    """Records its requests and messages, and answers as configured."""
 
     def __init__(self, answer):
         self.answer, self.frames, self.told, self.called = answer, [], [], "peer 'x'"
@@ -73,7 +73,7 @@ def test_frames_to_a_plant(plant):
 
 
 def test_commands_beyond_the_limits_never_leave(plant):
-    """Also those that are no numbers: the lowest tension stands for them."""
+    """Also values that are not numbers: the lowest tension replaces them."""
     plant.reset(STATE)
     plant.command[:] = [1e9, -1e9, np.nan, np.inf, -np.inf, 100.0, 100.0, 100.0]
     plant.step(1)
@@ -105,7 +105,7 @@ def test_frames_to_a_controller(monkeypatch, lockstep, sensed):
 
 
 class Pipe:
-    """A transport that sends so many bytes of each frame, and has these answers, which come once more is sent."""
+    """A transport that sends this number of bytes of each frame, and then delivers these answers."""
 
     def __init__(self, sizes=()):
         self.called, self.sizes, self.sent, self.waiting = "peer 'x'", list(sizes), b"", b'{"cdpr": 1}\n'
@@ -137,7 +137,7 @@ class Pipe:
 
 @pytest.fixture
 def free(monkeypatch):
-    """A peer that runs freely, asked once, and its pipe; frames of two numbers either way."""
+    """A free-running peer after one request, and its pipe; frames of two numbers in both directions."""
 
     def make(*sizes):
         pipe = Pipe(sizes)
@@ -164,7 +164,7 @@ def test_answers_of_a_peer_that_runs_freely_rise(free):
         found.newest(np.array([6.0]))
 
 
-def test_an_answer_to_what_was_not_asked_yet_is_wrong(free):
+def test_early_answers_are_errors(free):
     found, pipe = free()
     pipe.answer(2)
     with pytest.raises(BackendDied, match="answered frame 2 after 0, of 2"):

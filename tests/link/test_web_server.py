@@ -112,7 +112,7 @@ ADMITTED = [
 ]
 
 
-def test_who_is_admitted():
+def test_admission_of_clients():
     with served() as server:
         for values, status in ADMITTED:
             assert answered(server.port, request(**values)) == status, values
@@ -198,7 +198,7 @@ def test_malformed_requests_are_the_clients_fault(monkeypatch):
     assert len(found) > 4
 
 
-def test_idle_connections_keep_nobody_out(monkeypatch):
+def test_idle_connections_do_not_block_others(monkeypatch):
     monkeypatch.setattr(web_server, "MOST_WAITING", 8)
     with served() as server, ExitStack() as held:
         first = held.enter_context(socket.create_connection(("127.0.0.1", server.port)))
@@ -245,7 +245,7 @@ def test_many_idle_connections_under_the_usual_limit_of_files():
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
-def test_what_comes_right_behind_the_request_is_not_lost():
+def test_data_directly_after_the_request_is_kept():
     with served() as server, socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE) as made:
         frame = b"\x81\x83" + bytes(4) + b"abc"  # a masked text of three letters, the mask is zero
         made.sendall(request(more=UPGRADE) + frame)
@@ -282,7 +282,7 @@ def test_malformed_frames_close_their_own_connection(frame, code):
         assert other.recv(timeout=PATIENCE) == "4"
 
 
-def test_random_frames_harm_nobody():
+def test_random_frames_are_harmless():
     chance = random.Random(7)
     with served(most=CASES) as server, connect(link(server.port)) as other:
         for _ in range(CASES // 4):

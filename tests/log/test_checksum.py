@@ -22,7 +22,7 @@ USERS = (chunk, mcap_file, reader)
 
 
 def chosen() -> Callable[[bytes], int]:
-    """What a process that begins now computes with."""
+    """Checksum computed by a new process."""
     return runpy.run_path(str(checksum.__file__))["crc32"]
 
 

@@ -90,8 +90,8 @@ MORE_THAN_A_BLOCK = BLOCK + 30  # rows
     ],
 )
 @pytest.mark.usual("8-ideal", "3-elastic")
-def test_every_column_stands_in_the_messages(tmp_path: Path, m: int, model: str) -> None:
-    """Each once; but for the time, which the number of a message tells."""
+def test_every_column_is_in_the_messages(tmp_path: Path, m: int, model: str) -> None:
+    """Each number once, except the time, which the number of a message determines."""
     shape = {"sphere": 0.2} if m == 3 else None if m == 1 else {"box": [1.0, 2.0, 3.0]}
     header = make_header(m, shape=shape, cable_model=model)
     full_rate = FULL_RATE if header.ideal_cables else FULL_RATE | COMMANDS
@@ -254,7 +254,7 @@ def test_no_rows(tmp_path: Path) -> None:
     ("version", "known"), [("2", "995fcaed47b3c5d5"), ("3", "609718e0e5d7f32e"), ("4", "1ee3427f417634f0")]
 )
 def test_formats_are_frozen(version: str, known: str) -> None:
-    """Where this fails, old logs can no longer be read: add to FORMATS, and its hash here.
+    """If this fails, old logs can no longer be read: add to FORMATS, and its hash here.
 
     Of what is compressed, the hash is of the uncompressed bytes: the others are the library's.
     """
@@ -268,18 +268,18 @@ def test_formats_are_frozen(version: str, known: str) -> None:
 @pytest.mark.parametrize(
     ("wrong", "told"),
     [
-        ({"anchors": ((math.nan,) * 6,) * 2}, "anchors: 2 x 6 finite numbers expected"),
-        ({"anchors": ((0.0,) * 6,)}, "anchors: 2 x 6 finite numbers expected"),
-        ({"path": ((0.0, math.inf, 0.0),)}, "path: 1 x 3 finite numbers expected"),
-        ({"frame": ((math.nan,) * 6,)}, "frame: 1 x 6 finite numbers expected"),
-        ({"shape": {"box": [1.0, math.nan, 1.0]}}, "shape: 3 finite numbers expected"),
-        ({"tension_max": (math.nan, 1.0)}, "tension_max: 2 finite numbers expected"),
-        ({"scenario": 7}, "scenario: a text expected"),
-        ({"cables": (None, None)}, "cables: texts expected"),
-        ({"bounds": ((1.0,),)}, "bounds: 3 x 2 finite numbers expected"),
-        ({"bounds": ((None, 1.0), (2.0, math.nan), (None, None))}, "bounds: 3 x 2 finite numbers expected"),
-        ({"broken": ((-1, 0.5),)}, "broken: cables from 0 to 1 expected"),
-        ({"mass": -1.0}, "characteristic_length, mass and steps, above 0: 4 finite numbers expected"),
+        ({"anchors": ((math.nan,) * 6,) * 2}, "anchors: expected 2 x 6 finite numbers"),
+        ({"anchors": ((0.0,) * 6,)}, "anchors: expected 2 x 6 finite numbers"),
+        ({"path": ((0.0, math.inf, 0.0),)}, "path: expected 1 x 3 finite numbers"),
+        ({"frame": ((math.nan,) * 6,)}, "frame: expected 1 x 6 finite numbers"),
+        ({"shape": {"box": [1.0, math.nan, 1.0]}}, "shape: expected 3 finite numbers"),
+        ({"tension_max": (math.nan, 1.0)}, "tension_max: expected 2 finite numbers"),
+        ({"scenario": 7}, "scenario: expected a text"),
+        ({"cables": (None, None)}, "cables: expected texts"),
+        ({"bounds": ((1.0,),)}, "bounds: expected 3 x 2 finite numbers"),
+        ({"bounds": ((None, 1.0), (2.0, math.nan), (None, None))}, "bounds: expected 3 x 2 finite numbers"),
+        ({"broken": ((-1, 0.5),)}, "broken: expected cables from 0 to 1"),
+        ({"mass": -1.0}, "characteristic_length, mass and steps, above 0: expected 4 finite numbers"),
     ],
 )
 def test_a_header_that_others_made_up_is_one_error(wrong, told, tmp_path):

@@ -86,7 +86,7 @@ def test_the_desired_path_and_pose_are_drawn_too(tmp_path: Path) -> None:
     assert "path" not in make_header(3).to_dict()
 
 
-def test_the_layout_for_foxglove_names_what_a_log_holds() -> None:
+def test_the_foxglove_layout_matches_a_log() -> None:
     layout = json.loads((ROOT / "docs" / "foxglove.json").read_text())
     panels = layout["configById"]
     assert set(re.findall(r'"([A-Za-z0-9]+![a-z_]+)"', json.dumps(layout["layout"]))) == set(panels)
@@ -106,7 +106,7 @@ def test_the_layout_for_foxglove_names_what_a_log_holds() -> None:
             kind = inside if node.name == "NAME" else ""
 
 
-def test_the_layout_for_plotjuggler_names_what_a_log_holds() -> None:
+def test_the_plotjuggler_layout_matches_a_log() -> None:
     root = ElementTree.parse(ROOT / "docs" / "plotjuggler.xml").getroot()
     series = [curve.attrib["name"] for curve in root.iter("curve")]
     cables = [cable.name for cable in load_scenario(ROOT / "scenarios" / "caroca.yaml").robot.cables]

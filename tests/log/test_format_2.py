@@ -59,7 +59,7 @@ def test_a_torn_old_log_is_mended_in_its_own_format(old: Path) -> None:
     assert set(kept) == {0, 5}  # its rows are one block
 
 
-def test_a_run_that_an_old_version_hardly_began_is_told_from_a_damaged_one(tmp_path: Path) -> None:
+def test_a_run_that_an_old_version_hardly_began_is_distinguished_from_a_damaged_one(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path / "run", HEADER).path
     (folder / "log.mcap").write_bytes(LogFormat(HEADER, version="2").description[:500])
     report = repair(folder)

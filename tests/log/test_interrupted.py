@@ -45,7 +45,7 @@ def interrupted(tally: Accumulator, rows: Any, after: int) -> bool:
 
 
 @pytest.mark.parametrize("more", [0, 20])  # samples that came until the rest is counted
-def test_what_an_interrupt_cut_short_is_counted_once(more: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupted_cases_are_counted_once(more: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(summary_module, "SUMMED", SUMMED)
     header = make_header(4, **BOUNDED)
     rows = make_rows(header, STOP + more)

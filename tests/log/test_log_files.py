@@ -19,7 +19,7 @@ def test_a_file_is_replaced(tmp_path, content):
     assert os.listdir(tmp_path) == ["file"]
 
 
-def test_what_fails_half_way_leaves_the_older_one(tmp_path):
+def test_failed_writes_keep_the_older_file(tmp_path):
     path = tmp_path / "file"
     path.write_text("older")
 
@@ -34,7 +34,7 @@ def test_what_fails_half_way_leaves_the_older_one(tmp_path):
     assert os.listdir(tmp_path) == ["file"]
 
 
-def test_what_is_in_the_way_is_told(tmp_path):
+def test_blocking_files_are_reported(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").write_text("")
     for path in (tmp_path / "folder", tmp_path / "none" / "file", tmp_path / "file" / "inside"):
@@ -45,9 +45,9 @@ def test_what_is_in_the_way_is_told(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
 
 
-def test_what_is_no_file_is_not_replaced_by_one(tmp_path):
+def test_special_files_are_not_replaced(tmp_path):
     """Such as /dev/null, by whoever may."""
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(OutputError, match="it is no regular file"):
+    with pytest.raises(OutputError, match="it is not a regular file"):
         replace(tmp_path / "pipe", "text")
     assert (tmp_path / "pipe").is_fifo()

@@ -100,7 +100,7 @@ def test_bytes_are_those_of_rosbags_and_decode_in_mcap_ros2(kind: str, seed: int
     assert plain(kind, decode(data)) == value
 
 
-def test_places_are_where_the_numbers_stand() -> None:
+def test_positions_point_to_the_numbers() -> None:
     value = {"name": ["a", "bcdef"], "position": [1.5, 2.5], "velocity": [], "effort": [3.5]}
     data, places = encode("sensor_msgs/JointState", value)
     assert np.frombuffer(data, "<f8", 2, places["position"]).tolist() == [1.5, 2.5]

@@ -1,4 +1,4 @@
-"""Runs whose rows stand in the log alone."""
+"""Runs whose rows are stored only in the log."""
 
 from __future__ import annotations
 
@@ -153,8 +153,8 @@ def test_a_result_cannot_be_edited(which: str, edit: str, whole: Run, monkeypatc
 
 @pytest.mark.parametrize("log", [False, True])
 @pytest.mark.parametrize("thinned", [False, True])
-def test_a_run_is_looked_at_while_it_goes_on(log, thinned, monkeypatch, tmp_path):
-    """What `so_far` returns is what a run that ends there has; the run that goes on has what it would have had."""
+def test_a_run_can_be_observed_while_it_runs(log, thinned, monkeypatch, tmp_path):
+    """`so_far` equals a run that ends there, and does not change the rest of the run."""
     all_on_disk(monkeypatch)
     changes = {**SHORT, "simulation.duration": 0.6, **({"log.step": 0.01} if thinned else {})}
     with cdpr.Simulation(CAROCA, overrides=changes, out=tmp_path / "on" if log else None) as sim:

@@ -1,4 +1,4 @@
-"""Tables that are filled row by row: their shape, that they are one's own, and that too much is refused as by numpy."""
+"""Tables filled row by row: shape, ownership, and rejection of too large sizes as in numpy."""
 
 import gc
 
@@ -9,7 +9,7 @@ from cdpr.log.pages import HUGE, table
 
 
 @pytest.mark.parametrize("rows", [0, 1, 4000, HUGE // 80, HUGE // 80 + 1, 100_000])
-def test_a_table_is_writable_contiguous_and_nobody_elses(rows: int) -> None:
+def test_tables_are_writable_contiguous_and_owned(rows: int) -> None:
     first, second = table(rows, 10), table(rows, 10)
     assert first.shape == (rows, 10)
     assert first.flags.c_contiguous

@@ -1,4 +1,4 @@
-"""Simulations that keep some samples, restored: they go on as if they had never been taken further, to the bit."""
+"""Restored simulations with thinned logs continue to the bit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def whole():
 
 
 @pytest.mark.parametrize("log", [False, True])
-def test_it_goes_on_to_the_bit(whole, log, tmp_path):
+def test_it_continues_to_the_bit(whole, log, tmp_path):
     """The detours pass the end of the table of rows at hand, break a cable, and leave limits of tensions."""
     with cdpr.Simulation(CAROCA, overrides=OVERRIDES, out=tmp_path / "run" if log else None) as sim:
         sim.step(3)
@@ -59,7 +59,7 @@ def test_it_goes_on_to_the_bit(whole, log, tmp_path):
         same(cdpr.load_run(tmp_path / "run-4"), whole)
 
 
-def test_so_far_is_what_a_shorter_run_is(whole):
+def test_so_far_equals_a_shorter_run(whole):
     with cdpr.Simulation(CAROCA, overrides=OVERRIDES) as sim:
         sim.step(700)
         here = sim.snapshot()

@@ -1,4 +1,4 @@
-"""What was recorded is what is loaded, to the last bit, however it was flushed."""
+"""Loaded rows equal recorded rows to the bit, for any flushes."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_bytes_do_not_depend_on_flushing(tmp_path_factory: pytest.TempPathFactor
 
 
 @pytest.mark.parametrize("stop", [1, 100, BLOCK, 3 * BLOCK + 5, PICTURE_ROWS + 40])
-def test_what_was_flushed_can_be_loaded_while_the_run_goes_on(tmp_path: Path, stop: int) -> None:
+def test_flushed_rows_can_be_loaded_during_the_run(tmp_path: Path, stop: int) -> None:
     header = make_header(4)
     rows = make_rows(header, stop)
     recorder = Recorder(header, stop + 10, tmp_path)

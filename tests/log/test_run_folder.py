@@ -1,4 +1,4 @@
-"""The folder of a run and what run.json says."""
+"""Folder of a run and contents of run.json."""
 
 from __future__ import annotations
 
@@ -102,19 +102,19 @@ def test_opening_a_run_imports_nothing_slow(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("status", 1, "status: str expected, got int"),
-        ("status", None, "status: str expected, got NoneType"),
-        ("summary", [], "summary: dict expected, got list"),
-        ("events", {}, "events: tuple expected, got dict"),
-        ("events", [{"time": "1", "kind": "", "text": ""}], "events.0.time: float expected, got str"),
-        ("events", [{"time": 10**400, "kind": "", "text": ""}], "events.0.time: float expected, got int"),
-        ("events", [{"time": 0, "kind": "", "text": "", "until": []}], "events.0.until: float | None expected"),
+        ("status", 1, "status: expected str, got int"),
+        ("status", None, "status: expected str, got NoneType"),
+        ("summary", [], "summary: expected dict, got list"),
+        ("events", {}, "events: expected tuple, got dict"),
+        ("events", [{"time": "1", "kind": "", "text": ""}], "events.0.time: expected float, got str"),
+        ("events", [{"time": 10**400, "kind": "", "text": ""}], "events.0.time: expected float, got int"),
+        ("events", [{"time": 0, "kind": "", "text": "", "until": []}], "events.0.until: expected float | None"),
         ("events", [{"time": 0.0, "kind": ""}], "events.0.text: it is missing"),
-        ("events", [[]], "events.0: Event expected, got list"),
-        ("timings", {"setup_s": "1"}, "timings.setup_s: float | None expected, got str"),
-        ("unused", [1], "unused.0: str expected, got int"),
-        ("log", {"scenario": "", "rows": 1.5, "last_row": None}, "log.rows: int expected, got float"),
-        ("log", None, "log: LogOf expected, got NoneType"),
+        ("events", [[]], "events.0: expected Event, got list"),
+        ("timings", {"setup_s": "1"}, "timings.setup_s: expected float | None, got str"),
+        ("unused", [1], "unused.0: expected str, got int"),
+        ("log", {"scenario": "", "rows": 1.5, "last_row": None}, "log.rows: expected int, got float"),
+        ("log", None, "log: expected LogOf, got NoneType"),
     ],
 )
 def test_run_json_is_validated(tmp_path: Path, key: str, value: object, told: str) -> None:

@@ -60,7 +60,7 @@ def test_a_thinned_run_holds_the_samples_of_its_grid_and_the_last(
     assert log_of(run).stat().st_size < log_of(whole).stat().st_size / 6.5
 
 
-def test_a_thinned_log_alone_says_what_it_counts(thin: Run, tmp_path: Path) -> None:
+def test_a_thinned_log_contains_its_counts(thin: Run, tmp_path: Path) -> None:
     (tmp_path / "alone.mcap").write_bytes(log_of(thin).read_bytes())
     found = load_run(tmp_path / "alone.mcap").summary()
     assert (found["samples"], found["logged_samples"], found["simulated_s"]) == (152, 152, END)
@@ -115,7 +115,7 @@ def test_a_thinned_log_is_the_same_however_it_was_flushed(tmp_path: Path, monkey
     assert same_bits(recorder.status, rows[:, header.layout.columns["status"].start].astype(np.int8))
 
 
-def test_a_thinned_run_that_stops_keeps_the_sample_that_tells_why(tmp_path: Path) -> None:
+def test_a_stopped_thinned_run_keeps_the_violating_sample(tmp_path: Path) -> None:
     changes = {**THINNED, "solver.infeasible": "stop"}
     with pytest.raises(cdpr.Infeasible) as caught:
         cdpr.simulate(CAROCA, overrides=changes, out=tmp_path / "run")

@@ -71,5 +71,5 @@ def test_cable_through_the_platform_has_no_depth(scenario):
     assert f"none: {through} at 0" in (scenario.with_name("watched") / "report.html").read_text()
     watched = "events=[{type: contact, then: stop}]"
     done = cdpr_here("run", scenario, *changes, watched, "--out", scenario.with_name("stop"), "--no-report", code=4)
-    assert f"{through}; the scenario says to stop where they touch" in done.stdout + done.stderr
+    assert f"{through}; stopped by the scenario where they touch" in done.stdout + done.stderr
     assert "-1." not in run + figured + done.stdout

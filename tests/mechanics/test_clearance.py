@@ -104,7 +104,7 @@ def test_from_solids(shape, seed):
 
 
 @sampled(1, "name", ["caroca", "cogiro", "twelve", "planar"])
-def test_the_least_of_all_pairs_is_told_with_its_names(name):
+def test_the_least_of_all_pairs_is_reported_with_its_names(name):
     robot = replace(robot_of(name), platform=replace(robot_of(name).platform, shape=None))
     among, poses = clearance(robot, diameter=0.012), poses_of(robot, 40)
     found, which = among.at(poses)
@@ -209,7 +209,7 @@ def test_obstacles_have_names():
 
 
 def test_it_changes_no_more_than_the_position_does():
-    """On which proofs can stand: cables end on a body that is moved, so no distance grows faster."""
+    """Basis of proofs: cables end on a moved body, so no distance grows faster."""
     robot = robot_of("caroca")
     among, rng = clearance(robot, diameter=0.01), np.random.default_rng(2)
     poses = poses_of(robot, 500)
@@ -223,7 +223,7 @@ def test_it_changes_no_more_than_the_position_does():
 def test_without_a_diameter_there_is_none():
     with pytest.raises(CdprError, match=r"cable 'cable_1' has no diameter: .*--cable-diameter"):
         clearance(robot_of("caroca"))
-    with pytest.raises(CdprError, match="diameter: a length of at least 0 m is expected, got nan"):
+    with pytest.raises(CdprError, match="diameter: expected a length of at least 0 m, got nan"):
         clearance(robot_of("caroca"), diameter=math.nan)
 
 

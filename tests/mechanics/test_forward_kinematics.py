@@ -43,7 +43,7 @@ def deviation(pose, other):
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_recovers_the_pose_of_every_robot(name):
-    """From starts that are off by a tenth of a metre and of a radian in each degree of freedom."""
+    """Starts are off by 0.1 m and 0.1 rad in each degree of freedom."""
     robot, rng = load_robot(ROOT / "scenarios" / "robots" / f"{name}.yaml"), np.random.default_rng(3)
     for _ in range(100):
         pose = moved(robot, robot.home, rng.uniform(-0.2, 0.2, 6))
@@ -139,7 +139,7 @@ def test_without_spare_lengths_the_noise_must_be_given():
 
 
 def test_an_unobservable_turn_is_no_convergence():
-    """All platform anchors in the origin: the lengths say nothing about the attitude."""
+    """With all platform anchors in the origin, lengths do not determine the attitude."""
     anchors = crossed_box(np.random.default_rng(0), 8)
     anchors[:, 3:] = 0.0
     robot = make_robot(anchors)
@@ -168,7 +168,7 @@ GOOD = np.array([0.0, 0, 2, 1, 0, 0, 0])
         (np.full((8, 1), 2.0), GOOD, r"lengths: the shape must be \(8,\), got \(8, 1\)"),
         (np.full(8, np.nan), GOOD, "lengths: all numbers must be finite"),
         (np.full(8, 0.0), GOOD, "lengths must be positive"),
-        (["a"] * 8, GOOD, "lengths: real numbers are expected"),
+        (["a"] * 8, GOOD, "lengths: expected real numbers"),
         (np.full(8, 2.0), np.zeros(13), r"start: the shape must be \(7,\), got \(13,\)"),
         (np.full(8, 2.0), np.zeros(7), "quaternion has the length 0"),
         (np.full(8, 2.0), np.full(7, np.inf), "start: all numbers must be finite"),

@@ -80,13 +80,13 @@ def test_sound_arrays_are_not_copied_and_others_are_made_sound():
 @pytest.mark.parametrize(
     ("values", "text"),
     [
-        (["1", "2", "3"], "x: real numbers are expected, got an array of <U1"),
-        ([None, 1.0, 2.0], "x: real numbers are expected, got an array of object"),
-        ([[1.0], 2.0, 3.0], "x: numbers are expected: "),
+        (["1", "2", "3"], "x: expected real numbers, got an array of <U1"),
+        ([None, 1.0, 2.0], "x: expected real numbers, got an array of object"),
+        ([[1.0], 2.0, 3.0], "x: expected numbers: "),
         (np.zeros((3, 1)), r"x: the shape must be \(3,\), got \(3, 1\)"),
         ([0.0, np.nan, 0.0], "x: all numbers must be finite"),
     ],
 )
-def test_what_is_wrong_is_said(values, text):
+def test_errors_are_reported_to_the_client(values, text):
     with pytest.raises(CdprError, match=text):
         checked(values, (3,), "x", finite=True)

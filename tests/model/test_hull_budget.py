@@ -12,7 +12,7 @@ from cdpr.scenario import mesh
 CUBE = np.array([(x, y, z) for x in (0.0, 2.0) for y in (0.0, 2.0) for z in (0.0, 2.0)])
 
 
-def test_a_hull_asks_for_its_budget_at_each_corner():
+def test_a_hull_checks_its_budget_at_each_corner():
     calls = []
     convex_hull(CUBE, lambda: calls.append(None))
     assert len(calls) == 4  # beside those of the first tetrahedron

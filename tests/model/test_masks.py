@@ -1,4 +1,4 @@
-"""Masked values are rejected wherever arrays come in: numpy would use the numbers below the mask."""
+"""Masked values are rejected in all array arguments: numpy would use the numbers below the mask."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from cdpr.gcode.program import parse_program
 from cdpr.scenario import mesh
 
 
-def test_a_line_of_an_obj_file_may_go_on_for_long(tmp_path, monkeypatch):
+def test_lines_of_obj_files_may_be_long(tmp_path, monkeypatch):
     """It is joined once: the square of its length would be minutes. Time is counted in checks, not measured."""
     path = tmp_path / "long.obj"
     corners = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v \\\n" + "\\\n" * 200_000 + "0 0 1"]

@@ -56,7 +56,7 @@ def problems(seed):
 
 
 def optimal(W, t, low, high, force):
-    """Whether t is the shortest: t + multipliers is in the row space, multipliers only where a limit holds t."""
+    """Return True if t is the shortest: t + multipliers is in the row space, multipliers only at active limits."""
     _, sizes, V = np.linalg.svd(W)
     N = V[int((sizes > 1e-9 * sizes[0]).sum()) :]
     at_low, at_high = t < low + 1e-6 * force, t > high - 1e-6 * force
@@ -72,7 +72,7 @@ def optimal(W, t, low, high, force):
 
 
 @pytest.mark.parametrize("name", SOLVERS)
-def test_solvers_where_rank_is_lost(name):
+def test_solvers_with_rank_deficiency(name):
     entry = registry().get("solver", name)
     if entry.missing:
         pytest.skip(entry.remedy)
@@ -120,7 +120,7 @@ def test_closure_and_proofs_where_rank_is_lost():
     assert compare(closure, robot, 20).different == []
     proved = workspace(robot, "static", box, method="certify")
     assert proved.proofs.asked < 1000
-    assert "nothing can be proved anywhere in the box: the wrench matrix lacks rank" in proved.summary()["notes"][0]
+    assert "no proof anywhere in the box: the wrench matrix is rank-deficient" in proved.summary()["notes"][0]
 
 
 def test_a_flat_frame_has_a_workspace():

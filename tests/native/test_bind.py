@@ -31,7 +31,7 @@ seen = []
 
 
 class Recorder:
-    """Stands for an operation that is bound: notes the words of its struct and the time."""
+    """Stand-in for a bound operation: records the words of its struct and the time."""
 
     def __init__(self, words, arrays):
         self.words, self.arrays = words, arrays
@@ -112,7 +112,7 @@ def test_arrays_live_as_long_as_what_is_bound():
     assert kept() is None
 
 
-def test_what_is_bound_frees_its_memory():
+def test_bindings_free_their_memory():
     def counts():
         return sys.getrefcount(given["product"]), sys.getrefcount(type(bind("cross_products", **given)))
 
@@ -190,7 +190,7 @@ def test_nor_is_it_accepted_after_right_ones(changes, error, message):
             bind("known", **{**right, **changes})
 
 
-def test_what_was_bound_before_gets_its_own_addresses_and_values():
+def test_rebinding_uses_new_addresses_and_values():
     right = arguments()
     del right["k"]
     for gain, rounds in ((0.5, 3), (np.float64(-2.0), -(2**62))):
@@ -228,7 +228,7 @@ def test_a_call_takes_no_keywords():
 
 @pytest.mark.parametrize("start", [-3, -1, 0, 2, 3])
 @pytest.mark.parametrize("name", ["left", "right"])
-def test_what_is_written_must_share_no_memory_with_what_is_read(name, start):
+def test_outputs_must_not_share_memory_with_inputs(name, start):
     memory = np.zeros(12)
     given = products() | {name: memory[3:9].reshape(2, 3), "product": memory[3 + start : 9 + start].reshape(2, 3)}
     with pytest.raises(ValueError, match=rf"^cross_products: product: shares memory with {name}; write to"):

@@ -81,7 +81,7 @@ def test_a_call_without_the_lock_is_the_same(recorder):
         call.unlocked("now")
 
 
-def test_a_bound_operation_tells_what_it_was_bound_to(recorder):
+def test_bound_operations_report_their_arrays(recorder):
     call = bound(recorder, answer := np.zeros(2))
     assert (call.name, call.given, call.arrays) == ("recorder", {}, (answer,))
     assert call.words == struct.pack("=qd", answer.ctypes.data, 0.5)

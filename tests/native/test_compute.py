@@ -29,7 +29,7 @@ def test_results_are_arrays_of_their_own_and_inputs_of_any_kind():
     assert cross(np.array([[1, 0, 0]]), np.array([[0, 1, 0]])).tolist() == [[0.0, 0.0, 1.0]]
 
 
-def test_numbers_that_are_equal_in_python_alone_are_told_apart():
+def test_numbers_that_are_equal_in_python_alone_are_distinguished():
     given, outputs = {"matrix": [[1.0]], "right": [1.0]}, {"solution": (1,)}
     module._kept.bound.clear()
     for damping in (0.0, -0.0, 0.0):
@@ -70,7 +70,7 @@ def test_an_operation_is_bound_once_for_each_set_of_shapes(monkeypatch):
     assert len(module._kept.bound) <= module.MOST
 
 
-def test_what_does_not_fit_is_one_clear_error():
+def test_mismatches_give_one_clear_error():
     with pytest.raises(ValueError, match=r"cross_products: right: expected shape \(n, 3\) with n = 2 by left"):
         cross(np.ones((2, 3)), np.ones((3, 3)))
     with pytest.raises(TypeError, match=r"cross_products: missing arguments right"):

@@ -68,7 +68,7 @@ def test_the_struct_holds_addresses_and_numbers():
         (("text",), TypeError, "argument 0: expected an array or a number, got str"),
     ],
 )
-def test_what_cannot_stand_in_the_struct_is_rejected(arguments, error, told):
+def test_unsupported_struct_members_are_rejected(arguments, error, told):
     with pytest.raises(error, match=told):
         Foreign(1 << 20, *arguments)
 
@@ -112,7 +112,7 @@ def test_a_function_of_ctypes_is_called_by_its_address():
     assert Foreign(function, 1).operation == ctypes.cast(function, ctypes.c_void_p).value
 
 
-def test_what_has_no_address_is_rejected():
+def test_functions_without_an_address_are_rejected():
     with pytest.raises(TypeError, match="function: expected an address"):
         Foreign(print)
 

@@ -197,7 +197,7 @@ def distance(points, vertices):
     return np.linalg.norm(points[:, None] - begin - share[..., None] * step, axis=2).min(axis=1)
 
 
-def test_what_does_not_fit_is_refused():
+def test_mismatches_are_rejected():
     line, three = np.zeros((3, 3)), np.zeros(3)
     for runs in ([0, 2], [1, 3], [0, 1, 3], [0, 3, 2]):
         with pytest.raises(ValueError, match="runs: expected"):

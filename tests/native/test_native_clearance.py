@@ -16,7 +16,7 @@ from cdpr.native.operations import operations
 from cdpr.tension.status import Status
 
 
-def test_the_loop_decides_as_clearances_say_of_cables_that_are_there():
+def test_the_loop_matches_clearances_of_unbroken_cables():
     robot = robot_of("caroca")
     among, edge, decided = clearance(robot, diameter=0.01), 0.05, []
     gone = np.full(robot.m, math.inf)

@@ -56,7 +56,7 @@ def test_an_answer_that_differs_between_instruction_sets_is_found(monkeypatch, g
         go("closed_form", inputs, {"tension": (5,), "status": (1,)})
 
 
-def test_functions_answer_what_they_say():
+def test_functions_match_their_docstrings():
     W = np.array([[1.0, -1.0, 0.5], [0.2, 0.3, -1.0]])
     t = np.array([30.0, 20.0, 25.0])
     low, high = np.full(3, 1.0), np.full(3, 100.0)

@@ -34,7 +34,7 @@ def test_cholesky_solves(damping):
     assert solved > 50
 
 
-def test_functions_compute_what_they_say():
+def test_functions_compute_their_documented_values():
     rng = np.random.default_rng(3)
     q, p = rng.normal(size=(2, 4))
     q, p, v = q / np.linalg.norm(q), p / np.linalg.norm(p), rng.normal(size=3)

@@ -34,7 +34,7 @@ ANSWERS = ("value", "scale", "direction", "status", "limit")
 
 
 def answers(robot, poses, question, group, **given):
-    """All answers about poses, so many at a time, with rubbish where they and the work spaces are."""
+    """Return all answers about poses in blocks of this size, with rubbish in outputs and work spaces."""
     asked = asked_of(robot, *QUESTIONS[question], GRAVITY, None)._asdict()
     count = len(poses)
     found = {name: np.empty(count) for name in ANSWERS[:2]} | {"direction": np.empty((count, robot.n))}

@@ -37,7 +37,7 @@ def test_options_of_the_environment_for_fast_arithmetic_are_undone(options):
 
 @processor
 @pytest.mark.parametrize("options", REJECTED)
-def test_what_is_left_of_them_does_not_compile(tmp_path, options):
+def test_truncated_sources_do_not_compile(tmp_path, options):
     done = compiled(tmp_path, "#include <cdpr/number.hpp>", "x86_64", *options.split())
     assert done.returncode != 0
     assert "its kernels need IEEE arithmetic" in done.stderr
@@ -66,7 +66,7 @@ def test_instructions_beyond_the_set_do_not_compile(tmp_path, target, option, fi
 
 @processor
 @pytest.mark.parametrize("source", ["binder.c", "bound.c", "dispatch.cpp"])
-def test_what_selects_the_set_is_compiled_for_every_processor(tmp_path, source):
+def test_the_dispatcher_is_compiled_for_every_processor(tmp_path, source):
     words = [
         tool("g++" if source.endswith("pp") else "gcc"),
         *flags(),

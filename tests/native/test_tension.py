@@ -21,7 +21,7 @@ MODULES = [*(f"cdpr.tension.{name}" for name in ROOMS), *(f"cdpr_solvers.{name}"
 
 
 @pytest.mark.parametrize("module", MODULES)
-def test_functions_answer_what_their_docs_say(module):
+def test_functions_match_their_docs(module):
     found = doctest.testmod(import_module(module))
     assert found.attempted
     assert not found.failed

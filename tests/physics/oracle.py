@@ -20,7 +20,7 @@ def oracle(robot, gravity, physics_step, options=None):
 
 
 def exit_points(robot, A, tips):
-    """Where the cables leave the frame: the anchors A, or where the tangent to a swivelling pulley touches it."""
+    """Return the exit points of the cables: anchors A, or contact points of the tangents to swivelling pulleys."""
     points = A.copy()
     for i, cable in enumerate(robot.cables):
         if cable.exit is not None:

@@ -86,7 +86,7 @@ def test_series_follows_the_commands_alone():
     backend.close()
 
 
-def test_runs_say_what_winches_they_had(tmp_path):
+def test_runs_record_their_winches(tmp_path):
     overrides = {**PUSHED, "simulation.duration": 0.05}
     cdpr.simulate(ROOT / "scenarios" / "winch_fmu.yaml", backend="reference", overrides=overrides, out=tmp_path / "run")
     told = json.loads((tmp_path / "run" / "run.json").read_text())["plugins"]["backend"]["actuators"]
@@ -98,10 +98,10 @@ def test_runs_say_what_winches_they_had(tmp_path):
     assert np.abs(again.cable_tension - again.tension).max() > 0.1
 
 
-def test_unstable_step_is_refused_unless_told():
+def test_unstable_steps_are_rejected_by_default():
     """Much friction about rest: the classical scheme inside the FMU cannot follow it at 1 ms."""
     stiff = {"robot.winch.coulomb_friction": 1.0}
-    with pytest.raises(CdprError, match=r"swing each other up.*step \* omega = 0\.174, stable up to 0\.000"):
+    with pytest.raises(CdprError, match=r"step by step, is unstable.*step \* omega = 0\.174, stable up to 0\.000"):
         run("winch_fmu.yaml", "reference", **stiff)
     with pytest.raises(CdprError, match="physics_step"):
         run("winch.yaml", "reference", **stiff)

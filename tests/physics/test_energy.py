@@ -156,7 +156,7 @@ def test_power_is_the_change_of_work():
     np.testing.assert_allclose(run.cable_power[:-1], middle, atol=1e-3)
 
 
-def test_a_plant_that_loses_energy_is_told():
+def test_a_plant_that_loses_energy_is_reported():
     """Damping that no work explains; the same run without it is in balance."""
     from cdpr_backends.reference import ReferenceBackend
 

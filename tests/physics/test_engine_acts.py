@@ -80,7 +80,7 @@ def test_same_bits_whoever_calls(monkeypatch, backend, case):
 
 
 @pytest.mark.parametrize("backend", ENGINES)
-def test_python_is_asked_once_a_step_or_never(backend):
+def test_python_is_called_at_most_once_per_step(backend):
     own = Running(backend).loop.program.interpreted
     assert own == (() if backend == "mujoco" else ("backend",))
 
@@ -174,7 +174,7 @@ print(np.array_equal(running.again(), whole))
 @mujoco
 @pytest.mark.slow
 def test_an_error_of_mujoco_ends_the_run_not_the_process(tmp_path):
-    """Where MuJoCo gives up, it ends the process of a C program that has no handler, and leaves a file behind."""
+    """If MuJoCo fails, it ends a C program that has no handler, and leaves a file behind."""
     path = [str(ROOT / "tests" / name) for name in (".", "support", "physics")]
     program = GIVES_UP.format(path=path)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, check=False)
@@ -184,7 +184,7 @@ def test_an_error_of_mujoco_ends_the_run_not_the_process(tmp_path):
 
 
 @mujoco
-def test_whoever_holds_its_acts_holds_the_world(offset_robot):
+def test_operations_keep_their_world_alive(offset_robot):
     states = []
     for keep in (True, False):
         backend = plant("mujoco", offset_robot)
@@ -209,7 +209,7 @@ def test_whoever_holds_its_acts_holds_the_world(offset_robot):
 
 
 @pytest.mark.parametrize("backend", ENGINES)
-def test_what_is_not_finite_ends_it_in_the_same_sample_and_quietly(monkeypatch, capfd, tmp_path, backend):
+def test_non_finite_values_end_the_run_in_the_same_sample(monkeypatch, capfd, tmp_path, backend):
     monkeypatch.chdir(tmp_path)
     said = []
     for bound in (pipeline.bound, lambda *given: None):
@@ -241,7 +241,7 @@ def test_an_engine_that_resets_itself_is_found(monkeypatch, backend):
 
 
 class Slipping(Backend):
-    """A plant whose act says that it failed."""
+    """A plant whose operation reports a failure."""
 
     def reset(self, state):
         """Put it there."""

@@ -139,7 +139,7 @@ SPECIAL = [[0, 0, 0], [1e-3, 0, 0], [0, 0, np.pi], [2.9, 1.2, 0.1], [-0.6, -0.5,
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.usual("mujoco-free", "dart-free")
 def test_engines_are_semi_implicit_euler_in_every_attitude(engine, robot):
-    """From 200 random attitudes and special ones, at any speed: turns of 1e-6 to 0.1 rad a step, through all zeros."""
+    """200 random attitudes and special ones, at any speed: rotations of 1e-6 to 0.1 rad a step, through all zeros."""
     rng = np.random.default_rng(70)
     turns = [*(rotations.rotation_vector(samples.attitude(rng)) for _ in range(200)), *SPECIAL * 4]
     one, other = plant(engine, robot), plant("reference", robot, scheme="semi_implicit_euler")

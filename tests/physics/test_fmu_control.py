@@ -129,7 +129,7 @@ def test_every_controller_and_solver_runs_as_in_cdpr(role, name, robot, tmp_path
 @pytest.mark.parametrize("policy", ["best_effort", "hold_tension"])
 @pytest.mark.parametrize("name", ["qp", "closed_form", "pseudo_inverse"])
 def test_policies_act_as_in_cdpr(name, policy, tmp_path):
-    """Where the wrench is infeasible for a while."""
+    """Motion with a temporarily infeasible wrench."""
     changes = [f"solver={{type: {name}, infeasible: {policy}}}", "simulation.duration=0.2", "robot.tension.max=150"]
     loaded = load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides=changes)
     run, worst = follow(loaded, 3, tmp_path)
@@ -155,7 +155,7 @@ def test_the_host_may_step_as_it_likes(tmp_path):
 
 
 @FMI
-def test_saved_and_reset_it_goes_on_to_the_bit(fmi, tmp_path):
+def test_saved_and_reset_it_continues_to_the_bit(fmi, tmp_path):
     loaded = scenario("pid")
     run, step = simulate(loaded, overrides=None), loaded.simulation.control_step
     with Driver(write(closed(loaded), fmi, tmp_path)) as driver:
@@ -205,7 +205,7 @@ def test_gains_are_tunable(tmp_path):
 
 
 @pytest.mark.slow  # another policy is another library to compile
-def test_what_it_cannot_answer_ends_it_under_the_policy_stop(tmp_path, capfd):
+def test_policy_stop_after_a_failure(tmp_path, capfd):
     with Driver(write(closed(scenario("planar stop")), 3, tmp_path)) as driver:
         driver.set("desired_acceleration", [500.0, 0.0, 0.0])
         with pytest.raises(FMICallException):
@@ -213,8 +213,8 @@ def test_what_it_cannot_answer_ends_it_under_the_policy_stop(tmp_path, capfd):
     assert "exported with solver.infeasible hold_tension or best_effort" in capfd.readouterr().out
 
 
-def test_what_it_cannot_answer_is_answered_best_under_the_policy_best_effort(tmp_path, capfd):
-    """It goes on with the tensions nearest to the wrench, and warns once."""
+def test_policy_best_effort_after_a_failure(tmp_path, capfd):
+    """It continues with the tensions nearest to the wrench, and warns once."""
     with Driver(write(closed(scenario("planar qp")), 3, tmp_path)) as driver:
         driver.step(0.0, 0.001)
         driver.set("desired_acceleration", [500.0, 0.0, 0.0])
@@ -233,13 +233,13 @@ def test_what_it_cannot_answer_is_answered_best_under_the_policy_best_effort(tmp
         (["caroca.yaml", "--controller", "--set", "solver.type=osqp"], "the solver 'osqp' has no compiled operation"),
         (["caroca.yaml", "--with-controller", "--set", "solver.type=exact"], "(--set solver.type=NAME)"),
         (["robots/caroca.yaml", "--controller"], "a controller is that of a scenario"),
-        (["caroca.yaml", "--controller", "--with-winch"], "a controller alone"),
-        (["caroca.yaml", "--with-controller", "--only-winch"], "needs a plant"),
+        (["caroca.yaml", "--controller", "--with-winch"], "exports only a controller"),
+        (["caroca.yaml", "--with-controller", "--only-winch"], "requires a plant"),
         (["believed.yaml", "--controller"], "believed"),
         (["winch_fmu.yaml", "--with-controller"], "actuators"),
     ],
 )
-def test_what_cannot_be_exported_is_told(arguments, said, tmp_path, monkeypatch, capsys):
+def test_unsupported_exports_are_reported(arguments, said, tmp_path, monkeypatch, capsys):
     file, *rest = arguments
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     command = ["cdpr", "fmu", "export", str(ROOT / "scenarios" / file), "-o", str(tmp_path / "a.fmu"), *rest]
@@ -255,7 +255,7 @@ def test_what_cannot_be_exported_is_told(arguments, said, tmp_path, monkeypatch,
     ("name", "said"),
     [("spherical", "its events are not exported, 1 in number"), ("winch", "are not exported without --with-winch")],
 )
-def test_what_stays_behind_is_told(name, said, tmp_path, monkeypatch, capsys):
+def test_remaining_files_are_reported(name, said, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     file = str(ROOT / "scenarios" / f"{name}.yaml")
     options = ["--with-controller", "--source-only", "--set", "solver.type=closed_form"]

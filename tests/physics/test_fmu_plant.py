@@ -211,7 +211,7 @@ def test_unsound_parameters_are_refused(case, name, value, said, fmi, tmp_path, 
 @FMI
 @pytest.mark.parametrize("case", ["caroca", "cogiro_elastic", "planar"])
 @pytest.mark.usual("caroca-3", "cogiro_elastic-2")
-def test_saved_states_go_on_to_the_bit(case, fmi, tmp_path):
+def test_saved_states_continue_to_the_bit(case, fmi, tmp_path):
     """In the same instance, as bytes, and in another instance."""
     plant = plant_of(scenario(case))
     path = write(plant, fmi, tmp_path)
@@ -241,7 +241,7 @@ def test_a_state_of_another_robot_is_refused(tmp_path, capfd):
 
 
 @FMI
-def test_what_would_go_unnoticed_is_an_error(fmi, tmp_path, capfd):
+def test_silent_mistakes_are_errors(fmi, tmp_path, capfd):
     plant = plant_of(scenario("caroca"))
     with Driver(write(plant, fmi, tmp_path)) as driver:
         driver.step(0.0, 0.001)
@@ -258,7 +258,7 @@ def test_what_would_go_unnoticed_is_an_error(fmi, tmp_path, capfd):
 
 
 @FMI
-def test_reset_goes_back_to_what_was_exported(fmi, tmp_path):
+def test_reset_restores_the_exported_state(fmi, tmp_path):
     plant = plant_of(scenario("caroca"))
     with Driver(write(plant, fmi, tmp_path), {"mass": 10.0}) as driver:
         first = open_loop(driver, plant, 20)

@@ -1,4 +1,4 @@
-"""Exported cables do not push: a negative tension counts as 0, and is told once."""
+"""Exported cables do not push: a negative tension counts as 0, with one warning."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_legs_push(fmi, tmp_path):
 
 @FMI
 @pytest.mark.parametrize("inside", [False, True], ids=["cables", "legs"])
-def test_it_is_told_once_until_none_is_negative(fmi, inside, tmp_path):
+def test_it_is_reported_once_until_none_is_negative(fmi, inside, tmp_path):
     loaded = legs() if inside else scenario("caroca")
     opened = open_archive(write(plant_of(loaded), fmi, tmp_path))
     fmu = RunningFmu(opened, "it", "plant", loaded.robot, 1e-3, FmuFile(), "inproc")
@@ -71,7 +71,7 @@ def test_it_is_told_once_until_none_is_negative(fmi, inside, tmp_path):
 
 
 @FMI
-def test_the_description_says_so(fmi, tmp_path):
+def test_the_description_contains_it(fmi, tmp_path):
     for loaded, least in ((scenario("caroca"), "0.0"), (legs(), None), (scenario("cogiro_elastic"), None)):
         about = fmpy.read_model_description(str(write(plant_of(loaded), fmi, tmp_path)))
         assert {each.min for each in about.modelVariables if each.name.startswith("cable_tension")} == {least}

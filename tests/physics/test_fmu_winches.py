@@ -80,7 +80,7 @@ def test_it_follows_its_equations_and_alike_in_both_versions(robot, tmp_path):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_tensions_follow_the_lengths_at_once(fmi, robot, tmp_path):
-    """What a host that couples it with a platform relies on, and reads in its description."""
+    """Properties that a host relies on when it couples the FMU with a platform, as described in it."""
     path = write(Actuator(robot, STEP), fmi, tmp_path)
     with Driver(path) as driver:
         _, length, rate = given(0.0)
@@ -101,7 +101,7 @@ def test_its_signals_map_by_themselves(robot, tmp_path):
     assert "cable_tension" in mapping.outputs.ports
 
 
-def test_saved_states_go_on_to_the_bit(robot, tmp_path):
+def test_saved_states_continue_to_the_bit(robot, tmp_path):
     with Driver(write(Actuator(robot, STEP), 3, tmp_path)) as driver:
         driver.set("command", given(0.0)[0])
         driver.step(0.0, STEP)

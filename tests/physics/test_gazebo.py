@@ -23,7 +23,7 @@ FIRST_ORDER = 3e-3
 
 
 def package(*words):
-    """What pkg-config says of the libraries, None where they are not there."""
+    """Return the flags of pkg-config for the libraries, None if they are missing."""
     if shutil.which("pkg-config") is None or shutil.which("c++") is None:
         return None
     done = subprocess.run(["pkg-config", *words], capture_output=True, text=True, check=False)
@@ -60,7 +60,7 @@ def stepped(tmp_path_factory):
 
 
 def moved(subject, wrench, seconds, count=2000):
-    """Where the platform's origin is under a constant wrench there: Newton and Euler by Runge and Kutta, (7,)."""
+    """Return the pose of the platform's origin under a constant wrench: Newton-Euler by Runge-Kutta, (7,)."""
     body = subject.robot.platform
 
     def rate(y):
@@ -88,7 +88,7 @@ def moved(subject, wrench, seconds, count=2000):
     ("name", "push"),
     [("caroca", [90.0, -60.0, 120.0, 10.0, -5.0, 8.0]), ("off_centre_mass", [200.0, 100.0, 150.0, 40.0, 30.0, 20.0])],
 )
-def test_a_platform_moves_as_its_wrench_says(stepped, name, push):
+def test_the_platform_moves_according_to_its_wrench(stepped, name, push):
     """Also where its centre of mass is elsewhere: the wrench is that at its origin, as W t is."""
     subject = begin(cdpr.load_scenario(ROOT / "scenarios" / f"{name}.yaml"))
     wrench = np.array(push)

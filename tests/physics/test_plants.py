@@ -47,7 +47,7 @@ def same_attitude(state):
 
 
 def pushed(backend, start, other, command, push):
-    """Where an external wrench for 0.1 s leads; none may be left over after it ends, nor after a reset."""
+    """Effect of an external wrench for 0.1 s; none may remain after it ends, nor after a reset."""
     backend.reset(other)
     backend.external[:] = 1e3
     backend.step(5)
@@ -143,7 +143,7 @@ def test_a_diverging_engine_shows_it_at_once_and_is_silent(
 
 
 @pytest.mark.slow
-def test_importing_says_nothing():
+def test_importing_prints_nothing():
     script = "import sys\nfrom cdpr.plugins.registry import registry\nfor name in sys.argv[1:]:\n"
     script += "    registry().get('backend', name).load()\n    print(name)"
     done = subprocess.run([sys.executable, "-c", script, *ENGINES], capture_output=True, text=True, check=True)
@@ -152,7 +152,7 @@ def test_importing_says_nothing():
 
 @pytest.mark.parametrize(("name", "options"), KINDS + LEGS)
 @pytest.mark.parametrize("dof", [None, ("x", "z", "ry")])
-def test_what_follows_a_snapshot_follows_again(offset_robot, name, options, dof):
+def test_the_future_after_a_snapshot_repeats(offset_robot, name, options, dof):
     rng = np.random.default_rng(1)
     if dof is not None and options.get("cables") == "ups":
         with pytest.raises(PluginError, match="free platform"):

@@ -115,7 +115,7 @@ def test_engines_are_semi_implicit_euler(robot, name):
 
 @pytest.mark.parametrize("name", ALL)
 def test_the_origin_stays_to_the_bit_and_its_force_does_nothing(robot, name):
-    """Also where the state that is asked for moves it, as an inner step of a search may."""
+    """Also if a requested state moves it, as an inner step of a search may."""
     start, command, external = loads(robot)
     moving = start.copy()
     moving[7:10] = [0.3, -0.2, 0.1]

@@ -23,7 +23,7 @@ NAMES = sorted(file.stem for file in (ROOT / "scenarios" / "robots").glob("*.yam
 STIFF = 1e5  # N
 STEP = 1e-5  # m and rad: differences are off by about its square, and by round-off over it
 FROM_DIFFERENCES = 1e-8  # of the largest entry; measured 2e-10
-SYMMETRIC = 1e-10  # likewise, where all is in balance
+SYMMETRIC = 1e-10  # takes some minutes, where all is in balance
 FREQUENCY = 1e-3  # of one that is simulated for some periods at 1 ms; measured 1e-7
 
 
@@ -90,7 +90,7 @@ def locked(name):
 
 
 @pytest.mark.parametrize("place", [[0.0, 0.0, 1.2], [0.5, 0.2, 1.6]])
-def test_it_swings_as_fast_as_that_says(place):
+def test_the_frequency_matches_the_oscillation(place):
     robot = locked("caroca_winches")
     pose = np.array([*place, 1.0, 0.0, 0.0, 0.0])
     told = answers.frequency(robot, pose[None], Question())
@@ -114,7 +114,7 @@ def test_it_swings_as_fast_as_that_says(place):
     assert told.value[0] == pytest.approx(1.0 / np.diff(when).mean(), rel=FREQUENCY)
 
 
-def test_the_stiffness_in_one_direction_is_what_a_push_finds():
+def test_directional_stiffness_matches_a_push():
     robot = robot_of("caroca_winches")
     pose = home_pose(robot)[0]
     K, _ = stiffness(robot, pose[None], distribute(robot, pose[None]).tension)
@@ -138,7 +138,7 @@ def hanging(height, model):
 
 
 @pytest.mark.parametrize("model", [None, 1e6])
-def test_a_body_that_hangs_is_stable_and_one_that_stands_on_its_cables_is_not(model):
+def test_suspended_bodies_are_stable_and_inverted_ones_are_not(model):
     """Two cables leave it one motion, which its weight takes back or not (thesis, figure 2.3)."""
     pose = np.array([[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]])
     low, high = (answers.stable(hanging(height, model), pose, Question()).value[0] for height in (0.3, -2.5))
@@ -151,7 +151,7 @@ def test_on_rigid_cables_that_leave_no_motion_nothing_gives():
     assert answers.stable(robot, home_pose(robot)[0][None], Question()).value[0] == np.inf
 
 
-def test_where_nothing_holds_the_platform_it_has_no_stiffness():
+def test_infeasible_poses_have_no_stiffness():
     robot = robot_of("caroca_winches")
     away = np.array([[0.0, 0.0, 9.0, 1.0, 0.0, 0.0, 0.0]])
     for answer in (answers.stiff, answers.stable, answers.frequency):

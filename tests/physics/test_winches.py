@@ -159,7 +159,7 @@ def test_slack_elastic_cables_do_not_push(name):
 
 
 def test_slack_rigid_cables_do_not_push():
-    """What would have to push has no tension, what pulls follows its equation, whatever the load."""
+    """Cables that would have to push have no tension, the others follow their equation, for any load."""
     robot = on_winches(samples.braced(), "rigid")
     rng, slack = np.random.default_rng(8), set()
     backend = plant("reference", robot)

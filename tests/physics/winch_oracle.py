@@ -159,7 +159,7 @@ class Oracle:
         return np.concatenate([body, *np.where(self.elastic, [-self.r * speed, drum], 0.0)])
 
     def exact(self, state, seconds, tolerance=1e-12):
-        """Where it all is after some time, by an integrator of order eight, its tolerance a step's."""
+        """Return the state after some time, by an integrator of order eight, with the tolerance of a step."""
         start, both = self.start(state), {"rtol": tolerance, "atol": tolerance}
         y = solve_ivp(self.slope, (0, seconds), start, method="DOP853", **both).y[:, -1]
         y[3:7] /= np.linalg.norm(y[3:7])

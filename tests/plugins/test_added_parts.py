@@ -73,7 +73,7 @@ def tree(tmp_path_factory):
 
 
 def moved(tree, cases):
-    """What `MOVES` tells of cases, each a file, changes of it, and how it moves."""
+    """Cases of `MOVES`: a file, its changes, and the resulting motion."""
     still = {"file": str(WINCH), "command": [300.0] * 8, "external": [0.0] * 6, "step": 1e-3, "time": 1e-3}
     done = tree[1]("-c", MOVES, json.dumps([still | case for case in cases]))
     assert done.returncode == 0, done.stderr
@@ -160,7 +160,7 @@ def heavy_truth(time):
 
 @pytest.mark.slow
 def test_parts_with_keys_of_their_own(tree):
-    """A number is declared in its part: files hold it, wrong ones are told, kernels get it, the plant moves by it."""
+    """A number declared in its part: files contain it, wrong values are reported, kernels and plant use it."""
     lacking, wrong, unit, unasked, whole, known, bent = moved(
         tree,
         [
@@ -176,7 +176,7 @@ def test_parts_with_keys_of_their_own(tree):
     assert "cable.model geared needs the spring rate (N/m) of each cable: give cable.spring_rate for all, or" in lacking
     assert "cable.model geared needs the gear ratio of each cable: give winch.gear for all, or winch.gear" in lacking
     assert "robot.cables[3].spring_rate: must be greater than 0 (N/m), got -2" in wrong
-    assert "robot.cable.spring_rate: a number expected (N/m), got '3 kN/m'; write 3000, without the unit" in unit
+    assert "robot.cable.spring_rate: expected a number (N/m), got '3 kN/m'; write 3000, without the unit" in unit
     assert "did you mean 'spring_rate'?" in known
     plain, geared = np.array(unasked), np.array(whole)
     tension, speed = slice(13, 21), slice(30, 38)
@@ -194,12 +194,12 @@ def test_parts_with_keys_of_their_own(tree):
 
 @pytest.mark.slow
 def test_parts_of_cables(tree):
-    """What the command line makes of them, and an FMU."""
+    """Use of the parts by the command line and by an FMU."""
     folder, run = tree
     ring, sprung = ("--set", "robot.cables[0].exit={type: ring, rail: [1.0, 0.0, 0.0]}"), "robot.cable.model=sprung"
     spring = ("--set", sprung, "--set", "robot.cable.spring_rate=1e5")
     unknown = run("validate", WINCH, "--set", "robot.cable.model=spring")
-    assert "ideal, rigid, elastic, sprung, geared, heavy expected, got 'spring'" in unknown.stderr
+    assert "expected ideal, rigid, elastic, sprung, geared, heavy, got 'spring'" in unknown.stderr
     lacking = run("validate", ROOT / "scenarios" / "caroca.yaml", "--set", sprung)
     assert "cable.model sprung needs the spring rate (N/m) of each cable" in lacking.stderr
     short = ("--set", "simulation.duration=0.02", "--no-report", "--out", folder / "parts")

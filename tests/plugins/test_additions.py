@@ -223,7 +223,7 @@ def test_a_column(tree):
 
 
 def test_a_solver_a_controller_and_a_backend(tree):
-    """A file each, and a row in the list of its package. Solver and backend are those that strangers bring, too."""
+    """A file each, and a row in the list of its package. Solver and backend equal those of third parties."""
     folder, add, run = tree
     strangers = ROOT / "tests" / "plugins"
     solver = (strangers / "weighted_solver" / "cdpr_weighted" / "solver.py").read_text()

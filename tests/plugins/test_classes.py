@@ -129,20 +129,20 @@ def without_control():
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
-        (Pinv, r"controller: a name or a class derived from cdpr\.plugins\.Controller is expected, got .*Pinv"),
-        (object(), "controller: a name or a class"),
-        (named_as_ours(), "class static: there is a controller of that name already; choose another name"),
+        (Pinv, r"controller: expected a name or a class derived from cdpr\.plugins\.Controller, got .*Pinv"),
+        (object(), "controller: expected a name or a class"),
+        (named_as_ours(), "class static: a controller of this name already exists; choose another name"),
         (without_control(), "controller: class Half lacks control"),
         (type("Odd", (Hover,), {"Options": dict}), "Odd.*must derive from cdpr.plugins.PluginOptions"),
-        (type("Bad", (Hover,), {"__init__": lambda self, *_: 1 / 0}), "'Bad' cannot be made: ZeroDivisionError"),
+        (type("Bad", (Hover,), {"__init__": lambda self, *_: 1 / 0}), "'Bad' cannot be created: ZeroDivisionError"),
     ],
 )
-def test_what_is_no_plugin_is_refused(choice, message):
+def test_non_plugins_are_rejected(choice, message):
     with pytest.raises(PluginError, match=message):
         cdpr.simulate(CAROCA, controller=choice, overrides=SHORT)
 
 
-def test_an_instance_is_told_to_be_a_class():
+def test_an_instance_is_reported_as_a_class():
     made = Hover(None, np.zeros(3), 0.001, None)
     with pytest.raises(PluginError, match="give the class, and its options as overrides"):
         cdpr.simulate(CAROCA, controller=made)
@@ -183,15 +183,18 @@ def test_a_worker_uses_the_file_as_it_was(used):
         ("import os\n\nimport no_such_library", r"mine\.py:3: ModuleNotFoundError: No module named 'no_such_library'"),
         ("def f():\n    1 / 0\nf()", r"mine\.py:2: ZeroDivisionError: division by zero"),
         ("raise SystemExit(3)", r"mine\.py:1: SystemExit: 3"),
-        ("x = 1", r"mine\.py: holds no class that derives from cdpr\.plugins\.Controller, TensionSolver or Backend$"),
+        (
+            "x = 1",
+            r"mine\.py: contains no class that derives from cdpr\.plugins\.Controller, TensionSolver or Backend$",
+        ),
         (FILE.replace("def control", "def kontrol"), "class Hover lacks control"),
         (
             FILE.replace("class Hover", "class static"),
-            "mine.py: class static: there is a controller of that name already",
+            "mine.py: class static: a controller of this name already exists",
         ),
     ],
 )
-def test_a_broken_file_is_told_with_its_line(file, text, message):
+def test_a_broken_file_is_reported_with_its_line(file, text, message):
     file.write_text(text)
     with pytest.raises(PluginError, match=message):
         registry.use_files([str(file)])
@@ -204,19 +207,19 @@ def test_a_file_that_is_not_there(tmp_path):
         registry.use_files([str(tmp_path / "gone.py")])
 
 
-def test_what_a_file_raises_in_a_run_is_told_with_its_line(used):
+def test_exceptions_of_plugin_files_are_reported_with_their_line(used):
     line = FILE.splitlines().index('            raise ValueError("seven")') + 1
     with pytest.raises(PluginError, match=rf"raised ValueError: seven in control \(mine\.py:{line}\)"):
         cdpr.simulate(CAROCA, controller="Hover", overrides={**SHORT, "controller.factor": 7.0})
 
 
-def test_what_a_library_raises_is_told_where_the_file_called_it(used):
+def test_library_exceptions_are_reported_at_the_calling_line(used):
     used.write_text(FILE.replace('raise ValueError("seven")', "__import__('numpy').linalg.inv([[0.0]])"))
     registry.use_files([str(used)])
     with pytest.raises(PluginError, match=r"LinAlgError: .* in control \(mine\.py:\d+\)"):
         cdpr.simulate(CAROCA, controller="Hover", overrides={**SHORT, "controller.factor": 7.0})
 
 
-def test_an_unknown_name_says_how_to_bring_ones_own():
+def test_unknown_names_mention_plugins():
     with pytest.raises(PluginError, match="--plugin FILE adds your own"):
         registry.registry().get("controller", "Hover")

@@ -1,4 +1,4 @@
-"""Two packages of strangers: installed, found, checked with the kit and used in a run."""
+"""Two third-party packages: installed, found, checked with the kit and used in a run."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_installed_beside(installed, tmp_path):
 
 @pytest.mark.slow
 def test_their_own_test_file(installed, tmp_path):
-    """What the tutorial shows runs under pytest, one test a check."""
+    """The code of the tutorial runs under pytest, one test per check."""
     shutil.copy(SOLVER / "test_weighted.py", tmp_path)
     said = run(installed, "-m", "pytest", "-q", cwd=tmp_path)
     assert re.search(r"\d+ passed, \d+ skipped", said)
@@ -75,7 +75,7 @@ def test_their_own_test_file(installed, tmp_path):
 
 @pytest.mark.slow
 def test_drag_slows(installed, tmp_path):
-    """The option does what it says: quadratic drag has the closed form v0 / (1 + k v0 t)."""
+    """The option has its documented effect: quadratic drag has the closed form v0 / (1 + k v0 t)."""
     program = """
 import numpy as np
 from cdpr.testing import samples

@@ -20,7 +20,7 @@ from cdpr.plugins.registry import Registered, collect, registry
 
 @dataclass
 class Point:
-    """What the registry uses of an entry point."""
+    """Stand-in for an entry point, with the parts that the registry uses."""
 
     distribution: str
     plugin: Any
@@ -137,7 +137,7 @@ def test_unknown_name_lists_the_installed_and_the_nearest():
 
 
 @pytest.mark.parametrize("name", ["drag", "cdpr_drag", "Drag"])
-def test_a_plugin_that_does_not_import_is_told_with_its_reason(name):
+def test_a_plugin_that_does_not_import_is_reported_with_its_reason(name):
     found = collect([Point("cdpr", package(info("qp"))), Point("cdpr-drag", ModuleNotFoundError("no module aero"))])
     reason = r"cdpr-drag .*, entry point .*: ModuleNotFoundError: no module aero"
     with pytest.raises(PluginError, match=f"^solver '{name}' cannot be loaded: {reason}$"):
@@ -156,7 +156,7 @@ def test_missing_requirement_names_the_remedy():
         entry.load()
 
 
-def test_installed_but_broken_is_told_apart():
+def test_installed_but_broken_is_distinguished():
     entry = Registered("backend", info("x", factory="json:no_such_class"), "stranger", "1")
     with pytest.raises(PluginError, match=r"installed but cannot be loaded .*no_such_class"):
         entry.load()
@@ -176,7 +176,7 @@ HEAVY = ("scipy", "matplotlib", "mujoco", "pybullet", "dartpy", "pyarrow")
         ("import sys; import cdpr.ui.cli; cdpr.ui.cli.cli.main(['plugins'], standalone_mode=False)", HEAVY),
     ],
 )  # fmt: skip
-def test_what_does_not_compute_loads_nothing_heavy(code, heavy):
+def test_light_commands_import_no_heavy_modules(code, heavy):
     probe = f"{code}\nimport sys\nprint('LOADED', sorted(set({heavy!r}) & set(sys.modules)))"
     output = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
     assert output.splitlines()[-1] == "LOADED []"
@@ -194,6 +194,6 @@ UNUSED_BY_A_RUN = (
 def test_a_run_of_compiled_parts_loads_only_what_it_needs(tmp_path):
     words = ["run", "scenarios/caroca.yaml", "--set", "simulation.duration=0.01", "--no-report", "--out"]
     main = "from cdpr.ui.cli import cli; cli.main({!r}, standalone_mode=False)"
-    test_what_does_not_compute_loads_nothing_heavy(
+    test_light_commands_import_no_heavy_modules(
         main.format([*words, str(tmp_path / "out")]), (*HEAVY, *UNUSED_BY_A_RUN)
     )

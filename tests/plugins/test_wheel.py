@@ -73,7 +73,7 @@ def test_the_first_command_needs_no_file(python, tmp_path):
 
 
 @pytest.mark.slow
-def test_without_what_draws_there_is_a_report_and_one_line_says_what_figures_for_papers_need(python, tmp_path):
+def test_without_matplotlib_the_report_works_and_a_line_names_the_extra(python, tmp_path):
     run(python, "-c", WITHOUT_MATPLOTLIB, "run", "caroca", *SHORT, "--out", "out", cwd=tmp_path)
     assert "<svg" in (tmp_path / "out" / "report.html").read_text()
     figure = ["--figure", "tension", "--out", "tension.pdf"]

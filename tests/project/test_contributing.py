@@ -102,7 +102,7 @@ def test_no_address_and_no_person_is_made_up():
         assert "http" not in text
 
 
-def test_the_citation_says_what_the_project_says():
+def test_the_citation_matches_the_project():
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert set(cited) == {
         *("cff-version", "message", "type", "title", "abstract", "authors", "version", "license", "keywords")

@@ -104,7 +104,7 @@ def test_the_thesis_page_refuses_another_study(tmp_path):
 
 
 def changes_of(block, start, geometry, dof, solver, gain):
-    """What the study changes for one of its cases."""
+    """Return the changes of the study for one of its cases."""
     (found,) = [item for item in STUDY["blocks"] if item["name"] == block]
     axes = {axis["name"]: axis.get("points", {}) for axis in found.get("axes", [])}
     parts = [found["changes"], POINTS["geometry"][geometry], POINTS["controlled"][dof], POINTS["solver"][solver]]
@@ -150,8 +150,8 @@ def test_a_command_held_10_ms_is_unstable_above_gain_200(gain, step, status):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("gain", "stable"), [(3315, True), (3485, False)])
-def test_who_believes_1_kg_of_17_may_hold_commands_up_to_17_times_that(gain, stable):
-    """What swings itself up ends at the limits of the legs, 66501 N."""
+def test_nominal_mass_of_1_kg_of_17_allows_17_times_the_command(gain, stable):
+    """An unstable run ends at the limits of the legs, 66501 N."""
     robot = thesis.points(thesis.BELIEF)[0]["cube"]
     run = teaching.simulate(
         "thesis_ch6.yaml",
@@ -161,7 +161,7 @@ def test_who_believes_1_kg_of_17_may_hold_commands_up_to_17_times_that(gain, sta
     assert (run.tension.max() > 1e4) != stable
 
 
-def test_who_believes_1_kg_of_17_comes_out_the_same():
+def test_nominal_mass_of_1_kg_of_17_gives_the_same_motion():
     """A case of the study, its sag as theory has it, and a plant."""
     geometry, controlled, solver = (axis[name] for axis, name in zip(thesis.points(thesis.BELIEF), CASE, strict=True))
     (block,) = [item for item in BELIEF["blocks"] if item["name"] == "moves_17_kg_held"]
@@ -197,7 +197,7 @@ def largest(block, start="", **wanted):
     return np.array([float(row["tension_max_N"]) for row in rows])
 
 
-def test_what_the_thesis_page_says_of_the_table():
+def test_text_of_the_thesis_page_matches_its_table():
     """Each number of its prose that no table shows as such."""
     pinv = np.concatenate([largest("as_written", geometry=g, solver="pseudo_inverse") for g in ("caroca", "cube")])
     assert pinv.max() <= 8.2
@@ -259,7 +259,7 @@ def test_what_the_thesis_page_says_of_the_table():
 
 
 def command_of(name, tmp_path, *more, code=0):
-    """What a command of the teaching page, as it stands there, prints with --json."""
+    """Output of a command of the teaching page with --json."""
     mark = rf"<!-- command of {name} -->\n(.*?)<!-- end"
     (command,) = commands(re.search(mark, PAGES["docs/teaching.md"], re.DOTALL)[1])
     done = CliRunner().invoke(cli, [*words(command), *more, "--json", "--out", str(tmp_path / "out")])
@@ -314,7 +314,7 @@ class TestCommandsOfTheTeachingPageGiveItsTables:
 
 
 def test_engines_of_the_teaching_page_come_out_the_same():
-    """What its slow commands tell, from runs in this process."""
+    """Results of its slow commands, from runs in this process."""
     stored = teaching.results()
     coarse, fine = teaching.motion("mujoco", 0.002), teaching.motion("reference", 0.0005)
     assert 1e3 * teaching.apart(coarse, fine).max() == pytest.approx(stored["steps"]["mujoco"]["2"], rel=SAME)

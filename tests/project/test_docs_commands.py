@@ -1,4 +1,4 @@
-"""Every command that README and docs/ show is run, or stands with its reason among those that are not."""
+"""Every command in README and docs/ is run, or is listed with a reason among those that are not."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def test_a_slow_command_runs(page, command):
     run([*words(command), *shorter(command)], code(command))
 
 
-def test_the_others_are_told():
+def test_unsupported_cases_are_reported():
     others = [command for _, command in ALL if not command.startswith("cdpr ")]
     assert [command for command in others if not command.startswith(tuple(NOT_RUN))] == []
     assert [start for start in NOT_RUN if not any(command.startswith(start) for command in others)] == []
 
 
-def test_commands_stand_in_console_blocks():
+def test_commands_are_in_console_blocks():
     """So that none escapes: in other places a line of a page begins with no command."""
     for page, text in PAGES.items():
         rest = re.sub(r"^```\w+\n.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)

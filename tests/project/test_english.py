@@ -67,7 +67,7 @@ def test_words_are_plain(ending):
     ("ending", "source", "count"),
     [
         (".py", '"""What it is."""\n', 1),
-        (".py", 'x = 1  # Where it is.\n    # From here\n    # Which is no beginning\nlabel = "What"\n', 2),
+        (".py", 'x = 1  # Where it is.\n    # From here\n    # Which is not a beginning\nlabel = "What"\n', 2),
         (".py", '"""Return x.\n\nWhether it is."""\n# A comment\n', 0),
         (".md", "## Where to go\nWhat else\n", 1),
         (".hpp", "// Whether it is.\nint f();  // One that is.\n", 2),

@@ -1,4 +1,4 @@
-"""docs/fmu.md says what the code does."""
+"""docs/fmu.md matches the code."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_example_in_fmpy_arrives(tmp_path, monkeypatch, capsys):
     done = CliRunner().invoke(cli, shlex.split(made.replace("scenarios/", f"{ROOT}/scenarios/")))
     assert done.exit_code == 0, done.output
     checked = CliRunner().invoke(cli, ["fmu", "check", "loop.fmu", str(ROOT / "scenarios" / "robots" / "planar.yaml")])
-    assert "; nothing of the state goes in: a controller in open loop" in checked.stdout  # it is none for a scenario
+    assert "; the FMU receives no part of the state: an open-loop" in checked.stdout  # no controller of a scenario
     (code,) = re.findall(r"^```python\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE)
     told: dict = {}
     exec(code, told)

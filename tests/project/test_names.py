@@ -1,4 +1,4 @@
-"""What is added most often is known by name in its own file and one table: nothing else of the program names it."""
+"""Names of frequent additions occur only in their own file and one table."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ HOLDERS = {"type", "backend", "cable_model"}
 
 
 class Found(NamedTuple):
-    """A name that stands as a string."""
+    """A name as a string."""
 
     name: str
     line: int
@@ -108,7 +108,7 @@ class Found(NamedTuple):
 
 
 def homes() -> dict[str, set[str]]:
-    """Return the modules, or packages with all that they hold, in which each name may stand."""
+    """Return the modules, or packages with all their modules, that may contain each name."""
     found: dict[str, set[str]] = {name: set() for name in cdpr.cables.MODELS}
     for row in PLUGINS:
         libraries = row.requires if row in BACKENDS else ()  # engines are also known by these
@@ -124,7 +124,7 @@ def homes() -> dict[str, set[str]]:
 
 
 def strings(text: str, names: set[str]) -> Iterator[Found]:
-    """Yield the names that stand as a whole string in a Python file; docstrings and messages are longer."""
+    """Yield names that are a whole string in a Python file; docstrings and messages are longer."""
     nodes = list(ast.walk(ast.parse(text)))
     compared = {
         id(inner)
@@ -144,7 +144,7 @@ def within(module: str, package: str) -> bool:
 
 @pytest.fixture(scope="module")
 def found():
-    """All names that stand as a string outside their own files and the tables, by module."""
+    """Return all names in strings outside their own files and the tables, by module."""
     known = homes()
     return [
         (module, one)
@@ -158,8 +158,8 @@ def excepted(module: str, one: Found) -> bool:
     return not one.compared and any(one.name == other.name and within(module, other.where) for other in OTHERS)
 
 
-def test_names_stand_in_their_own_files_and_the_tables(found):
-    """Ask for a declared property instead; a default belongs in `cdpr.base.defaults`."""
+def test_names_occur_only_in_their_files_and_tables(found):
+    """Query a declared property instead; a default belongs in `cdpr.base.defaults`."""
     wrong = [f"{module}, line {one.line}: '{one.name}'" for module, one in found if not excepted(module, one)]
     assert wrong == []
 
@@ -184,7 +184,7 @@ def test_all_kinds_are_known():
 
 
 def test_exceptions_are_still_there(found):
-    """Who mends one of them takes it off the list."""
+    """Remove a name from the list after correcting it."""
     gone = [
         (other.name, other.where)
         for other in OTHERS
@@ -202,6 +202,6 @@ def test_exceptions_are_still_there(found):
         ('kind: Literal["wrench"] = None', False),
     ],
 )
-def test_what_is_looked_for_is_found(line, compared):
+def test_search_finds_known_words(line, compared):
     text = f'"""Of a wrench."""\n\n\ndef f(scenario, event):\n    """wrench"""\n    print("no wrench")\n    {line}\n'
     assert [one for one in strings(text, {"wrench"}) if one.line > 5] == [Found("wrench", 7, compared)]

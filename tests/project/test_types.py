@@ -1,4 +1,4 @@
-"""What a user finds in `cdpr`: every name, with its type, after a plain `import cdpr`."""
+"""Public names of `cdpr`: every name has its type after a plain `import cdpr`."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ def test_a_name_that_is_nowhere():
     assert not hasattr(cdpr.model, "no_such_module")
 
 
-def test_a_module_that_needs_what_is_missing_says_what(tmp_path, monkeypatch):
-    """Its own fault is not told as a missing attribute."""
+def test_missing_requirements_of_a_module_are_reported(tmp_path, monkeypatch):
+    """Its own error is not reported as a missing attribute."""
     (tmp_path / "needy").mkdir()
     (tmp_path / "needy" / "__init__.py").touch()
     (tmp_path / "needy" / "part.py").write_text("import no_such_library")

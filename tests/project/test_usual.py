@@ -14,5 +14,5 @@ def test_cases_that_no_pattern_names_are_slow(a, b, request):
 
 @pytest.mark.usual("an engine that is not installed")
 @pytest.mark.parametrize("a", ["first", "second"])
-def test_where_none_is_named_none_is_slow(a, request):
+def test_without_names_no_test_is_slow(a, request):
     assert request.node.get_closest_marker("slow") is None

@@ -131,7 +131,7 @@ class Friction(Wrapped):
 
 
 @sampled(1, "fault", [Late, Friction])
-def test_what_an_order_does_not_show_is_told_and_a_scheme_shows_it(monkeypatch, fault):
+def test_unmeasurable_orders_are_reported_and_schemes_judged(monkeypatch, fault):
     monkeypatch.setitem(TRAPS, "none", fault)
     for scheme, outcome in (("", "agrees"), ("semi_implicit_euler", "disagrees")):
         changes = trapped("none", "mujoco", **{"backend_options.traps.scheme": scheme, "simulation.duration": 0.3})

@@ -87,35 +87,35 @@ def test_a_wrong_value_for_a_number(case, third):
     [
         ("mass: 150", "mass: -5", "robot.platform.mass", "must be greater than 0 (kg), got -5"),
         ("mass: 150", "mass: 1e13", "robot.platform.mass", "must lie between -1e+12 and 1e+12"),
-        ("mass: 150", "mass: x", "robot.platform.mass", "a number expected (kg), got 'x'"),
-        ("mass: 150", "mass: .nan", "robot.platform.mass", "a finite number expected (kg), got nan"),
-        ("mass: 150", "mass: no", "robot.platform.mass", "a number expected (kg), got 'no'"),
-        ("mass: 150", "mass: [1]", "robot.platform.mass", "a number expected (kg), got a list of 1"),
+        ("mass: 150", "mass: x", "robot.platform.mass", "expected a number (kg), got 'x'"),
+        ("mass: 150", "mass: .nan", "robot.platform.mass", "expected a finite number (kg), got nan"),
+        ("mass: 150", "mass: no", "robot.platform.mass", "expected a number (kg), got 'no'"),
+        ("mass: 150", "mass: [1]", "robot.platform.mass", "expected a number (kg), got a list of 1"),
         ("duration: 4.0", "duration: 0", "simulation.duration", "must be greater than 0 (s), got 0"),
-        ("seed: 7", "seed: 7.5", "simulation.seed", "a whole number expected, got 7.5"),
+        ("seed: 7", "seed: 7.5", "simulation.seed", "expected a whole number, got 7.5"),
         ("seed: 7", "seed: -1", "simulation.seed", "must be at least 0, got -1"),
         ("seed: 7", f"seed: {2**63}", "simulation.seed", "must be at most"),
-        ("unilateral: true", "unilateral: yes", "robot.unilateral", "true or false expected, got 'yes'"),
-        ("unilateral: true", "unilateral: 1", "robot.unilateral", "true or false expected, got 1"),
-        ("name: every-key", "name: 5", "name", "a text expected, got 5"),
+        ("unilateral: true", "unilateral: yes", "robot.unilateral", "expected true or false, got 'yes'"),
+        ("unilateral: true", "unilateral: 1", "robot.unilateral", "expected true or false, got 1"),
+        ("name: every-key", "name: 5", "name", "expected a text, got 5"),
         ("name: every-key", "name: a b", "name", "a name of at most 64 letters"),
         ("name: every-key", "name: ../x", "name", "a name of at most 64 letters"),
-        ("[0, 0, -9.81]", "[0, -9.81]", "world.gravity", "3 numbers expected (m/s^2), got 2"),
-        ("[0, 0, -9.81]", "[0, 0, 0, -9.81]", "world.gravity", "3 numbers expected (m/s^2), got 4"),
-        ("[0, 0, -9.81]", "-9.81", "world.gravity", "3 numbers expected (m/s^2), got -9.81"),
-        ("[0, 0, -9.81]", "", "world.gravity", "3 numbers expected (m/s^2), got null"),
-        ("{gravity: [0, 0, -9.81]}", "5", "world", "a mapping (gravity, obstacles) expected, got 5"),
+        ("[0, 0, -9.81]", "[0, -9.81]", "world.gravity", "expected 3 numbers (m/s^2), got 2"),
+        ("[0, 0, -9.81]", "[0, 0, 0, -9.81]", "world.gravity", "expected 3 numbers (m/s^2), got 4"),
+        ("[0, 0, -9.81]", "-9.81", "world.gravity", "expected 3 numbers (m/s^2), got -9.81"),
+        ("[0, 0, -9.81]", "", "world.gravity", "expected 3 numbers (m/s^2), got null"),
+        ("{gravity: [0, 0, -9.81]}", "5", "world", "expected a mapping (gravity, obstacles), got 5"),
         (
             "infeasible: stop",
             "infeasible: stopp",
             "solver.infeasible",
-            "hold_tension, stop expected, got 'stopp'; did",
+            "expected one of best_effort, hold_tension, stop, got 'stopp'; did",
         ),
         (
             "infeasible: stop",
             "infeasible: 5",
             "solver.infeasible",
-            "one of best_effort, hold_tension, stop expected",
+            "expected one of best_effort, hold_tension, stop",
         ),
         (
             "type: quintic",
@@ -128,15 +128,15 @@ def test_a_wrong_value_for_a_number(case, third):
             "inertia: [6.5, 20.0, 22.5, 0.1, 0.2, 0.3]",
             "inertia: [1, 1, 1]",
             "robot.platform.inertia",
-            "6 numbers expected (kg m^2): ixx, iyy, izz, ixy, ixz, iyz about the centre of mass",
+            "expected 6 numbers (kg m^2): ixx, iyy, izz, ixy, ixz, iyz about the centre of mass",
         ),
-        ("kp: 100", "kp: [1, 2]", "controller.kp", "6 numbers expected (1/s^2), got 2"),
-        ("kp: 100", "kp: {}", "controller.kp", "a number or 6 numbers expected (1/s^2), got a mapping"),
+        ("kp: 100", "kp: [1, 2]", "controller.kp", "expected 6 numbers (1/s^2), got 2"),
+        ("kp: 100", "kp: {}", "controller.kp", "expected a number or 6 numbers (1/s^2), got a mapping"),
         (
             "integrator: euler",
             "integrator: rk5",
             "backend_options.tuned.integrator",
-            "one of euler, rk4 expected, got 'rk5'",
+            "expected one of euler, rk4, got 'rk5'",
         ),
         (
             "tolerance: 1e-6",
@@ -150,11 +150,11 @@ def test_a_wrong_value_for_a_number(case, third):
             "max: [10000, 9000, 8000]",
             "max: x",
             "robot.tension.max",
-            "a number or a list of numbers expected (N), got 'x'",
+            "expected a number or a list of numbers (N), got 'x'",
         ),
-        ("order: XYZ", "order: XYx", "trajectory.to.orientation.euler.order", "three axes are expected"),
-        ("order: XYZ", "order: xxy", "trajectory.to.orientation.euler.order", "three axes are expected"),
-        ("order: XYZ", "order: XY", "trajectory.to.orientation.euler.order", "three axes are expected"),
+        ("order: XYZ", "order: XYx", "trajectory.to.orientation.euler.order", "expected three axes"),
+        ("order: XYZ", "order: xxy", "trajectory.to.orientation.euler.order", "expected three axes"),
+        ("order: XYZ", "order: XY", "trajectory.to.orientation.euler.order", "expected three axes"),
     ],
 )
 def test_messages(old, new, key, what):
@@ -176,7 +176,7 @@ def test_the_place_is_that_of_the_value():
         (
             BASE.replace("  duration: 3.0\n", ""),
             "trajectory.duration",
-            "required but not given: time that",
+            "required but not given: duration of",
             "trajectory:",
         ),
         (
@@ -268,10 +268,13 @@ def test_a_file_of_garbage_prints_no_more_than_anyone_reads():
 @pytest.mark.parametrize(
     ("quaternion", "what"),
     [
-        ("[1, 1, 0, 0]", "norm is 1.41421, 1 is expected; normalised it is [0.707107, 0.707107, 0, 0]"),
-        ("[0.998, 0, 0, 0]", "normalised it is [1, 0, 0, 0]"),
+        (
+            "[1, 1, 0, 0]",
+            "expected a quaternion of norm 1, got norm 1.41421; normalised, it is [0.707107, 0.707107, 0, 0]",
+        ),
+        ("[0.998, 0, 0, 0]", "normalised, it is [1, 0, 0, 0]"),
         ("[0, 0, 0, 0]", "the quaternion is zero"),
-        ("[1, 0, 0]", "4 numbers expected, got 3"),
+        ("[1, 0, 0]", "expected 4 numbers, got 3"),
     ],
 )
 def test_quaternions_that_are_none(quaternion, what):
@@ -280,7 +283,7 @@ def test_quaternions_that_are_none(quaternion, what):
 
 def test_two_forms_of_an_orientation_contradict():
     line = problem(changed(BASE, "{rpy: [0, 0, 0.3]}", "{rpy: [0, 0, 0.3], quaternion: [1, 0, 0, 0]}"))
-    assert "exactly one of rpy, rpy_deg, quaternion, euler is expected, got rpy and quaternion" in line
+    assert "expected exactly one of rpy, rpy_deg, quaternion, euler, got rpy and quaternion" in line
 
 
 def test_the_problems_of_a_robot_file_name_that_file(tmp_path):
@@ -299,7 +302,7 @@ def test_the_problems_of_a_robot_file_name_that_file(tmp_path):
     assert name.startswith(f"{robot}:{line_of(bad, 'nam: left')}:3: robot.cables[0].nam: unknown key 'nam'")
 
 
-def test_what_misses_in_a_robot_file_misses_there(tmp_path):
+def test_missing_keys_are_reported_in_the_robot_file(tmp_path):
     (tmp_path / "robot.yaml").write_text(changed(ROBOT, "tension: {min: 50, max: [10000, 9000, 8000]}\n", ""))
     text = HEAD + "robot: robot.yaml\n" + QUINTIC + TAIL
     with pytest.raises(ScenarioError, match=r"robot.yaml:1:1: robot.tension: required but not given") as caught:
@@ -316,7 +319,7 @@ def test_problems_of_a_robot_on_its_own(tmp_path):
     ]
 
 
-def test_what_was_written_is_quoted_shortly():
+def test_input_is_quoted_briefly():
     assert len(problem(changed(BASE, "mass: 150", "mass: " + "x" * 50_000))) < 200
     found = problems(changed(BASE, "mass:", "m" * 900 + ":"))
     assert all(len(line) < 300 for line in found)

@@ -31,7 +31,7 @@ def test_all_files_are_examples():
     assert {one.path for one in ALL} == set(SCENARIOS.rglob("*.yaml"))
 
 
-def test_each_says_what_it_shows():
+def test_each_has_a_description():
     for example in ALL:
         assert 15 < len(example.shows) < 260, example
         assert example.shows.endswith((".", "?")), example
@@ -47,7 +47,7 @@ def test_a_name_finds_a_file_of_its_kind():
 def test_an_existing_file_wins(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "caroca").mkdir()
-    assert cdpr.load_scenario("caroca").source == str(SCENARIOS / "caroca.yaml"), "a folder is no scenario"
+    assert cdpr.load_scenario("caroca").source == str(SCENARIOS / "caroca.yaml"), "a folder is not a scenario"
     (tmp_path / "caroca").rmdir()
     (tmp_path / "caroca").write_text("name: mine")
     with pytest.raises(ScenarioError, match=r"^caroca:"):
@@ -58,10 +58,10 @@ def test_an_existing_file_wins(tmp_path, monkeypatch):
     ("name", "message"),
     [
         ("carocca", r"no file 'carocca', and no example has that name: did you mean 'caroca'\? 'cdpr examples' lists"),
-        ("elsewhere/helix.yaml", r"no folder 'elsewhere'; cdpr comes with an example 'helix': give that name alone"),
+        ("elsewhere/helix.yaml", r"no folder 'elsewhere'; for cdpr's example 'helix', give only the name"),
         (
             "seven",
-            "'seven'; it is the name of an example robot, but a scenario is expected: 'cdpr info seven'",
+            "'seven'; expected a scenario, but this is the name of an example robot: 'cdpr info seven'",
         ),
     ],
 )
@@ -73,16 +73,19 @@ def test_a_name_that_finds_nothing(name, message, tmp_path, monkeypatch):
 
 def test_a_study_by_the_name_of_a_scenario(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ScenarioError, match="an example scenario, but a study is expected: 'cdpr run caroca' runs it"):
+    with pytest.raises(
+        ScenarioError, match="expected a study, but this is the name of an example scenario: 'cdpr run caroca' runs it"
+    ):
         load_study("caroca")
 
 
-def test_a_design_is_told_from_a_study(tmp_path, monkeypatch):
+def test_a_design_is_distinguished_from_a_study(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert load_design("design_box").source == str(SCENARIOS / "studies" / "design_box.yaml")
     assert [one.name for one in ALL if one.kind == "design"] == ["design_box", "design_harvest"]
     with pytest.raises(
-        ScenarioError, match="an example design, but a study is expected: 'cdpr design design_box' runs"
+        ScenarioError,
+        match="expected a study, but this is the name of an example design: 'cdpr design design_box' runs",
     ):
         load_study("design_box")
     with pytest.raises(ScenarioError, match=r"this is a design file; cdpr design runs it; .* has 'axes'"):

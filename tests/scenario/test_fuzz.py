@@ -1,4 +1,4 @@
-"""Whatever stands in a file, the outcome is a scenario or a CdprError."""
+"""Any file content gives a scenario or a CdprError."""
 
 from __future__ import annotations
 

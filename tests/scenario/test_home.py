@@ -1,4 +1,4 @@
-"""A run begins at the robot's home unless it says where; angles may be in degrees; how a value is written is told."""
+"""Start at the robot's home by default; angles in degrees; messages about the form of values."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_run_begins_at_home():
         ({"position": [0, 0, 1]}, [0, 0, 1], 0.0),  # upright, as ever
     ],
 )
-def test_what_is_said_stays(initial, position, yaw):
+def test_messages_persist(initial, position, yaw):
     state = load({"robot.home": TURNED, "initial": initial}).initial.state()
     np.testing.assert_array_equal(state[:3], position)
     np.testing.assert_allclose(state[3:7], rotations.from_rpy(0, 0, yaw), atol=1e-15)
@@ -65,13 +65,13 @@ def test_it_follows_the_robot_and_what_is_changed_later():
     assert scenario.initial.position == (0, 0, 1.2)
 
 
-def test_home_is_given_from_a_base_that_stands_elsewhere():
+def test_home_is_given_from_a_base_at_another_position():
     base = {"position": [1, 0, 0.5], "orientation": {"rpy_deg": [0, 0, 90]}}
     scenario = load({"robot.frame": base, "robot.home": TURNED, "trajectory": {"type": "hold"}})
     np.testing.assert_allclose(scenario.initial.state()[:7], scenario.robot.home, atol=1e-15)
 
 
-def test_without_home_it_is_asked_for():
+def test_without_home_it_is_required():
     robot = yaml.safe_load((ROOT / "scenarios" / "robots" / "caroca.yaml").read_text())
     del robot["home"]
     text = yaml.safe_dump({**yaml.safe_load(TEXT), "robot": robot})
@@ -83,7 +83,7 @@ def test_without_home_it_is_asked_for():
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"robot.home.position": [0, 1]}, "robot.home.position: 3 numbers expected"),
+        ({"robot.home.position": [0, 1]}, "robot.home.position: expected 3 numbers"),
         ({"robot": "robots/no.yaml"}, "robot: there is no file"),
         ({"robot.frame": {"position": 1}}, "robot.frame.position: "),
         ({"initial": None}, "initial: "),
@@ -94,7 +94,7 @@ def test_without_home_it_is_asked_for():
         ),
     ],
 )
-def test_what_is_wrong_with_home_is_told_alone(changes, told):
+def test_errors_of_home_are_reported_alone(changes, told):
     assert told in problem(changes)
 
 
@@ -164,7 +164,7 @@ def test_pose_of_the_command_line_in_degrees():
         ("initial.orientation", {"rpy": [0, 0, "30 deg"]}, "write 0.523598775598, without the unit: it is always rad"),
     ],
 )
-def test_a_value_with_a_unit_is_told_how_to_write(key, value, remedy):
+def test_a_value_with_a_unit_is_reported_with_the_correct_form(key, value, remedy):
     assert problem({key: value}).endswith(f"; {remedy}")
 
 
@@ -173,13 +173,13 @@ def test_a_text_that_is_no_quantity_gets_no_remedy():
         assert problem({"robot.platform.mass": value}).endswith(f"got {value!r}")
 
 
-def test_a_name_with_blanks_is_told_how_to_write():
+def test_a_name_with_blanks_is_reported_with_the_correct_form():
     assert problem({"name": "my  robot 2"}).endswith("got 'my  robot 2'; write my_robot_2")
     assert problem({"robot.cables[0].name": "front left"}).endswith("; write front_left")
     assert problem({"name": "a/b"}).endswith("got 'a/b'")
 
 
-def test_what_cables_have_in_common_is_given_once():
+def test_common_cable_values_are_written_once():
     scenario = load(
         {"robot.cable.diameter": 0.004, "robot.cable.linear_density": 0.08, "robot.cables[2].diameter": 0.006}
     )

@@ -71,7 +71,7 @@ def test_every_key_fits_and_so_does_what_is_resolved(text):
         ("order: XYZ", "order: XY"),
     ],
 )
-def test_what_an_editor_marks(old, new):
+def test_errors_marked_by_editors(old, new):
     assert not FAKE.is_valid(data(changed(BASE, old, new)))
 
 

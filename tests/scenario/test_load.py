@@ -1,4 +1,4 @@
-"""What a loaded scenario holds, writes and changes."""
+"""Content, writing and changes of loaded scenarios."""
 
 from __future__ import annotations
 
@@ -57,9 +57,9 @@ def test_the_shortest_scenario_and_all_defaults():
     assert [cable.name for cable in robot.cables] == ["cable_1"]
 
 
-def test_what_is_no_file_name_is_told():
+def test_invalid_file_names_are_reported():
     for loader in (load_scenario, load_robot):
-        with pytest.raises(ScenarioError, match="a file name is expected, not dict"):
+        with pytest.raises(ScenarioError, match="expected a file name, not dict"):
             loader({"robot": "caroca.yaml"})
 
 
@@ -140,7 +140,7 @@ def test_quaternions_are_normalised(q, error):
 # Trajectories
 
 
-def test_a_quintic_begins_and_ends_at_the_initial_pose_unless_said():
+def test_a_quintic_begins_and_ends_at_the_initial_pose_by_default():
     scenario = load(SHORT + "trajectory: {type: quintic, duration: 0.5, to: {position: [1, 1, 1]}}\n")
     motion = scenario.trajectory
     assert isinstance(motion, Quintic)
@@ -275,7 +275,7 @@ def test_changes_are_checked_and_leave_the_original():
     assert other.unused[-2:] == ("controller.kp", "controller.kd")
     assert scenario.controller.type == "gains"
     assert other == load(BASE, "simulation.duration=2", backend="reference", controller="none")
-    with pytest.raises(ScenarioError, match=r"^--set simulation.duration=x: simulation.duration: a number expected"):
+    with pytest.raises(ScenarioError, match=r"^--set simulation.duration=x: simulation.duration: expected a number"):
         scenario.with_changes(["simulation.duration=x"])
     assert scenario == load()
 
@@ -376,13 +376,13 @@ def test_models_are_made_into_validators_when_first_used():
     assert made < 10  # of some, an object stands in a default
 
 
-def test_what_is_not_changed_is_not_checked_again(monkeypatch):
+def test_unchanged_values_are_not_checked_again(monkeypatch):
     loaded = load_scenario(SCENARIOS / "caroca.yaml")
     monkeypatch.setattr("cdpr.scenario.scenario.build_scenario", None)
     assert loaded.with_changes({}, plugins=loaded.plugins) is loaded
 
 
-def test_orientations_stand_alone():
+def test_orientations_are_independent():
     assert np.array_equal(Orientation(rpy=(0.0, 0.0, 0.0)).quaternion(), [1, 0, 0, 0])
     assert problems(changed(BASE, "{quaternion: [1, 0, 0, 0]}", "{roll: 1}"))
 

@@ -1,4 +1,4 @@
-"""What a robot file lacks is told in one round, and one mistake in many cables in one line."""
+"""All missing keys of a robot file are reported together, and one mistake in many cables in one line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ cables:
 """
 
 
-def test_all_that_a_robot_lacks_is_told_in_one_round():
+def test_all_missing_keys_of_a_robot_are_reported_together():
     with pytest.raises(ScenarioError) as caught:
         load_robot("r.yaml", text=LACKING)
     assert [re.sub(r" \(kg.*|: allowed.*|, for all.*", "", line) for line in caught.value.problems] == [

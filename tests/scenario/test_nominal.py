@@ -25,7 +25,7 @@ believed:
 SAID = BASE + BELIEVED
 
 
-def test_it_is_the_robot_but_for_what_is_said():
+def test_the_nominal_robot_differs_only_in_given_keys():
     scenario = load(SAID)
     robot, believed = scenario.robot, scenario.nominal
     assert (robot.platform.mass, believed.platform.mass) == (150, 140)
@@ -63,7 +63,7 @@ def test_all_cables_may_be_given_in_their_order():
     assert load(f"{BASE}believed:\n  cables:\n{rows}").nominal.anchors[:, 3].tolist() == [0.0, 0.1, 0.2]
 
 
-def test_one_line_says_what_differs():
+def test_differences_are_reported_in_one_line():
     told = "platform.mass 140 kg instead of 150; platform.center_of_mass [0, 0, 0.1] m instead of [0.01, 0.02, 0.03]; "
     told += "cables.left.tension.max 9000 N instead of 9500; cables.left.length.max 11 m instead of 12; and 1 more"
     assert load(SAID).nominal_differences == told
@@ -138,31 +138,35 @@ def test_the_exits_of_cables_are_believed_too():
 @pytest.mark.parametrize(
     ("said", "line", "text"),
     [
-        ("believed: caroca.yaml", 1, "believed: a mapping of keys of the robot (name, dof, "),
+        ("believed: caroca.yaml", 1, "believed: expected a mapping of keys of the robot (name, dof, "),
         ("believed:", 1, "believed: no value is given; give one or remove the key"),
         ("believed:\n  platform: {mas: 3}", 2, "believed.platform.mas: unknown key 'mas': did you mean 'mass'?"),
         ("believed:\n  platform:\n    mass: -3", 3, "believed.platform.mass: must be greater than 0 (kg), got -3"),
-        ("believed:\n  platform:\n    mass:", 3, "believed.platform.mass: a number expected (kg), got null"),
+        ("believed:\n  platform:\n    mass:", 3, "believed.platform.mass: expected a number (kg), got null"),
         (
             "believed:\n  platform:\n    mass: 1,5",
             3,
-            "believed.platform.mass: a number expected (kg), got '1,5'; write 1.5",
+            "believed.platform.mass: expected a number (kg), got '1,5'; write 1.5",
         ),
         ("believed:\n  weight: 3", 2, "believed.weight: unknown key 'weight'"),
         ("believed:\n  dof: [x, y, z]", 2, "believed.dof: must be the robot's, [x, y, z, rx, ry, rz]"),
-        ("believed:\n  cables: 3", 2, "believed.cables: a list expected, got 3"),
-        ("believed:\n  cables:\n  - 3", 3, "believed.cables[0]: a mapping (name of a cable, and its different values)"),
+        ("believed:\n  cables: 3", 2, "believed.cables: expected a list, got 3"),
+        (
+            "believed:\n  cables:\n  - 3",
+            3,
+            "believed.cables[0]: expected a mapping (name of a cable, and its different values)",
+        ),
         ("believed:\n  cables:\n  - {frame: [1, 2, 3]}", 3, "believed.cables[0].name: required but not given: name"),
         (
             "believed:\n  cables:\n  - {name: lef}",
             3,
-            "believed.cables[0].name: no cable of the robot is called 'lef': did",
+            "believed.cables[0].name: unknown cable 'lef': did",
         ),
         ("believed:\n  cables:\n  - name: left\n  - name: left", 4, "believed.cables[1].name: 'left' is the cable of "),
         (
             "believed:\n  cables:\n  - name: left\n    frame: [1, 2]",
             4,
-            "believed.cables[0].frame: 3 numbers expected (m)",
+            "believed.cables[0].frame: expected 3 numbers (m)",
         ),
         ("believed:\n  tension: {min: 8500}", 2, "believed.tension.min: must not exceed the highest tension of this"),
         ("believed:\n  cable: {model: rigid}", 2, "believed: cable.model rigid needs the winch of each cable"),
@@ -178,7 +182,7 @@ def test_the_exits_of_cables_are_believed_too():
         ),
     ],
 )
-def test_mistakes_are_told_where_they_were_made(said, line, text):
+def test_mistakes_are_reported_at_their_source(said, line, text):
     told = problem(BASE + said + "\n")
     assert text in told
     if line:
@@ -188,18 +192,18 @@ def test_mistakes_are_told_where_they_were_made(said, line, text):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ("believed.platform.mass=abc", "believed.platform.mass: a number expected (kg), got 'abc'"),
+        ("believed.platform.mass=abc", "believed.platform.mass: expected a number (kg), got 'abc'"),
         ("believed.cables[9].frame[2]=3", "believed.cables: there is no item [9]: the list has the items [0] to [2]"),
         ("believed.cables[0].name=foo", "believed.cables[0].name: must be 'left', the name of this cable of the robot"),
-        ("believed.cables.left.frame=[1,2,3]", "believed.cables: a list expected, got a mapping"),
+        ("believed.cables.left.frame=[1,2,3]", "believed.cables: expected a list, got a mapping"),
     ],
 )
 def test_mistakes_from_outside_name_the_change(change, text):
     assert problem(BASE, change).startswith(f"--set {change}: {text}")
 
 
-def test_what_is_wrong_with_the_robot_is_told_once():
-    """Values that belief takes over from the robot are not told a second time."""
+def test_robot_errors_are_reported_once():
+    """Values that the nominal model takes from the robot are not reported twice."""
     wrong = BASE.replace("mass: 150", "mass: abc").replace("diameter: 0.006", "diameter: -1")
     assert wrong != BASE
     told = problems(wrong + BELIEVED.replace("mass: 140, ", ""))

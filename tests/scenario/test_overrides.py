@@ -62,43 +62,43 @@ def test_a_section_that_is_not_there_is_made():
 @pytest.mark.parametrize(
     ("override", "rest"),
     [
-        ("simulation.duration=abc", "simulation.duration: a number expected (s), got 'abc'"),
-        ("simulation.duration=", "simulation.duration: a number expected (s), got null"),
+        ("simulation.duration=abc", "simulation.duration: expected a number (s), got 'abc'"),
+        ("simulation.duration=", "simulation.duration: expected a number (s), got null"),
         (
             "simulation.duration",
-            "simulation.duration: key=value is expected, such as simulation.duration=1.5",
+            "simulation.duration: expected key=value, such as simulation.duration=1.5",
         ),
-        ("simulation.duration.x=3", "simulation.duration: 'x' names nothing in it: it is 4.0"),
-        ("world.gravity.x=3", "world.gravity: 'x' names nothing in it: it is a list"),
+        ("simulation.duration.x=3", "simulation.duration: 'x' does not exist in it: it is 4.0"),
+        ("world.gravity.x=3", "world.gravity: 'x' does not exist in it: it is a list"),
         ("world.gravity[3]=3", "world.gravity: there is no item [3]: the list has the items [0] to [2]"),
-        ("world[0]=3", "world: 0 names nothing in it: it is a mapping"),
+        ("world[0]=3", "world: 0 does not exist in it: it is a mapping"),
         ("simulation.durration=3", "simulation.durration: unknown key 'durration': did you mean 'duration'?"),
         ("simulaton.duration=3", "simulaton: unknown key 'simulaton': did you mean 'simulation'?"),
-        ("robot.cables[0].frame=[1,2]", "robot.cables[0].frame: 3 numbers expected (m), got 2"),
+        ("robot.cables[0].frame=[1,2]", "robot.cables[0].frame: expected 3 numbers (m), got 2"),
         (
             "robot.cables[7].frame[0]=1",
             "robot.cables: there is no item [7]: the list has the items [0] to [2]",
         ),
         ("robot.cables[0].diameter=null", "robot.cables[0].diameter: no value is given"),
-        ("controller.kp=x", "controller.kp: a number or 6 numbers expected (1/s^2), got 'x'"),
+        ("controller.kp=x", "controller.kp: expected a number or 6 numbers (1/s^2), got 'x'"),
         (
             "backend_options.tuned.tolerance=-1",
             "backend_options.tuned.tolerance: must be greater than 0, got -1",
         ),
-        ("world={gravity: [0, 0, x]}", "world.gravity[2]: a number expected (m/s^2), got 'x'"),
+        ("world={gravity: [0, 0, x]}", "world.gravity[2]: expected a number (m/s^2), got 'x'"),
         ("world=[", "world: not valid YAML"),
         ("world={gravity: 1, gravity: 2}", "world: gravity: given twice"),
         ("world=*a", "world: "),
         ("world=!!python/name:os.system x", "world: tags are not supported"),
         ("name=1\n---\n2", "name: a second document"),
         ("seed=1" + "1" * 400, "seed: a whole number of 401 digits"),
-        ("=3", "a key such as simulation.duration"),
-        ("a..b=3", "a key such as simulation.duration"),
-        ("a b=3", "a key such as simulation.duration"),
-        (".a=3", "a key such as simulation.duration"),
-        ("[0]=3", "a key such as simulation.duration"),
-        ("world.gravity[-1]=3", "a key such as simulation.duration"),
-        ("", "a key such as simulation.duration"),
+        ("=3", "expected a key such as simulation.duration"),
+        ("a..b=3", "expected a key such as simulation.duration"),
+        ("a b=3", "expected a key such as simulation.duration"),
+        (".a=3", "expected a key such as simulation.duration"),
+        ("[0]=3", "expected a key such as simulation.duration"),
+        ("world.gravity[-1]=3", "expected a key such as simulation.duration"),
+        ("", "expected a key such as simulation.duration"),
     ],
 )
 def test_problems_name_the_override(override, rest):
@@ -144,24 +144,24 @@ def test_python_values():
 @pytest.mark.parametrize(
     ("key", "wrong", "rest"),
     [
-        ("simulation.duration", "2", "simulation.duration: a number expected (s), got '2'"),
-        ("simulation.duration", float("nan"), "simulation.duration: a finite number expected (s), got nan"),
-        ("simulation.duration", None, "simulation.duration: a number expected (s), got null"),
-        ("simulation.duration", True, "simulation.duration: a number expected (s), got true"),
+        ("simulation.duration", "2", "simulation.duration: expected a number (s), got '2'"),
+        ("simulation.duration", float("nan"), "simulation.duration: expected a finite number (s), got nan"),
+        ("simulation.duration", None, "simulation.duration: expected a number (s), got null"),
+        ("simulation.duration", True, "simulation.duration: expected a number (s), got true"),
         (
             "simulation.duration",
             object,
-            "simulation.duration: a number, a text, a list or a mapping is expected, got type",
+            "simulation.duration: expected a number, a text, a list or a mapping, got type",
         ),
         (
             "simulation.duration",
             {1, 2},
-            "simulation.duration: a number, a text, a list or a mapping is expected, got set",
+            "simulation.duration: expected a number, a text, a list or a mapping, got set",
         ),
         pytest.param("simulation.seed", 10**5000, "simulation.seed: the whole number is too large", id="huge"),
-        ("name", "\ud800", "name: a text of valid characters is expected"),
-        ("", 1, "a key such as simulation.duration or robot.cables[0].frame[2] is expected, got ''"),
-        (1, 1, "a key such as simulation.duration or robot.cables[0].frame[2] is expected, got 1"),
+        ("name", "\ud800", "name: expected a text of valid characters"),
+        ("", 1, "expected a key such as simulation.duration or robot.cables[0].frame[2], got ''"),
+        (1, 1, "expected a key such as simulation.duration or robot.cables[0].frame[2], got 1"),
     ],
 )
 def test_python_values_that_are_none(key, wrong, rest):
@@ -202,7 +202,7 @@ def test_they_reach_into_a_robot_file(file):
     with pytest.raises(ScenarioError) as caught:
         load_scenario(file, overrides=["robot.cables[2].frame[0]=x"], plugins=PLUGINS)
     assert caught.value.problems == [
-        "--set robot.cables[2].frame[0]=x: robot.cables[2].frame[0]: a number expected (m), got 'x'"
+        "--set robot.cables[2].frame[0]=x: robot.cables[2].frame[0]: expected a number (m), got 'x'"
     ]
 
 
@@ -232,15 +232,15 @@ def test_a_robot_on_its_own_takes_them_too():
     [
         ("robot.platform.inertia[1]=-3", "robot.platform.inertia: no rigid body has this inertia"),
         ("robot.platform.inertia.1=-3", "robot.platform.inertia: no rigid body has this inertia"),
-        ("robot.dof[0]=y", "robot.dof: each of x, y, z, rx, ry, rz at most once"),
+        ("robot.dof[0]=y", "robot.dof: expected each of x, y, z, rx, ry, rz at most once"),
         ("trajectory.to.position[0]=1e7", "trajectory.to.position[0]: must lie between"),
     ],
 )
-def test_what_is_wrong_with_a_list_as_a_whole_stands_where_its_item_was_set(override, rest):
+def test_list_errors_are_reported_at_the_override(override, rest):
     assert any(line.startswith(f"--set {override}: {rest}") for line in problems(BASE, override))
 
 
-def test_so_it_does_with_what_is_believed():
+def test_the_same_with_a_nominal_model():
     override = "believed.platform.inertia[1]=-3"
     assert problem(BASE, override).startswith(f"--set {override}: believed.platform.inertia: no rigid body")
 

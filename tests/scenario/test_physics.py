@@ -1,4 +1,4 @@
-"""What no robot and no run can be is refused with its physical reason; what only looks odd is not."""
+"""Physically impossible robots and runs are rejected with the reason; unusual ones are accepted."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_the_moment_about_a_free_direction_is_needed(dof):
     st.booleans(),
 )
 def test_turning_a_body_does_not_change_whether_it_can_exist(masses, rpy, possible):
-    """Second moments a, b, c >= 0 give principal moments b + c, c + a, a + b; a negative one is no body's."""
+    """Second moments a, b, c >= 0 give principal moments b + c, c + a, a + b; a negative one is not a body's."""
     a, b, c = masses
     if not possible:
         a = -a
@@ -144,8 +144,8 @@ TENSION = "tension: {min: 50, max: [10000, 9000, 8000]}"
             "tension.min",
             "must not exceed the highest tension of this cable, 4 (N), got 5",
         ),
-        ("{min: [1, 1], max: 100}", "tension.min", "3 numbers expected (N), one per cable, got 2"),
-        ("{min: 1, max: [1, 2, 3, 4]}", "tension.max", "3 numbers expected (N), one per cable, got 4"),
+        ("{min: [1, 1], max: 100}", "tension.min", "expected 3 numbers (N), one per cable, got 2"),
+        ("{min: 1, max: [1, 2, 3, 4]}", "tension.max", "expected 3 numbers (N), one per cable, got 4"),
     ],
 )
 def test_tension_limits(tension, key, what):
@@ -214,7 +214,7 @@ def cables(count):
 def test_the_number_of_cables():
     assert load_robot("r.yaml", text=cables(1)).m == 1
     assert load_robot("r.yaml", text=cables(256)).m == 256
-    for count, what in [(0, "1 or more items expected, got 0"), (257, "256 items at most expected, got 257")]:
+    for count, what in [(0, "expected 1 or more items, got 0"), (257, "expected at most 256 items, got 257")]:
         with pytest.raises(ScenarioError, match=f"cables: {what}"):
             load_robot("r.yaml", text=cables(count))
 
@@ -227,9 +227,9 @@ def test_the_number_of_cables():
         ("[x, y, z, rx, ry, rz, rz]", "at most once"),
         (
             "[x, y, rx, ry]",
-            "no guide leaves x, y, rx, ry free: allowed are any of x, y, z with at most one of",
+            "no guide leaves x, y, rx, ry free; allowed: any of x, y, z with at most one of",
         ),
-        ("[z, rx, ry, rz]", "rx, ry, rz alone (a ball holds the origin); or all six"),
+        ("[z, rx, ry, rz]", "only rx, ry, rz (ball joint at the origin); or all six"),
         ("[rx, rz]", "no guide leaves rx, rz free"),
         ("[x, w]", "w"),
     ],
@@ -244,7 +244,7 @@ def test_a_ball_leaves_all_rotations_free():
 
 
 def test_a_degree_of_freedom_that_does_not_exist():
-    assert "dof[1]: one of x, y, z, rx, ry, rz expected, got 'q'" in robot_problem("[x, y, z,", "[x, q, z,")
+    assert "dof[1]: expected one of x, y, z, rx, ry, rz, got 'q'" in robot_problem("[x, y, z,", "[x, q, z,")
 
 
 @pytest.mark.parametrize(
@@ -252,8 +252,8 @@ def test_a_degree_of_freedom_that_does_not_exist():
     [
         ("{box: [1, 1, 0]}", "shape.box[2]: must be greater than 0 (m), got 0"),
         ("{sphere: -1}", "shape.sphere: must be greater than 0 (m), got -1"),
-        ("{}", "shape: exactly one of box, sphere, cylinder, mesh is expected"),
-        ("{box: [1, 1, 1], sphere: 1}", "shape: exactly one of box, sphere, cylinder, mesh is expected"),
+        ("{}", "shape: expected exactly one of box, sphere, cylinder, mesh"),
+        ("{box: [1, 1, 1], sphere: 1}", "shape: expected exactly one of box, sphere, cylinder, mesh"),
     ],
 )
 def test_shapes(shape, what):
@@ -330,7 +330,7 @@ def test_times_of_waypoints_increase():
     assert "trajectory.points[0].time: must be at least 0 (s), got -1" in problem(
         changed(text, "time: 1.0", "time: -1")
     )
-    assert "1 or more items expected" in problem(whole("trajectory: {type: waypoints, points: []}\n"))
+    assert "expected 1 or more items" in problem(whole("trajectory: {type: waypoints, points: []}\n"))
     alone = "trajectory: {type: waypoints, points: [{time: 0, position: [0, 0, 1]}]}\n"
     assert "to stay, use type: hold" in problem(whole(alone))
 

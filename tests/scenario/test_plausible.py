@@ -1,4 +1,4 @@
-"""What is only unusual is not told as seldom meant, and what is told stands at its place."""
+"""Warnings are reported at their place; merely unusual values cause none."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cdpr.scenario import load_any, load_scenario
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_nothing_is_said_of_what_ships(path):
+def test_no_warnings_of_shipped_files(path):
     rows = []
     load_any(path, warnings=rows)
     known = [f"initial.position: {WEAK} here"]
@@ -50,7 +50,7 @@ def robot_warnings(data, tmp_path):
     return rows
 
 
-def test_nothing_is_said_of_a_lift_on_one_cable(tmp_path):
+def test_no_warning_of_a_lift_on_one_cable(tmp_path):
     """Its one anchor has no extent."""
     lift = box(2.0) | {"dof": ["z"], "cables": [{"frame": [0, 0, 3], "platform": [0, 0, 0.2]}]}
     assert robot_warnings(lift, tmp_path) == []
@@ -61,19 +61,19 @@ def test_nothing_is_said_of_a_lift_on_one_cable(tmp_path):
     ("width", "mass", "platform"),
     [(600, 3e4, 0.02), (200, 15, 0.0015), (0.2, 0.1, 0.2), (0.02, 1e-3, 0.3), (4, 1e4, 0.9)],
 )
-def test_nothing_is_said_of_large_and_small_robots(width, mass, platform, tmp_path):
+def test_no_warning_of_large_and_small_robots(width, mass, platform, tmp_path):
     assert robot_warnings(box(width, mass=mass, platform=platform), tmp_path) == []
 
 
 @pytest.mark.parametrize(("width", "mass", "platform"), [(8, 100, 0.15), (0.2, 0.1, 0.2), (600, 3e4, 0.02)])
-def test_a_robot_in_millimetres_is_told_whatever_its_size(width, mass, platform, tmp_path):
+def test_a_robot_in_millimetres_is_reported_whatever_its_size(width, mass, platform, tmp_path):
     """With a mass and an inertia in kg and kg m^2."""
     right = box(width, mass=mass, platform=platform)
     wrong = box(1000 * width, mass=mass, platform=platform, inertia=right["platform"]["inertia"])
     assert any("in metres" in text or "kg, m and kg m^2" in text for text in told(robot_warnings(wrong, tmp_path)))
 
 
-def test_a_position_in_a_file_is_told(tmp_path):
+def test_a_position_in_a_file_is_reported(tmp_path):
     rows = "t,x,y,z\n0,0,0,1.2\n1,0.5,0,{}\n2,0,0,1.2\n"
     for name in ("caroca.yaml", "robots/caroca.yaml"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -105,7 +105,7 @@ def test_limits_that_change_at_the_start_are_those_that_hold():
     assert WEAK in warned(weak | {"events": [wider | {"time": 1.0}]})[0].text
 
 
-def test_without_weight_only_tensions_out_of_balance_are_told():
+def test_without_weight_only_tensions_out_of_balance_are_reported():
     """Round-off among large tensions is none, whatever the weight."""
     planar = SCENARIOS / "planar.yaml"
     for gravity in ([0, 0, 0], [0, 0, -1e-14]):
@@ -117,8 +117,8 @@ def test_without_weight_only_tensions_out_of_balance_are_told():
     )
 
 
-def test_only_directions_that_are_free_tell():
-    """A table on a ball stands above all its anchors, a carriage between its two runs where its rail is."""
+def test_only_free_directions_count():
+    """A table on a ball is above all its anchors, a carriage is between its two runs, along its rail."""
     spherical = SCENARIOS / "spherical.yaml"
     assert warned({"robot.cables[0].frame": [0.383, 0.321, 0.01]}, spherical) == ()
     carriage = SCENARIOS / "carriage.yaml"
@@ -130,7 +130,7 @@ def test_only_directions_that_are_free_tell():
 
 
 def test_a_pulley_is_not_its_anchor():
-    """Beside it the cable leaves, so little beyond the anchors is nothing to tell; much is."""
+    """The cable leaves beside it, so a small overhang causes no warning; a large one does."""
     pulleys = {"robot.cable.exit": {"type": "pulley", "radius": 0.1, "axis": [0, 0, 1]}}
     assert warned({"trajectory.to.position": [3.55, 0, 1.2]})
     assert warned({"trajectory.to.position": [3.55, 0, 1.2]} | pulleys) == ()
@@ -158,7 +158,7 @@ def test_checks_are_quick():
     assert 1000 < looking < loading
 
 
-def test_what_the_controller_believes_is_told_apart():
+def test_nominal_values_are_listed_separately():
     (row,) = warned({"believed.platform.inertia": [6.5e6, 2e7, 2.25e7, 0, 0, 0]})
     assert row.path == ("believed", "platform", "inertia")
     both = warned({"robot.cable.diameter": 4, "believed.platform.mass": 140})

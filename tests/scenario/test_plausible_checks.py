@@ -1,4 +1,4 @@
-"""What is allowed and seldom meant is told, and what is nearly so is not: a case for every check."""
+"""Suspicious values cause warnings, similar plausible ones do not: a case for every check."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("seldom", "what", "nearly"), CASES, ids=[case[1][:40] for case in CASES])
-def test_what_is_seldom_meant_is_told_and_what_is_nearly_so_is_not(seldom, what, nearly):
+def test_suspicious_values_are_reported_and_similar_ones_are_not(seldom, what, nearly):
     found = told(warned(seldom))
     assert any(re.match(what, text) for text in found), found
     # A pose nearly out of the frame may exceed the limits, and thick cables touch: other warnings.
@@ -178,7 +178,7 @@ def test_what_is_seldom_meant_is_told_and_what_is_nearly_so_is_not(seldom, what,
 
 
 def test_every_check_has_a_case():
-    """One that yields nothing for any of these is either dead or not tested; those of angles are in test_cli_words."""
+    """A check without a warning in any of these cases is dead or not tested; angles are in test_cli_words."""
     subjects = [subject(load_scenario(CAROCA, overrides=seldom)) for seldom, _, _ in CASES]
     planar = {
         "events": [{"type": "wrench", "time": 0.0, "force": [0, 5, 0]}],

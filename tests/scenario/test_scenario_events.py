@@ -1,4 +1,4 @@
-"""The section `events`: what it may hold, and what is said where it cannot be."""
+"""Section `events`: allowed content, and error messages."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_every_kind_is_read_and_cables_get_their_names():
     assert events[8].stopping_time == 0.75
 
 
-def test_none_unless_said():
+def test_none_by_default():
     assert load().events == ()
     assert load().resolved_yaml().count("events: []") == 1
 
@@ -64,16 +64,16 @@ def test_the_resolved_scenario_holds_them():
         (
             "{type: cable_break, time: 1, cable: lift}",
             "events[0].cable",
-            "no cable is named 'lift': did you mean 'left'?",
+            "unknown cable 'lift': did you mean 'left'?",
         ),
-        ("{type: cable_break, time: 1, cable: x}", "events[0].cable", "there are left, cable_2, cable_3"),
+        ("{type: cable_break, time: 1, cable: x}", "events[0].cable", "allowed: left, cable_2, cable_3"),
         ("{type: cable_break, time: 1, cable: 0}", "events[0].cable", "cables are numbered from 1 to 3, got 0"),
         ("{type: cable_break, time: 1, cable: 4}", "events[0].cable", "cables are numbered from 1 to 3, got 4"),
-        ("{type: cable_break, time: 1, cable: 1.5}", "events[0].cable", "a text or a whole number expected, got 1.5"),
+        ("{type: cable_break, time: 1, cable: 1.5}", "events[0].cable", "expected a text or a whole number, got 1.5"),
         ("{type: cable_jam, time: 0, cable: left}", "events[0].time", "must be greater than 0 (s), got 0"),
         ("{type: cable_jam, time: 1e-13, cable: left}", "events[0].time", "must be at least control_step"),
         ("{type: wrench, time: 1}", "events[0]", "force (N) or moment (N m) is missing, or both"),
-        ("{type: wrench, force: [1, 2]}", "events[0].force", "3 numbers expected (N), got 2"),
+        ("{type: wrench, force: [1, 2]}", "events[0].force", "expected 3 numbers (N), got 2"),
         ("{type: wrench, moment: [0, 0, 1], duration: 0.0005}", "events[0].duration", "must be at least control_step"),
         ("{type: wrench, moment: [0, 0, 1], frequency: 2}", "events[0].frequency", "unknown key 'frequency'"),
         ("{type: sine, moment: [0, 0, 1]}", "events[0].frequency", "required but not given: frequency"),
@@ -83,7 +83,7 @@ def test_the_resolved_scenario_holds_them():
         ("{type: limits, time: 1, max: 45}", "events[0]", "cable 'cable_2' would have the limits 50 to 45 (N)"),
         ("{type: limits, time: 1, cable: left, max: 0}", "events[0]", "cable 'left' would have the limits 40 to 0 (N)"),
         ("{type: target, time: 1, duration: 1}", "events[0]", "position (m), orientation, or both are required"),
-        ("{type: target, time: 1, position: [1, 0, 1]}", "events[0]", "duration (s) or limits is expected, not both"),
+        ("{type: target, time: 1, position: [1, 0, 1]}", "events[0]", "expected either duration (s) or limits"),
         ("{type: target, time: 1, position: [1, 0, 1], duration: 1e-4}", "events[0].duration", "or it is a jump"),
         (
             "{type: target, time: 1, position: [1, 0, 1], limits: {velocity: 1, acceleration: 1}}",
@@ -102,15 +102,15 @@ def test_the_resolved_scenario_holds_them():
             "events[0].key",
             "allowed: controller.kp, controller.kd",
         ),
-        ("{type: set, time: 1, key: controller.kp, value: hard}", "events[0].value", "a number or 6 numbers expected"),
+        ("{type: set, time: 1, key: controller.kp, value: hard}", "events[0].value", "expected a number or 6 numbers"),
         ("{type: set, time: 1, key: controller.kp}", "events[0].value", "required but not given"),
         ("{type: outside, file: nowhere.csv}", "events[0].file", "there is no file 'nowhere.csv'"),
-        ("{type: outside, file: /nowhere.csv}", "events[0].file", "a file name relative to this file is expected"),
+        ("{type: outside, file: /nowhere.csv}", "events[0].file", "expected a file name relative to this file"),
         ("{type: emergency_stop, time: 1, category: 3}", "events[0].category", "must be at most 2, got 3"),
         ("{type: emergency_stop, time: 1, stopping_time: 0}", "events[0].stopping_time", "must be greater than 0 (s)"),
     ],
 )
-def test_what_is_wrong_is_said_where_it_stands(event, key, text):
+def test_errors_are_reported_at_their_position(event, key, text):
     file = with_events(event)
     line = problem(file)
     assert line.startswith(f"a.yaml:{line_of(file, event)}:")
@@ -174,7 +174,7 @@ RAISED = "{type: limits, time: 1, max: 3000}"
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_limits_that_change_at_one_time_change_together(order):
-    """Their order in the file says nothing: 2500 N is less than the highest, once that is 3000 N."""
+    """Their order in the file has no effect: 2500 N is below the largest, once that is 3000 N."""
     rise = ["{type: limits, time: 1, min: 2500}", "{type: wrench, time: 1, force: [0, 0, 1]}", RAISED]
     assert len(load(with_events(*rise[::order])).events) == 3
     wrong = problems(with_events(*[each.replace("3000", "2400") for each in rise][::order]))
@@ -187,7 +187,7 @@ def test_limits_of_different_cables_may_change_at_one_time():
     assert len(load(with_events(*events, "{type: limits, time: 1, cable: 1, min: 60}")).events) == 3
 
 
-def test_events_of_one_sample_are_told_in_the_order_in_which_they_act():
+def test_events_of_one_sample_are_reported_in_the_order_in_which_they_act():
     """The later of both holds, whichever is written first."""
     late, early = "{type: limits, time: 0.02, max: 340}", "{type: limits, time: 0.0199999, max: 338}"
     changes = {"simulation.duration": 0.03, "events": [yaml.safe_load(late), yaml.safe_load(early)]}
@@ -208,11 +208,11 @@ def test_a_jammed_cable_may_break_and_loads_may_overlap():
     )
 
 
-def test_all_mistakes_are_told_at_once():
+def test_all_mistakes_are_reported_together():
     assert len(problems(with_events("{type: snap}", "{type: cable_break, time: 1, cable: 9}", "{type: limits}"))) == 3
 
 
-def test_events_after_the_end_are_told_as_unused():
+def test_events_after_the_end_are_reported_as_unused():
     text = with_events("{type: wrench, time: 4, force: [1, 0, 0]}", "{type: wrench, time: 4.5, force: [1, 0, 0]}")
     assert "events[1]" in load(text).unused
     assert "events[0]" not in load(text).unused
@@ -233,7 +233,7 @@ def test_a_time_acts_at_the_first_sample_at_or_after_it(time, sample):
     assert first_sample(time, 0.001) == sample
 
 
-def test_an_event_that_does_not_say_what_is_told_of_it_cannot_be_made():
+def test_events_require_a_summary():
     class Silent(ScenarioEvent):
         type: str = "silent"
 

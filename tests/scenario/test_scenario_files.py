@@ -1,4 +1,4 @@
-"""Which files are read, and what is said of the others."""
+"""Files that are read, and messages about the others."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_a_robot_file_is_found_from_the_scenario_not_from_here(folder, monkeypat
     assert load_scenario("../a.yaml", plugins=PLUGINS).robot.name == "tripod"
 
 
-def test_a_text_stands_for_a_robot_file(folder, monkeypatch):
+def test_a_text_replaces_a_robot_file(folder, monkeypatch):
     heavier = {str(folder / "robots" / "tripod.yaml"): ROBOT.replace("mass: ", "mass: 1", 1)}
     expected = load_robot("tripod.yaml", text=ROBOT.replace("mass: ", "mass: 1", 1)).platform.mass
     monkeypatch.chdir(folder / "robots")
@@ -70,7 +70,7 @@ def test_a_robot_file_may_lie_beside_the_folder(folder):
         ("robot/tripod.yaml", "there is no folder '"),
         ("robots", "is a folder"),
         (".", "is a folder"),
-        ("/etc/passwd", "a file name relative to this file is expected, got the absolute '/etc/passwd'"),
+        ("/etc/passwd", "expected a file name relative to this file, got the absolute '/etc/passwd'"),
         ("/dev/zero", "got the absolute"),
         ("../../../../../../../../dev/zero", "is not a regular file"),
         ("../../../../../../../../dev/null", "is not a regular file"),
@@ -80,10 +80,10 @@ def test_a_robot_file_may_lie_beside_the_folder(folder):
         (
             "5",
             "a file name or a mapping of name, dof, unilateral, platform, tension, frame, home, cable, winch, "
-            "cables expected, got 5",
+            "cables, got 5",
         ),
         ("[a.yaml]", "got a list of 1"),
-        ("a.yaml", "is a scenario; a robot file is expected"),
+        ("a.yaml", "is a scenario; expected a robot file"),
     ],
 )
 def test_robot_files_that_are_none(folder, name, what):
@@ -132,7 +132,7 @@ def test_a_large_file_is_not_read_to_its_end(folder):
         tracemalloc.stop()
 
 
-def test_yaml_problems_of_a_robot_file_stand_there(folder):
+def test_yaml_problems_are_reported_in_the_robot_file(folder):
     (folder / "robots" / "tripod.yaml").write_text("name: [\n")
     line = refusal(folder / "a.yaml", plugins=PLUGINS)
     assert line.startswith(f"{folder}/robots/tripod.yaml:2:1: robot: not valid YAML")
@@ -157,7 +157,7 @@ def test_files_of_the_other_kind(folder):
     assert refusal(folder / "robots" / "tripod.yaml").endswith(
         "this is a robot file; use it in a scenario by 'robot: FILE': 'cdpr new scenario --robot FILE' writes one"
     )
-    assert refusal(folder / "a.yaml", load_robot).endswith("this is a scenario file; a robot file is expected")
+    assert refusal(folder / "a.yaml", load_robot).endswith("this is a scenario file; expected a robot file")
 
 
 def test_any_kind(folder):

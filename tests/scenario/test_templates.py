@@ -78,7 +78,7 @@ def between(P, Q, R, S):
 
 
 def free(data, positions):
-    """Whether no cable touches another or the platform, (K,), upright. Cables of one common end share that end."""
+    """Return True if no cable touches another or the platform, (K,), upright. Cables may share a common end."""
     A, B = (np.array([cable[side] for cable in data["cables"]]) for side in ("frame", "platform"))
     half = 0.5 * np.array(data["platform"]["shape"]["box"])
     tips = positions[:, None] + B

@@ -60,7 +60,7 @@ def test_the_initial_pose_is_filled_in_and_the_resolved_text_is_equal(text):
     np.testing.assert_allclose(made.sample(0.0)[:7], [0, 0.1, 1.2, 1, 0, 0, 0])
 
 
-def test_what_the_sections_describe():
+def test_descriptions_of_sections():
     arch = load(whole(ARCH)).trajectory
     assert isinstance(arch, PickAndPlace)
     assert arch.make().sample(1.0)[2] == pytest.approx(1.7)
@@ -94,7 +94,7 @@ def test_what_the_sections_describe():
         (CSV, "csv,", "cvs,", "trajectory.type", "did you mean 'csv'?"),
     ],
 )
-def test_what_is_refused(text, old, new, key, what):
+def test_rejected_input(text, old, new, key, what):
     lines = problems(whole(changed(text, old, new)))
     assert [line for line in lines if f": {key}: " in line and what in line], lines
     # A misspelt key is also missed.
@@ -130,7 +130,7 @@ def test_paths_stay_in_the_guide():
     guided(JERK.replace("[1, 0, 1]", "[1, 0.1, 1]"), "trajectory.points[1].position: ")
     level = changed(PLANAR, "dof: [x, z, ry]", "dof: [x, y]")
     lines = problems(changed(whole(ARCH, level), "angular_velocity: [0, 0.1, 0]", "angular_velocity: [0, 0, 0]"))
-    assert any("trajectory.height: the robot moves along x, y only, so 0 is expected" in line for line in lines)
+    assert any("trajectory.height: expected 0, got " in line for line in lines)
     lines = problems(
         changed(whole(changed(CIRCLE, "duration: 2", "duration: 2, turning: true"), level), "[0, 0.1, 0]", "[0, 0, 0]")
     )
@@ -141,7 +141,7 @@ HINGED, BALL = (changed(PLANAR, "dof: [x, z, ry]", f"dof: {dof}") for dof in ("[
 
 
 @pytest.mark.parametrize("robot", [HINGED, BALL])
-def test_what_is_held_at_its_origin_only_turns(robot):
+def test_platforms_on_a_ball_joint_only_rotate(robot):
     def text(trajectory):
         return changed(whole(trajectory, robot), "  velocity: [0.1, 0, 0]", "  velocity: [0, 0, 0]")
 
@@ -199,15 +199,15 @@ def test_every_column_is_used(folder):
 @pytest.mark.parametrize(
     ("rows", "expected"),
     [
-        ("t,x,y,z\n0,0,0,1\n1,0,a,1\n", "motion.csv:3:5: trajectory.file: y: a number expected, got 'a'"),
-        ("t,x,y,z\n0,0,0,1\n1,0, nan,1\n", "motion.csv:3:6: trajectory.file: y: a finite number expected, got nan"),
+        ("t,x,y,z\n0,0,0,1\n1,0,a,1\n", "motion.csv:3:5: trajectory.file: y: expected a number, got 'a'"),
+        ("t,x,y,z\n0,0,0,1\n1,0, nan,1\n", "motion.csv:3:6: trajectory.file: y: expected a finite number, got nan"),
         ("t,x,y,z\n0,0,0,1\n1,0,1e13,1\n", "motion.csv:3:5: trajectory.file: y: must lie between"),
-        ("t,x,y,z\n0,0,0,1\n1,0,1_0,1\n", "motion.csv:3:5: trajectory.file: y: a number expected, got '1_0'"),
-        ("t,x,y,z\n0,0,0,1\n1,0,,1\n", "motion.csv:3:5: trajectory.file: y: a number expected, got ''"),
-        ("t,x,y,z\n0,0,0,1\n1,0,1\n", "motion.csv:3:1: trajectory.file: 4 numbers expected (t, x, y, z), got 3"),
+        ("t,x,y,z\n0,0,0,1\n1,0,1_0,1\n", "motion.csv:3:5: trajectory.file: y: expected a number, got '1_0'"),
+        ("t,x,y,z\n0,0,0,1\n1,0,,1\n", "motion.csv:3:5: trajectory.file: y: expected a number, got ''"),
+        ("t,x,y,z\n0,0,0,1\n1,0,1\n", "motion.csv:3:1: trajectory.file: expected 4 numbers (t, x, y, z), got 3"),
         ("t,x,y,z\n0,0,0,1\n0,0,1,1\n", "motion.csv:3:1: trajectory.file: t: must be greater than the previous"),
         ("t,x,y,z\n-1,0,0,1\n0,0,1,1\n", "motion.csv:2:1: trajectory.file: t: must be at least 0 (s), got -1"),
-        ("t,x,y,z\n0,0,0,1\n", "motion.csv:2:1: trajectory.file: two or more points are expected, got 1"),
+        ("t,x,y,z\n0,0,0,1\n", "motion.csv:2:1: trajectory.file: expected two or more points, got 1"),
         ("", "motion.csv:1:1: trajectory.file: the first line must name the columns: t,x,y,z"),
         ("t;x;y;z\n", "motion.csv:1:1: trajectory.file: unknown column 't;x;y;z': columns are separated by commas"),
         ("0,0,0,1\n", "motion.csv:1:1: trajectory.file: unknown column '0'"),
@@ -216,7 +216,7 @@ def test_every_column_is_used(folder):
         ("t,x,y,z,x\n", "motion.csv:1:9: trajectory.file: column 'x' occurs twice"),
         (
             "t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n1,0,0,0,1,1,0,0\n",
-            "motion.csv:3:1: trajectory.file: qw, qx, qy, qz: the quaternion's norm is 1.41421",
+            "motion.csv:3:1: trajectory.file: qw, qx, qy, qz: expected a quaternion of norm 1, got norm 1.41421",
         ),
         (
             "t,x,y,z,vx,vy,vz\n0,0,0,0,0,0,0\n1,0,0,0,0,0,1\n",
@@ -237,7 +237,7 @@ def test_files_that_are_none(folder):
         return refused(folder, trajectory=changed(CSV, "motion.csv", name))[0]
 
     assert "there is no file 'moton.csv': did you mean 'motion.csv'?" in line("moton.csv")
-    assert "a file name relative to this file is expected" in line(str(folder / "motion.csv"))
+    assert "expected a file name relative to this file" in line(str(folder / "motion.csv"))
     os.mkfifo(folder / "pipe.csv")
     assert "is not a regular file" in line("pipe.csv")
     (folder / "bytes.csv").write_bytes(b"t,x,y,z\n0,0,\xff,1\n")

@@ -101,7 +101,7 @@ def test_growth_of_a_run_is_that_of_the_linearised_loop(tmp_path):
     assert np.log(fifth / third) / 2.0 == pytest.approx(-rate, rel=0.1)
 
 
-def test_the_command_says_so(tmp_path):
+def test_the_command_reports_it(tmp_path):
     (tmp_path / "robot.yaml").write_text(yaml.safe_dump(robot()))
     done = cdpr_here("new", "scenario", "s.yaml", "--robot", "robot.yaml", cwd=tmp_path)
     assert "tried: stable with kp 25, kd 10" in done.stderr
@@ -115,7 +115,7 @@ def test_robots_with_ideal_cables_keep_the_defaults(tmp_path):
 
 
 @pytest.mark.slow
-def test_random_elastic_robots_are_stable_or_said_not_to_be(tmp_path):
+def test_random_elastic_robots_are_stable_or_reported(tmp_path):
     rng = np.random.default_rng(int(os.environ.get("CDPR_TEST_SEED", "3")))
     stable = 0
     for _ in range(ROBOTS):

@@ -1,4 +1,4 @@
-"""What a robot looks like and where its base stands: shapes, meshes, frames, colours, and what draws them."""
+"""Appearance and base of a robot: shapes, meshes, frames, colours, and their drawing."""
 
 from __future__ import annotations
 
@@ -74,28 +74,28 @@ def test_the_box_around_a_mesh(tmp_path, name, content):
 @pytest.mark.parametrize(
     ("name", "content", "told"),
     [
-        ("a.stl", binary(CORNERS)[:-1], "neither binary STL of the length that it says, nor text that begins with"),
-        ("a.stl", b"", "neither binary STL"),
-        ("a.stl", b"solid nothing\nendsolid\n", "it has no corner"),
+        ("a.stl", binary(CORNERS)[:-1], "expected binary STL of the declared length, or text that begins with"),
+        ("a.stl", b"", "expected binary STL"),
+        ("a.stl", b"solid nothing\nendsolid\n", "it has no vertices"),
         ("a.stl", text(CORNERS)[:-12], "it is text that does not end with 'endsolid'"),
         (
             "a.stl",
             (b"solid tool".ljust(80) + binary(CORNERS)[80:])[:-9],
-            "no binary STL of 184 bytes, as the 2 triangles",
+            "not a binary STL of 184 bytes, as its 2 declared triangles",
         ),
-        ("a.stl", b"solid tool".ljust(80, b"\0"), "is no binary STL whole: it has 80 bytes"),
-        ("a.stl", text([(0.0, 0.0, "1_0")]), "three numbers are expected after 'vertex' in line 4"),
-        ("a.obj", b"v 1 2_0 3\n", "three numbers are expected after 'v' in line 1"),
-        ("a.obj", b"v 0 0 0\nv 1 2 \\\n", "three numbers are expected after 'v' in line 2"),
-        ("a.stl", text([(0.0, 0.0, "x")]), "three numbers are expected after 'vertex' in line 4"),
-        ("a.obj", b"v 1 2\n", "three numbers are expected after 'v' in line 1"),
+        ("a.stl", b"solid tool".ljust(80, b"\0"), "is not a binary STL whole: it has 80 bytes"),
+        ("a.stl", text([(0.0, 0.0, "1_0")]), "expected three numbers after 'vertex' in line 4"),
+        ("a.obj", b"v 1 2_0 3\n", "expected three numbers after 'v' in line 1"),
+        ("a.obj", b"v 0 0 0\nv 1 2 \\\n", "expected three numbers after 'v' in line 2"),
+        ("a.stl", text([(0.0, 0.0, "x")]), "expected three numbers after 'vertex' in line 4"),
+        ("a.obj", b"v 1 2\n", "expected three numbers after 'v' in line 1"),
         ("a.obj", obj([(0.0, 0.0, float("nan"))]), "a corner is not finite"),
         ("a.stl", binary([(1e30, 0, 0)] * 3), "a corner is not finite or beyond 1e+06 m"),
         ("a.obj", b"v 0 0 0\n" * 20, "is larger than"),
-        ("a.ply", b"ply\n", "a mesh is expected in a file that ends with .stl or .obj"),
+        ("a.ply", b"ply\n", "expected a mesh file that ends with .stl or .obj"),
     ],
 )
-def test_what_is_no_mesh_is_told(tmp_path, monkeypatch, name, content, told):
+def test_invalid_meshes_are_reported(tmp_path, monkeypatch, name, content, told):
     if "larger" in told:
         monkeypatch.setattr(mesh, "MAX_BYTES", 100)
     (tmp_path / name).write_bytes(content)
@@ -192,7 +192,7 @@ def test_a_run_folder_beyond_a_link_names_the_same_files(tmp_path):
 
 
 @pytest.mark.parametrize("good", [binary(CORNERS), text(CORNERS), obj(CORNERS)], ids=["binary", "text", "obj"])
-def test_whatever_bytes_are_a_mesh_or_told(tmp_path, good):
+def test_any_bytes_are_a_mesh_or_an_error(tmp_path, good):
     """Cut, bytes changed, lines repeated: a finite box or one sentence."""
     rng = np.random.default_rng(0)
     for k in range(400):
@@ -207,7 +207,7 @@ def test_whatever_bytes_are_a_mesh_or_told(tmp_path, good):
         except UnreadableError as error:
             told = str(error)
         if told:
-            assert "is no mesh: " in told
+            assert "is not a mesh: " in told
             assert told.isprintable()
         else:
             assert np.isfinite([lower, upper]).all()
@@ -217,28 +217,34 @@ def test_whatever_bytes_are_a_mesh_or_told(tmp_path, good):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ("robot.platform.shape={}", "robot.platform.shape: exactly one of box, sphere, cylinder, mesh is expected"),
-        ("robot.platform.shape={box: [1, 1, 1], sphere: 1}", "robot.platform.shape: exactly one of box, sphere,"),
+        ("robot.platform.shape={}", "robot.platform.shape: expected exactly one of box, sphere, cylinder, mesh"),
+        (
+            "robot.platform.shape={box: [1, 1, 1], sphere: 1}",
+            "robot.platform.shape: expected exactly one of box, sphere,",
+        ),
         (
             "robot.platform.shape={cylinder: {radius: 1}}",
             "robot.platform.shape.cylinder.height: required but not",
         ),
         ("robot.platform.shape={mesh: none.stl}", "robot.platform.shape.mesh: there is no file 'none.stl'"),
-        ("robot.platform.shape={mesh: /none.stl}", "robot.platform.shape.mesh: a file name relative to this file is"),
+        (
+            "robot.platform.shape={mesh: /none.stl}",
+            "robot.platform.shape.mesh: expected a file name relative to this file",
+        ),
         (
             "robot.platform.colour=beige",
-            "robot.platform.colour: a colour is expected, '#rrggbb' or one of black",
+            "robot.platform.colour: expected a colour, '#rrggbb' or one of black",
         ),
-        ("robot.frame={colour: '#12345'}", "robot.frame.colour: a colour is expected"),
+        ("robot.frame={colour: '#12345'}", "robot.frame.colour: expected a colour"),
         (
             "robot.frame={lower: [0, 0, 3], upper: [1, 1, 2]}",
             "robot.frame: z of lower (3 m) must not exceed that of",
         ),
-        ("robot.frame={shape: poles}", "robot.frame.shape: one of box, posts expected, got 'poles'"),
+        ("robot.frame={shape: poles}", "robot.frame.shape: expected one of box, posts, got 'poles'"),
         ("robot.frame={size: 3}", "robot.frame.size: unknown key 'size'"),
     ],
 )
-def test_mistakes_are_told(change, told):
+def test_mistakes_are_reported(change, told):
     assert problem(BASE, change).startswith(f"--set {change}: {told}")
 
 
@@ -374,7 +380,7 @@ def test_looks_make_no_difference_to_a_run():
     assert one.rows.tobytes() == other.rows.tobytes()
 
 
-def test_what_is_believed_may_stand_elsewhere():
+def test_nominal_values_may_be_in_another_file():
     scenario = load(BASE, "believed.frame.position=[0.01, 0, 0]")
     assert scenario.nominal.anchors[:, 0] == pytest.approx(scenario.robot.anchors[:, 0] + 0.01, abs=ROUND_OFF)
     assert scenario.nominal_differences == "frame.position [0.01, 0, 0] m instead of [0, 0, 0]"

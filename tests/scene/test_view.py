@@ -1,4 +1,4 @@
-"""The view model: where cables run, how they are drawn, and colours that all readers tell apart."""
+"""View model: courses of cables, their drawing, and colours that all readers can distinguish."""
 
 from __future__ import annotations
 
@@ -64,14 +64,14 @@ def lab(rgb):
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
-def test_all_colours_stand_out_from_their_ground(ground):
+def test_all_colours_contrast_with_their_ground(ground):
     paper = getattr(colours.GROUND, ground)
     drawn = [getattr(pair, ground) for pair in DRAWN] + colours.tension_steps(ground)
     assert min(contrast(colour, paper) for colour in drawn) >= CONTRAST
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
-def test_what_lies_behind_hides_nothing_and_shades_are_told_apart(ground):
+def test_hidden_surfaces_and_shades_are_correct(ground):
     def shown(pairs):
         return [getattr(pair, ground) for pair in pairs]
 
@@ -94,13 +94,13 @@ def test_figures_and_pages_have_no_colours_of_their_own():
 
 @pytest.mark.parametrize("ground", GROUNDS)
 @pytest.mark.parametrize("seen", [np.eye(3), DEUTERANOPIA], ids=["all", "deuteranopia"])
-def test_cables_are_told_apart(ground, seen):
+def test_cables_are_distinguished(ground, seen):
     places = [lab(np.clip(seen @ linear(getattr(pair, ground)), 0.0, 1.0)) for pair in colours.CABLES]
     assert min(np.linalg.norm(a - b) for a, b in combinations(places, 2)) > APART
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
-def test_what_pulls_harder_differs_more_from_the_ground(ground):
+def test_larger_tensions_have_more_contrast(ground):
     """For all readers: lightness goes one way."""
     paper = getattr(colours.GROUND, ground)
     steps = [contrast(colour, paper) for colour in colours.tension_steps(ground)]
@@ -203,7 +203,7 @@ def test_rows_that_are_drawn_are_few_and_hold_each_event():
 
 @pytest.mark.parametrize(("weight", "tension"), [(1470.0, (82.0, 809.0)), (170.0, (21.0, 117.0))])
 def test_the_range_that_is_known_before_a_run_holds_usual_tensions_apart(weight, tension):
-    """What CAROCA of 150 kg and the thesis's 17 kg pull, between 50 or 1 N and 10 kN: not all in one colour."""
+    """Tensions of CAROCA of 150 kg and of the thesis's 17 kg, from 1 or 50 N to 10 kN: not all in one colour."""
     subject = make_run(rows=2, limits=(1.0, 10_000.0)).header.subject
     low, high = weight_range(subject, weight)
     shares = np.log(np.array(tension) / low) / np.log(high / low)

@@ -29,7 +29,7 @@ def invoke(command, *arguments):
     return result.stdout
 
 
-def test_all_directions_unless_said():
+def test_all_directions_by_default():
     scenario = load_scenario(PLANAR)
     assert scenario.controlled.dof == scenario.robot.dof == ("x", "z", "ry")
     assert "controlled: [x, z, ry]" in scenario.resolved_yaml()
@@ -39,8 +39,8 @@ def test_all_directions_unless_said():
 @pytest.mark.parametrize(
     ("file", "controlled", "what"),
     [
-        (PLANAR, ["x", "y", "z"], "controlled: the robot does not move along y; allowed are any of x, z, ry"),
-        (CAROCA, ["z", "x"], "controlled: each of x, y, z, rx, ry, rz at most once and in this order is expected"),
+        (PLANAR, ["x", "y", "z"], "controlled: the robot does not move along y; allowed: x, z, ry"),
+        (CAROCA, ["z", "x"], "controlled: expected each of x, y, z, rx, ry, rz at most once and in this order"),
         (CAROCA, [], "at least one"),
         (CAROCA, ["x", "x"], "at most once"),
         (CAROCA, ["w"], "controlled[0]: "),
@@ -79,7 +79,7 @@ def test_five_cables_too_many_are_beyond_some_solvers():
     assert set(found.solver_status) == {Status.UNSUPPORTED}
 
 
-def test_log_and_report_tell_it(tmp_path):
+def test_log_and_report_contain_it(tmp_path):
     changes = ["--set", "controlled=[x, y, z]", "--set", "simulation.duration=0.05"]
     invoke(run.command, CAROCA, *changes, "--out", tmp_path / "run")
     assert cdpr.load_run(tmp_path / "run").header.controlled == ("x", "y", "z")
@@ -88,7 +88,7 @@ def test_log_and_report_tell_it(tmp_path):
     assert again.controlled.dof == ("x", "y", "z")
 
 
-def test_previews_ask_the_same_of_the_cables():
+def test_previews_require_the_same_tensions():
     given = (ROOT / "scenarios" / "thesis.yaml", "--set", "controlled=[x, y, z]", "--json")
     looks = json.loads(invoke(info.command, *given))
     assert looks["robot"]["n"] == 6
@@ -100,7 +100,7 @@ def test_previews_ask_the_same_of_the_cables():
 
 @pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
 def test_legs_that_push_push(backend):
-    """Where the pseudo-inverse has negative tensions, cables lose the platform and legs hold it."""
+    """With negative tensions of the pseudo-inverse, cables lose the platform and legs hold it."""
     far = {"simulation.duration": 0.5, "robot.tension.min": 0, "trajectory": {"type": "hold"}}
     options = {"solver": "pseudo_inverse", "backend": backend}
     far["initial.position"] = [0, -2, 2]

@@ -1,4 +1,4 @@
-"""Whatever a plugin raises or writes, its run ends with a clear error and a complete record."""
+"""For any exception or output of a plugin, its run ends with a clear error and a complete record."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_any_exception_of_a_plugin_ends_the_run_as_failed(error, role, tmp_path)
     assert [one.status for one in outcomes] == ["failed"]
 
 
-def test_a_plugin_that_cannot_be_made_is_told():
+def test_a_plugin_that_cannot_be_made_is_reported():
     class Law(Controller):
         def __init__(self, *arguments):
             raise GeneratorExit
@@ -66,7 +66,7 @@ def test_a_plugin_that_cannot_be_made_is_told():
         def control(self, time, state, desired, out):
             """Never called."""
 
-    with pytest.raises(PluginError, match="cannot be made: GeneratorExit"):
+    with pytest.raises(PluginError, match="cannot be created: GeneratorExit"):
         simulate(CAROCA, controller=Law, overrides=SHORT)
 
 

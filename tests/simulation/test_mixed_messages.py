@@ -1,4 +1,4 @@
-"""What is told of robots whose cables differ, of beliefs that no cable can fulfil, and of pulleys in the way."""
+"""Messages about robots with different cables, impossible nominal models, and pulleys in the way."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_an_event_names_the_cable_that_is_not_ideal(common):
         cdpr.load_scenario(ROOT / "scenarios" / "winch.yaml", overrides={k: v for k, v in about.items() if v})
 
 
-def test_actuators_say_which_models_they_replace_and_what_they_use():
+def test_actuators_declare_replaced_models_and_inputs():
     assert cdpr.load_scenario(WINCHES).unused == ()
     rigid = cdpr.load_scenario(WINCHES, overrides={"robot.cable.model": "rigid"})
     assert rigid.unused == ("robot.cable.model",)  # the stiffness is used
@@ -58,17 +58,19 @@ def test_actuators_say_which_models_they_replace_and_what_they_use():
     assert mixed.unused == ("robot.cables[*].model",)
 
 
-def test_a_run_into_a_pulley_says_so():
+def test_a_run_into_a_pulley_is_reported():
     with pytest.raises(Diverged, match=r"a cable has no length: of 'cable_1' its anchor .* lies within its pulley"):
         cdpr.simulate(PLANAR, backend="mujoco", overrides={**IN_THE_WAY, **INTO})
 
 
 @pytest.mark.parametrize("period", [0.001, 0.05])
-def test_so_does_one_in_which_a_stage_between_two_samples_is_the_first_to_meet_it(period):
+def test_the_same_if_an_intermediate_stage_violates_first(period):
     into = (
-        r"^t = 0.7\d+ s: the state is not finite; a cable has no length where the platform was going: of 'cable_1' its "
+        r"^t = 0.7\d+ s: the state is not finite; a cable has no length along the motion of the platform: of 'cable_1' "
     )
-    with pytest.raises(Diverged, match=into + r"anchor .* lies within its pulley \(the sample before: position \[-1.3"):
+    with pytest.raises(
+        Diverged, match=into + r"its anchor .* lies within its pulley \(the sample before: position \[-1.3"
+    ):
         cdpr.simulate(PLANAR, overrides={**IN_THE_WAY, **INTO, "simulation.control_step": period})
 
 
@@ -79,7 +81,7 @@ def test_a_state_that_is_not_finite_names_no_cable_that_is_not_in_the_way():
     assert text.startswith("the state is not finite (the sample before: position [0, 0, ")
 
 
-def test_a_motion_into_a_pulley_is_told_before_the_run():
+def test_a_motion_into_a_pulley_is_reported_before_the_run():
     done = cdpr_here(
         "info", PLANAR, *(f"--set={key}={json.dumps(value)}" for key, value in (IN_THE_WAY | INTO).items()), code=2
     )
@@ -87,7 +89,7 @@ def test_a_motion_into_a_pulley_is_told_before_the_run():
     assert "lies within its pulley" in done.stderr
 
 
-def test_a_link_to_nothing_is_told_as_one(tmp_path):
+def test_a_link_to_nothing_is_reported_as_one(tmp_path):
     (tmp_path / "s.yaml").symlink_to("nowhere.yaml")
-    with pytest.raises(ScenarioError, match=r"s.yaml' is a link to 'nowhere.yaml', which is not there"):
+    with pytest.raises(ScenarioError, match=r"s.yaml' is a link to 'nowhere.yaml', which does not exist"):
         cdpr.load_scenario(tmp_path / "s.yaml")

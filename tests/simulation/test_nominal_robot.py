@@ -50,13 +50,13 @@ def test_to_believe_the_truth_changes_no_bit(file, controller):
     assert run.rows.shape[1] == width + 6 + plain.tension.shape[1]
     assert (plain.header.believed, run.header.believed) == ("", "the robot without changes")
     assert np.array_equal(run.true_wrench, run["true_wrench"])
-    with pytest.raises(AttributeError, match="recorded only where the scenario says `believed`"):
+    with pytest.raises(AttributeError, match="recorded only if the scenario contains `believed`"):
         _ = plain.true_wrench
     assert "believed" not in plain.header.to_dict()
 
 
 @pytest.mark.parametrize("mass", [140.0, 165.0])
-def test_a_wrong_mass_leaves_the_error_that_theory_says(mass):
+def test_a_wrong_mass_causes_the_predicted_error(mass):
     """At rest m_b (kp e - g) = -m g, so that e = (m - m_b) |g| / (m_b kp), upwards."""
     run = cdpr.simulate(CAROCA, overrides={**HOLD, "believed.platform.mass": mass})
     expected = (150.0 - mass) * 9.81 / (mass * KP)
@@ -65,7 +65,7 @@ def test_a_wrong_mass_leaves_the_error_that_theory_says(mass):
     assert run.header.mass == 150.0
 
 
-def test_wrong_anchors_shift_what_is_distributed_but_not_what_acts():
+def test_wrong_anchors_change_the_distribution_but_not_the_plant():
     scenario = load_scenario(BELIEVED, overrides=HOLD)
     run = cdpr.simulate(scenario)
     for k in (0, 10, len(run.rows) - 1):
@@ -165,14 +165,14 @@ def test_a_sample_without_tensions_is_whole():
 
 
 def test_a_believed_cable_without_length_ends_the_run():
-    """Where the motion takes the anchor of the platform through that of the frame, as they are believed."""
+    """The motion moves an anchor of the nominal platform through that of the frame."""
     changes = {"believed.cables": [{"name": "cable_1", "frame": [0.6, -0.3, 1.02], "platform": [0.6, -0.3, -0.2]}]}
     motion = {"trajectory": {"type": "hold"}, "initial.position": [0, 0, 1.23], "initial.velocity": [0, 0, -1.0]}
     fall = {"controller.kp": 0, "controller.kd": 0, "world.gravity": [0, 0, 0], "simulation.control_step": 0.01}
     duration = {"simulation.duration": 0.1, "simulation.physics_step": 0.01, "solver.infeasible": "hold_tension"}
     slack = {"robot.tension.min": 0, "solver.type": "pseudo_inverse", "robot.unilateral": False}
     with pytest.raises(
-        Diverged, match="where the controller believes its ends to be: of 'cable_1' its ends lie in one point"
+        Diverged, match="of the controller's nominal robot has no length: of 'cable_1' its ends lie in one point"
     ):
         cdpr.simulate(CAROCA, overrides={**motion, **fall, **duration, **slack, **changes})
 
@@ -204,7 +204,7 @@ def test_every_engine_moves_the_true_robot(backend):
     assert np.abs(run.position - ours.position).max() < 1e-9
 
 
-def test_it_is_told_wherever_a_run_is_told_of(tmp_path, monkeypatch):
+def test_it_is_reported_with_every_run_summary(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     line = "platform.mass 140 kg instead of 150"
     given = (CAROCA, "--set", "believed.platform.mass=140", "--set", "simulation.duration=0.05")
@@ -240,7 +240,7 @@ def test_an_exported_plant_is_the_true_one(tmp_path, monkeypatch):
 WEAK = {**SHORT, "robot.tension.max": 400, "believed.tension.max": 10000}
 
 
-def test_commands_beyond_the_true_limits_are_counted_and_told():
+def test_commands_beyond_the_true_limits_are_counted_and_reported():
     run = cdpr.simulate(CAROCA, overrides=WEAK)
     beyond = run["tension"] > 400.0
     assert beyond.any(axis=1).all()
@@ -267,7 +267,7 @@ def test_limits_stop_where_they_are_left(tmp_path, monkeypatch):
     assert cdpr.load_run("run").status == "beyond_limits"
 
 
-def test_what_broke_or_what_an_event_allows_is_not_beyond():
+def test_broken_cables_and_event_limits_are_no_violations():
     looser = {"type": "limits", "time": 0.02, "max": 500}
     cut = {"type": "cable_break", "time": 0.05, "cable": 1}
     run = cdpr.simulate(CAROCA, overrides={**WEAK, "events": [looser, cut]})

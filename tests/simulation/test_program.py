@@ -180,7 +180,7 @@ def test_acts_are_done_in_their_order_and_when_they_are_due(python):
 
 
 @pytest.mark.parametrize("python", [False, True])
-def test_what_refuses_is_met_and_leaves_out_what_follows(python):
+def test_a_failed_requirement_skips_dependent_checks(python):
     codes, met, row = np.zeros(1), [], np.zeros(1)
     call = partial(answer, codes)
     solve = Operation("solver", call if python else foreign(call), met.append, skip=1)
@@ -196,7 +196,7 @@ def test_what_refuses_is_met_and_leaves_out_what_follows(python):
 
 
 @pytest.mark.parametrize("python", [False, True])
-def test_a_sample_without_tensions_is_kept_with_what_tells_of_it(python):
+def test_samples_without_tensions_are_kept_with_their_reason(python):
     row, rows = np.zeros(2), np.full((256, 2), np.nan)
 
     def refuse(code):
@@ -223,7 +223,7 @@ def test_a_sample_without_tensions_is_kept_with_what_tells_of_it(python):
     assert made.count == 2
 
 
-def test_who_does_it_otherwise_is_asked():
+def test_overridden_methods_are_called():
     class Half(ComputedTorque):
         Options = ComputedTorqueOptions
 
@@ -281,8 +281,8 @@ def test_the_controller_of_the_docs_is_compiled(tmp_path):
     assert np.abs(run.position_error).max() < 0.5  # nothing damps it
 
 
-def test_a_strangers_solver_joins():
-    """By the address of a function: its arguments stand in a struct."""
+def test_third_party_solvers_are_included():
+    """By the address of a function: its arguments are in a struct."""
     numba = pytest.importorskip("numba")
     types = numba.types
 
@@ -316,5 +316,5 @@ def test_a_table_narrower_than_a_row_is_refused():
     pipeline = Pipeline([], [], np.zeros(5), 1.0)
     pipeline.rows = np.zeros((256, 5))
     for rows in (np.zeros((256, 4)), np.zeros(256), np.zeros((256, 5), dtype=np.float32)):
-        with pytest.raises(CdprError, match="a float64 table of at least 5 columns is expected"):
+        with pytest.raises(CdprError, match="expected a float64 table of at least 5 columns"):
             pipeline.rows = rows

@@ -1,4 +1,4 @@
-"""What events do to plant, distribution and record, shown by the motion that follows from them."""
+"""Effects of events on plant, distribution and record, shown by the resulting motion."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def test_a_stop_without_power_lets_the_platform_fall():
 
 
 def test_limits_leave_alone_what_is_known_to_be_held():
-    """A jammed cable breaks, which is not known yet: the distribution goes on counting on the tension it knows."""
+    """A jammed cable breaks undetected: the distribution still uses its last known tension."""
     found = run(
         {"type": "cable_jam", "time": 0.01, "cable": 4},
         {"type": "cable_break", "time": 0.02, "cable": 4, "detected_after": 0.05},
@@ -285,7 +285,7 @@ def test_guided_robots_are_pushed_along_what_is_free(name):
     assert not np.delete(change, free).any()
 
 
-def test_a_run_that_ends_early_tells_what_came_to_pass():
+def test_early_stops_list_past_events():
     with pytest.raises(cdpr.Infeasible) as caught:
         run(
             {"type": "wrench", "time": 0.01, "force": [1, 0, 0]},
@@ -314,7 +314,7 @@ def test_real_time_and_the_record_on_disk(tmp_path):
 @pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
 @pytest.mark.usual("reference", "mujoco")
 def test_the_scenarios_run_on_every_backend(backend):
-    """What their comments say of them."""
+    """Their comments are correct."""
     pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, "numpy"))
     broken = cdpr.simulate(ROOT / "scenarios" / "cable_break.yaml", backend=backend)
     assert np.all(broken.tension[1000:, 1] == 0.0)

@@ -1,4 +1,4 @@
-"""A simulation taken step by step: the same rows as `simulate`, branches to the bit, misuse told in one sentence."""
+"""Step-by-step simulations: the rows of `simulate`, branches to the bit, and one clear error for misuse."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_winches_are_part_of_it():
         assert sim.run().rows.tobytes() == whole.rows.tobytes()
 
 
-def test_a_jam_is_told_with_the_tension_of_its_own_branch():
+def test_a_jam_is_reported_with_the_tension_of_its_own_branch():
     with cdpr.Simulation(CAROCA, overrides=BUSY) as sim:
         sim.step(5)
         here = sim.snapshot()
@@ -201,20 +201,20 @@ def test_reset_begins_anew():
 
 
 MISUSE = {
-    "step 0": (lambda sim: sim.step(0), "step: a whole number of steps, at least 1, is expected, got 0"),
+    "step 0": (lambda sim: sim.step(0), "step: expected a whole number of steps, at least 1, got 0"),
     "step half": (lambda sim: sim.step(0.5), "whole number"),
     "both": (lambda sim: sim.step(wrench=[0] * 6, tension=[1] * 8), "not both"),
     "short wrench": (lambda sim: sim.step(wrench=[0, 0, 1]), r"wrench: the shape must be \(6,\)"),
     "nan": (lambda sim: sim.step(tension=[np.nan] * 8), "tension"),
     "infinite": (lambda sim: sim.step(wrench=np.array([0, 0, np.inf, 0, 0, 0])), "wrench: all numbers must be finite"),
     "masked": (lambda sim: sim.step(wrench=np.ma.masked_array(np.ones(6), [1, 0, 0, 0, 0, 0])), "wrench: .*masked"),
-    "complex": (lambda sim: sim.step(tension=np.ones(8, dtype=complex)), "tension: real numbers"),
-    "past": (lambda sim: sim.until(0.001), "until: a time from the present one on, 0.003 s"),
-    "no time": (lambda sim: sim.until(np.nan), "until: a time"),
-    "words": (lambda sim: sim.until("noon"), "until: a time"),
-    "nothing": (lambda sim: sim.until(None), "until: a time"),
-    "observer": (lambda sim: sim.observe(3), "observe: something that can be called"),
-    "snapshot": (lambda sim: sim.restore("yesterday"), "restore: a snapshot of this very simulation"),
+    "complex": (lambda sim: sim.step(tension=np.ones(8, dtype=complex)), "tension: expected real numbers"),
+    "past": (lambda sim: sim.until(0.001), "until: expected at least the current time, 0.003 s"),
+    "no time": (lambda sim: sim.until(np.nan), "until: expected at least the current time"),
+    "words": (lambda sim: sim.until("noon"), "until: expected at least the current time"),
+    "nothing": (lambda sim: sim.until(None), "until: expected at least the current time"),
+    "observer": (lambda sim: sim.observe(3), "observe: expected a function"),
+    "snapshot": (lambda sim: sim.restore("yesterday"), "restore: expected a snapshot of this simulation"),
     "state": (lambda sim: sim.reset([0.0] * 13), "quaternion is zero"),
 }
 
@@ -234,15 +234,15 @@ def test_a_snapshot_of_another_simulation_is_refused():
     with (
         cdpr.Simulation(CAROCA, overrides=SHORT) as one,
         cdpr.Simulation(CAROCA, overrides=SHORT) as two,
-        pytest.raises(cdpr.CdprError, match="this very simulation"),
+        pytest.raises(cdpr.CdprError, match="this simulation"),
     ):
         two.restore(one.snapshot())
 
 
-def test_what_is_logged_stays(tmp_path):
+def test_logged_rows_are_kept(tmp_path):
     with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
         sim.step()
-        with pytest.raises(cdpr.CdprError, match="leave out `out`"):
+        with pytest.raises(cdpr.CdprError, match="omit `out`"):
             sim.reset()
     assert len(cdpr.load_run(tmp_path / "run").rows) == 1
 
@@ -252,7 +252,7 @@ def test_samples_in_the_log_alone_are_not_made_anew(tmp_path, monkeypatch):
     with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
         here = sim.snapshot()
         sim.step()
-        with pytest.raises(cdpr.CdprError, match=r"leave out `out`, or set log\.step"):
+        with pytest.raises(cdpr.CdprError, match=r"omit `out`, or set log\.step"):
             sim.restore(here)
         sim.step(100)
         assert sim.run().status == "finished"
@@ -348,14 +348,14 @@ def test_a_solver_that_follows_its_last_answer_follows_what_was_pulled(controlle
     assert rows[0][columns["status"]] == 0.0
 
 
-def test_what_was_given_is_told_as_far_as_it_went():
+def test_external_commands_are_reported_up_to_the_stop():
     with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
         sim.step(1000, wrench=[0.0, 0, 700, 0, 0, 0])
         (event,) = [event for event in sim.run().events if event.kind == "outside"]
     assert event.text == "the wrench was given from outside (51 samples)"
 
 
-def test_an_exception_of_the_user_ends_it_where_it_stands(tmp_path):
+def test_an_exception_of_the_user_ends_the_run_at_its_sample(tmp_path):
     def wrong():
         with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
             sim.step(5)
@@ -376,7 +376,7 @@ def test_two_simulations_at_once_do_not_touch_each_other():
         assert two.run().rows.tobytes() == cdpr.simulate(CAROCA, overrides=BUSY).rows.tobytes()
 
 
-def test_after_a_diverged_run_only_what_is_known_is_told():
+def test_a_diverged_run_reports_only_known_values():
     with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
         sim.push([1e12, 0, 0])
         with pytest.raises(cdpr.Diverged) as stop:

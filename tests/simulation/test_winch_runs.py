@@ -46,7 +46,7 @@ def test_command_and_tension_go_through_the_log(tmp_path):
 
 
 def test_ideal_cables_have_no_such_columns():
-    """One and the same robot: with ideal cables its winches change nothing, and are told to be of no use."""
+    """With ideal cables the winches of the same robot have no effect, and are reported as unused."""
     ideal = run(overrides={"robot.cable.model": "ideal"})
     plain = run(overrides={"robot": yaml.safe_load((ROOT / "scenarios" / "robots" / "caroca.yaml").read_text())})
     np.testing.assert_array_equal(ideal.rows, plain.rows)

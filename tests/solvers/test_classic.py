@@ -87,7 +87,7 @@ def one_redundant(seed: int, m: int, load: float):
 
 
 def as_published(W, wrench, low, high):
-    """Whether Pott's method, by pseudo-inverses of what is left, answers, and what; None where a tie leaves it open."""
+    """Return the answer of Pott's method, by pseudo-inverses of the remainder; None if a tie leaves it open."""
     n, m = W.shape
     free, t = np.ones(m, bool), np.empty(m)
     middle = 0.5 * (low + high)
@@ -145,7 +145,7 @@ def test_improved_closed_form_is_nearly_the_exact_nearest_to_the_middle(rule, m)
 
 
 def test_improved_closed_form_jumps():
-    """What it declares: between two wrenches equal but for 1e-12 the order of fixing changes, and tensions by 100 N."""
+    """Its declaration: between two wrenches that differ by 1e-12 the order of fixing changes, and tensions by 100 N."""
     rng = np.random.default_rng(155)
     robot = make_robot(crossed_box(rng, 9), limits=(LOW, HIGH))
     W = kinematics.wrench_matrix(robot, random_state(rng))
@@ -243,7 +243,7 @@ def test_dykstra_is_the_exact_nearest_to_the_middle_or_not_found(seed, m, load):
         assert status == Status.NOT_FOUND or (status == exact == Status.INFEASIBLE)
 
 
-def test_dykstra_gives_up_when_told_and_finds_more_with_patience():
+def test_dykstra_gives_up_when_requested_and_finds_more_with_patience():
     problems = feasible(1, 8, 100)
     found = [
         sum(solve((Dykstra, DykstraOptions(iterations=k)), *each)[0] == Status.OK for each in problems)
@@ -348,7 +348,7 @@ def test_no_wrench_and_no_matrix(name):
 
 @each_solver
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_what_is_not_finite_is_bad_input(name, bad):
+def test_non_finite_values_are_bad_input(name, bad):
     robot, W, wrench = problem(1, 7, 0.0)
     wrong = wrench.copy()
     wrong[2] = bad

@@ -29,7 +29,7 @@ def ask(W, wrench, low, high, objective="min_norm"):
 
 
 def pieces(W, wrench, low, high):
-    """What `least_norm` takes."""
+    """Return the arguments of `least_norm`."""
     rows = independent([whole([*row, w]) for row, w in zip(W, wrench, strict=True)])
     return [row[:-1] for row in rows], [row[-1] for row in rows], fractions(low), fractions(high)
 
@@ -145,7 +145,7 @@ def test_it_finds_the_best_of_all_active_sets(small):
 
 @pytest.mark.parametrize("m", [6, 7, 8, 10, 12])
 def test_karush_kuhn_tucker_without_tolerance(m):
-    """t = W^T y + multipliers of the right sign, y told by the cables inside their limits: not one bit is missing."""
+    """t = W^T y + multipliers of the right sign, y determined by the cables inside their limits, exact to the bit."""
     certified = 0
     for seed in range(20):
         robot, W, _ = problem(seed, m, 0.0)
@@ -191,7 +191,7 @@ def test_qp_agrees(load):
 @pytest.mark.parametrize("m", [4, 6, 9])
 @pytest.mark.parametrize("objective", ["min_norm", "one_norm"])
 def test_odd_problems_have_defined_outcomes(m, objective):
-    """Where a rounded wrench must fulfil dependent equations, or more than unknowns, it may well miss them."""
+    """A rounded wrench that must satisfy dependent equations, or more than unknowns, may miss them."""
     for name, (W, wrench, low, high, possible) in odd_problems(m).items():
         status, t = ask(W, wrench, low, high, objective)
         if status == Status.OK:

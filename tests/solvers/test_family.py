@@ -113,7 +113,7 @@ def test_analytic_centre_is_stationary(seed, m, weighted):
 
 @given(seeds, st.integers(7, 10), st.sampled_from(["middle", "given", "previous"]), st.booleans())
 def test_qp_about_a_reference_and_weighted(seed, m, about, weighted):
-    """The optimum (KKT): t = ref + W^T y / w, clipped to the limits; the cables inside them tell y."""
+    """The optimum (KKT): t = ref + W^T y / w, clipped to the limits; the cables inside them determine y."""
     robot, W, wrench = problem(seed, m, 50.0)
     rng = np.random.default_rng(seed)
     reference = rng.uniform(10.0, 500.0, m)
@@ -161,7 +161,7 @@ def test_qp_limits_the_change_of_a_step():
         ("maximin", {"nrom": "ball"}, "its options are norm"),
     ],
 )
-def test_wrong_options_are_told(name, options, text):
+def test_wrong_options_are_reported(name, options, text):
     robot = make_robot(crossed_box(np.random.default_rng(0), 8))
     with pytest.raises(PluginError, match=text):
         made(name, robot, **options)

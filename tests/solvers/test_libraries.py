@@ -1,4 +1,4 @@
-"""The solvers that ask a library, against the exact one and on problems that libraries stumble over."""
+"""Solvers that use a library, against the exact one and on problems that are difficult for libraries."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def test_entries_of_w_that_are_zero_at_first_may_change(wrapped):
 
 
 @wrapped
-def test_bad_input_is_said_and_forgotten(wrapped, capfd):
+def test_bad_input_is_reported_and_dropped(wrapped, capfd):
     """The libraries themselves answer, print, hang or keep the previous problem."""
     robot, W, _ = problem(1, 8, 0.0)
     low, high = robot.tension_min, robot.tension_max
@@ -238,7 +238,7 @@ def test_qpsolvers_refuses_what_it_cannot_use(options, text):
     assert "\n" not in str(refusal.value)
 
 
-def test_what_qpsolvers_is_not_known_to_keep_is_not_declared():
+def test_only_known_properties_of_qpsolvers_are_declared():
     entry = registry().get("solver", "qpsolvers")
     for name, exact in (("daqp", True), ("quadprog", True), ("osqp", False), ("highs", False)):
         declared = entry.properties(QpsolversOptions(name=name))

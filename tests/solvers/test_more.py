@@ -94,7 +94,7 @@ def test_improved_puncture_answers_where_the_improved_closed_form_does_and_is_no
 @pytest.mark.parametrize("name", ["closed_form", "puncture", "improved_closed_form", "dykstra", "improved_puncture"])
 @pytest.mark.usual("improved_puncture", "dykstra")
 def test_the_outer_ball_proves_infeasibility_and_nothing_else(name):
-    """Thesis 6.29 with its radii mended: most loads beyond all limits are told, no feasible one is."""
+    """Thesis 6.29 with corrected radii: most loads beyond all limits are detected, no feasible one is."""
     told = beyond = 0
     for robot, W, wrench in problems(60, (50.0, 300.0, 1500.0, 8000.0)):
         status, _ = ask(name, robot, W, wrench)
@@ -175,7 +175,7 @@ def test_a_coarser_tolerance_is_coarser():
 
 
 def test_options_in_the_benchmark():
-    """Given to the solver they name alone; a mistake is told before anything is measured."""
+    """Options go only to the named solver; errors are reported before the measurement."""
     from cdpr.analysis.bench import run
 
     robot = cdpr.load_robot(ROBOTS / "twelve.yaml")

@@ -22,7 +22,7 @@ from cdpr_solvers.p_norm import PNorm
 @pytest.mark.parametrize("m", [7, 8, 9, 12])
 @pytest.mark.usual("8")
 def test_p_norm_converges_on_ten_thousand_problems(m):
-    """2500 for each m: N^T u^(p-1) = 0 whatever the limits say, feasible or not."""
+    """2500 for each m: N^T u^(p-1) = 0 for any limits, feasible or not."""
     rng = np.random.default_rng(m)
     problems = []
     for k in range(2500):

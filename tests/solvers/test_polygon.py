@@ -175,7 +175,7 @@ def test_non_finite_input_ends(bad):
 
 
 def test_limits_that_miss_each_other_by_round_off_are_broken_alike():
-    """Neither cable bears more of it, in newtons, however unequal their rows."""
+    """Neither cable carries more of it, in newtons, for any rows."""
     missed, scale = 8e-9, 1000.0  # m of x; the tolerance is 1e-9 N
     found = ends([1.0, 0.1, 0.0], [0.0, 0.0, scale], [2.0 + missed, -scale, scale], [scale, 0.2, scale])
     assert len(found) == 1

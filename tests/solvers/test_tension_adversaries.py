@@ -64,14 +64,14 @@ def ask(solver, problem, rubbish=np.nan, memory=None):
 
 
 def accepted(problem, tension):
-    """What the tension stage says of an answer."""
+    """Return the verdict of the tension stage on an answer."""
     weights = np.repeat([1.0, 1.0 / problem.length], 3)[problem.rows]
     limits = np.array([problem.low, problem.high])
     return accept(problem.W, problem.wrench, weights, limits, tension, tension.copy(), np.zeros(4)) == Status.OK
 
 
 def mistakes(name, options, problem, truth):
-    """What is wrong with a solver's answers to a problem of which the truth is known."""
+    """Return the errors in a solver's answers to a problem with known truth."""
     solver = made(name, problem, options)
     memory = Memory(solver)
     status, tension = ask(solver, problem, memory=memory)
@@ -98,7 +98,7 @@ def mistakes(name, options, problem, truth):
 
 
 def hold(problems, every=1):
-    """Libraries are asked one in `every` problems; the certified ones below are theirs."""
+    """Libraries solve one in `every` problems; the certified ones below are for them."""
     wrong = []
     for k, problem in enumerate(problems):
         truth = problem.truth()
@@ -186,7 +186,7 @@ STUMBLED = {
 
 @pytest.mark.parametrize("name", LIBRARIES)
 @pytest.mark.parametrize("which", STUMBLED)
-def test_what_one_library_stumbled_over(name, which):
+def test_problems_that_failed_in_a_library(name, which):
     W, t, below, above = map(np.array, STUMBLED[which])
     problem = case(W, W @ t, t - below, t + above)
     status, tension = ask(made(name, problem, {}), problem)
@@ -199,7 +199,7 @@ PARALLEL = case([[0, 1, 1, 3], [1, -3, 2, 1], [-2, -1, -1, -3]], [0] * 3, [10, 1
 
 @pytest.mark.parametrize("name", FULL)
 def test_parallel_cables_beside_one_that_is_determined(name):
-    """Rows of N that are round-off are no directions, and a cost that is round-off asks for none."""
+    """Rows of N that are round-off are no directions, and a cost that is round-off has no effect."""
     problem = Case(PARALLEL.W, PARALLEL.W @ [90.0, 5.0, 40.0, 1000.0], PARALLEL.low, PARALLEL.high)
     status, tension = ask(made(name, problem, {}), problem)
     assert status == Status.OK

@@ -1,4 +1,4 @@
-"""Solvers that misbehave in one way each, as plugins, and small robots to ask them about."""
+"""Faulty solvers as plugins, with one fault each, and small robots for them."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _program(W, wrench, t_min, t_max, *, slack):
 
 
 class Jumping(MinimumNorm):
-    """Changes its mind, by 3 N of internal tension, where the wrench's first entry changes sign."""
+    """Jumps by 3 N of internal tension if the wrench's first entry changes sign."""
 
     def solve(self, W, wrench, t_min, t_max, tension):
         status = super().solve(W, wrench, t_min, t_max, tension)
@@ -153,7 +153,7 @@ SOUND = {"qp": MinimumNorm, "closed_form": ClosedForm, "pseudo_inverse": PseudoI
 
 
 def plugins(*rows: PluginInfo) -> Registry:
-    """A registry of these solvers alone, from a stranger's package."""
+    """Registry of these solvers only, from a third-party package."""
     found = Registry()
     for row in rows:
         found.add("solver", row, "stranger", "1.0")

@@ -1,4 +1,4 @@
-"""Models as CASPR writes them, made anew: what stands in one, and an evaluation of its own of what it means."""
+"""Models in the format of CASPR: their content, and an independent evaluation of its meaning."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ SCHEME = "backend_options.reference.scheme"
 
 
 def usable(name):
-    """Whether it is installed, and needs no options that say where its plant is."""
+    """Return True if it is installed and requires no options for its plant."""
     entry = registry().get("backend", name)
     try:
         entry.info.options()

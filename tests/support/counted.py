@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 def calls(work: Callable[[], T]) -> tuple[T, int]:
-    """What `work` returns, and how often a function was called meanwhile, one of Python or of C."""
+    """Return the result of `work`, and the number of calls of a Python or C function during it."""
     count = 0
 
     def called(frame: FrameType, event: str, what: Any) -> None:

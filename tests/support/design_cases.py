@@ -52,6 +52,6 @@ def design_of(folder: Path, text: str = BOX + ONE, optimizer: str = "evaluations
 
 
 def kept(folder: Path) -> dict[str, bytes]:
-    """What a design leaves in its folder, to the byte, but for the ledger, whose order is that of the workers."""
+    """Return the files of a design, byte by byte, except the ledger, whose order is that of the workers."""
     names = [*FILES, *sorted(f"front/{path.name}" for path in (folder / "front").glob("*"))]
     return {name: (folder / name).read_bytes() for name in names}

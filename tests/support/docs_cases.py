@@ -1,4 +1,4 @@
-"""The commands that README and docs/ show: where they stand, what they need, how a test runs each."""
+"""Commands in README and docs/: their places, their requirements, and how a test runs each."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def words(command: str) -> list[str]:
 
 
 def shorter(command: str) -> list[str]:
-    """What to add to a command so that a test has the time for it."""
+    """Additions to a command that make it fast enough for a test."""
     said = command.removeprefix("cdpr ")
     return [word for start, more in SHORTER.items() if said.startswith(start) for word in more]
 

@@ -18,7 +18,7 @@ def root(square: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def turned(q, vector):
-    """Return R(q) v, with the quaternion as it stands made one of unit length."""
+    """Return R(q) v for the normalised quaternion."""
     w, x, y, z = map(Fraction, q)
     size = w * w + x * x + y * y + z * z
     rows = [
@@ -66,7 +66,7 @@ def solved(rows, right):
 
 
 def holds(robot, position, q, wrench, tension):
-    """Whether tensions near those given, (m,), hold a wrench (n,) of rationals exactly, within the limits.
+    """Return True if tensions near those given, (m,), exactly balance a wrench (n,) of rationals, within the limits.
 
     Of n cables the tensions are solved for, those of the others are as given; where they then are within the limits, it
     is proved that there are such. False proves nothing.
@@ -91,7 +91,7 @@ def holds(robot, position, q, wrench, tension):
 
 
 def beyond(robot, position, q, wrench, c):
-    """Whether no tensions within limits of at least 0 hold a wrench (n,), as c (n,) proves: c . w > max c . W t."""
+    """Return True if c (n,) proves that no tensions within limits >= 0 balance a wrench (n,): c . w > max c . W t."""
     full, squares = columns(robot, position, q)
     c = [Fraction(float(each)) for each in c]
     most = Fraction(0)

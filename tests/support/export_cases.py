@@ -1,4 +1,4 @@
-"""What the tests of exported robots share."""
+"""Helpers of the tests of exported robots."""
 
 from __future__ import annotations
 

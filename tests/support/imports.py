@@ -1,4 +1,4 @@
-"""Which module imports which: at its top, within functions, and for type checkers alone."""
+"""Imports of modules: at the top, within functions, and for type checkers only."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def modules(root: Path, packages: tuple[str, ...]) -> dict[str, Path]:
 
 
 def graph(files: dict[str, Path], *, types: bool) -> Graph:
-    """Return what each module imports wherever it says so; what only `types` need too, if asked for.
+    """Return the imports of each module anywhere in it; on request also those of `types` only.
 
     A name that a package imports for type checkers alone is bound late (`cdpr.base.lazy`): who asks the package for it
     imports the module where it is, and the package itself does not.
@@ -59,7 +59,7 @@ def imports(file: Path) -> list[tuple[str, str, bool]]:
 
 
 def _imports(node: ast.AST, typed: bool = False) -> Iterator[tuple[str, str, bool]]:
-    """Yield what stands in a node; nothing of ours is relative."""
+    """Yield the statements in a node; cdpr has no relative imports."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.Import):
             yield from ((alias.name, "", typed) for alias in child.names)

@@ -23,7 +23,7 @@ FILE = ROOT / "scenarios" / "caroca.yaml"
 
 @contextmanager
 def running(make, duration=2.0, out=None, speed=1.0, held=False, file=FILE, **overrides):
-    """What shows a run, made of `say` and `parameters`; what the run was or raised; what was said.
+    """Return a link for `say` and `parameters`, its run or exception, and the messages.
 
     Where `held`, it has begun and stands still.
     """
@@ -80,7 +80,7 @@ class Client:
             self.parameters |= {one["name"]: one.get("value") for one in said["parameters"]}
 
     def until(self, found):
-        """Hear until something is so."""
+        """Receive until a condition is true."""
         while not found():
             self.hear()
 
@@ -93,7 +93,7 @@ class Client:
         self.say(op="subscribe", subscriptions=[{"id": number, "channelId": number} for number in chosen])
 
     def more(self, topic, count=3):
-        """Hear so many more messages of a topic."""
+        """Receive this number of further messages of a topic."""
         wanted = count + sum(each[0] == topic for each in self.messages)
         self.until(lambda: sum(each[0] == topic for each in self.messages) >= wanted)
 

@@ -1,4 +1,4 @@
-"""A live link that nobody meets."""
+"""Live link without clients."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from cdpr.ui.live.sender import Sender
 
 
 class Quiet(Sender):
-    """It keeps what was said, and the numbers of the samples that were shown."""
+    """It records messages, and the numbers of shown samples."""
 
     def __init__(self, parameters=None, host="127.0.0.1"):
         self.said, self.told = [], []

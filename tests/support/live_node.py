@@ -33,7 +33,7 @@ TRIGGER = (
 
 
 def free_port():
-    """A port on which nobody listens."""
+    """Return a port without a listener."""
     with socket.socket() as held:
         held.bind(("127.0.0.1", 0))
         return held.getsockname()[1]
@@ -53,7 +53,7 @@ def _session(mode, listen, connect):
 
 @contextmanager
 def router(port):
-    """What rmw_zenohd is."""
+    """Stand-in for rmw_zenohd."""
     session = _session("router", [f"tcp/127.0.0.1:{port}"], [])
     try:
         yield session
@@ -79,7 +79,7 @@ class Node:
         return f"{self.domain}{topic}/{package}::{group}::dds_::{name}_/{TYPES.hash_rihs01(kind)}"
 
     def tokens(self):
-        """Liveliness tokens of all there is, each split at its slashes; a router may know of them a moment later."""
+        """Return all liveliness tokens, split at slashes; a router may receive them a moment later."""
         deadline = time.monotonic() + WAITS
         while True:
             found = self.session.liveliness().get(f"@ros2_lv/{self.domain}/**", timeout=WAITS)
@@ -100,12 +100,12 @@ class Node:
         self._held.append(self.session.declare_subscriber(self.key(topic, kind), hear))
 
     def until(self, found):
-        """Hear until something is so."""
+        """Receive until a condition is true."""
         with self._some:
             assert self._some.wait_for(found, WAITS)
 
     def more(self, topic, count=3):
-        """Hear so many more messages."""
+        """Receive this number of further messages."""
         wanted = len(self.messages[topic]) + count
         self.until(lambda: len(self.messages[topic]) >= wanted)
 

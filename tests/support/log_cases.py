@@ -72,5 +72,5 @@ def write_log(path: Path, header: Header, rows: Array) -> Path:
 
 
 def same_bits(a: Array, b: Array) -> bool:
-    """Whether two arrays are equal to the last bit, NaN and -0.0 included."""
+    """Return True if two arrays are equal to the last bit, NaN and -0.0 included."""
     return a.shape == b.shape and a.tobytes() == b.tobytes()

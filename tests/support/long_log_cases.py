@@ -45,7 +45,7 @@ def simulate_whole(folder: Path) -> Run:
 
 
 def told(run: Run) -> dict[str, Any]:
-    """The summary without what the clock on the wall says."""
+    """Return the summary without wall-clock times."""
     return {key: value for key, value in run.summary().items() if key != "real_time_factor"}
 
 

@@ -1,4 +1,4 @@
-"""Scenarios with one thing that is seldom meant, and what is told of it."""
+"""Scenarios with one suspicious value each, and the warnings about it."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import cdpr
 
 SCENARIOS = ROOT / "scenarios"
 SHORT = {"simulation.duration": 0.05}
-NONE = "gave no answer to frame 0 within its time-out, 0.3 s"  # of PEER with such a timeout
+NONE = "no answer to frame 0 within the time-out, 0.3 s"  # of PEER with such a timeout
 
 PEER = """
 import json, os, signal, struct, sys, time

@@ -1,4 +1,4 @@
-"""Stand-ins for the interfaces of ROS 2 that a generated node uses: messages with the fields of theirs, no others."""
+"""Stand-ins for the interfaces of ROS 2 of a generated node: messages with the fields of theirs, no others."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 
 class Message:
-    """What all messages do: take values for their fields, of the field's type where that is plain."""
+    """Common base of messages: values for their fields, of the field's type if that is simple."""
 
     fields: ClassVar[dict[str, Any]]
 
@@ -71,7 +71,7 @@ class Publisher:
 
 
 class Node:
-    """What rclpy.node.Node does, without ROS; `given` are the parameters that a launch file would set."""
+    """Stand-in for rclpy.node.Node, without ROS; `given` are the parameters of a launch file."""
 
     given: ClassVar[dict[str, object]] = {}
 

@@ -1,4 +1,4 @@
-"""What the scenario tests share: texts that hold every key, plugins that stand for any, ways to fail."""
+"""Helpers of scenario tests: texts with every key, plugins that replace any other, ways to fail."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ events:
 
 
 def whole(trajectory: str, robot: str = ROBOT) -> str:
-    """A scenario text that stands alone."""
+    """Return a self-contained scenario text."""
     indented = "".join(f"  {line}\n" for line in robot.splitlines())
     return f"{HEAD}robot:\n{indented}{trajectory}{TAIL}"
 
@@ -187,7 +187,7 @@ class NeedyOptions(PluginOptions):
 
 
 class LaxOptions(PluginOptions):
-    """What an author writes who wants text taken for numbers."""
+    """Mistake of an author who wants text accepted as numbers."""
 
     model_config = ConfigDict(strict=False)
 

@@ -17,7 +17,7 @@ R = Rotation.from_euler("xyz", RPY).as_matrix()
 
 @dataclass
 class Dialect:
-    """What differs between generators."""
+    """Differences between generators."""
 
     slide: str = "cable{i}"
     swapped: bool = False  # the second hinge joins the other way round

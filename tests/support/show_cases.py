@@ -33,7 +33,7 @@ def wait(board, kind, such=lambda message: True):
 
 
 def until(done):
-    """Wait until something is so that no message tells of."""
+    """Wait until a condition without a message is true."""
     end = time.monotonic() + PATIENCE
     while not done():
         assert time.monotonic() < end
@@ -41,7 +41,7 @@ def until(done):
 
 
 class Staged:
-    """A show, and what it said."""
+    """A driver, and its messages."""
 
     def __init__(self, *scenarios):
         self.board, self.told, self.log = Broadcast(), [], []
@@ -62,7 +62,7 @@ class Staged:
         return wait(self.board, "status", lambda status: status["phase"] in phases)
 
     def said(self):
-        """Wait until all that was asked for is done; return what was said of it."""
+        """Wait until all requests are done; return their messages."""
         done = []
         self.show._jobs.put(lambda: done.append(True))
         until(lambda: done)

@@ -26,7 +26,7 @@ def spread(names: str, *axes: Sequence[Any]) -> pytest.MarkDecorator:
 def sampled(
     keep: int | Callable[..., bool], names: str | Sequence[str], values: Iterable[Any], **more: Any
 ) -> pytest.MarkDecorator:
-    """As `pytest.mark.parametrize`; all are slow but the first `keep`, or but those to which it says yes.
+    """As `pytest.mark.parametrize`; all are slow except the first `keep`, or those for which it returns True.
 
     For values that show the same of the program in other places, which the first do by default.
     """

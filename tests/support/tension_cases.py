@@ -28,7 +28,7 @@ class Case:
 
     @property
     def rows(self) -> list[int]:
-        """Which of the six directions the rows are."""
+        """Directions of the rows among the six."""
         n = len(self.wrench)
         return [0, 1, 5] if self.length != 1.0 and n == 3 else list(range(n))
 
@@ -104,7 +104,7 @@ def _matrix(rng: np.random.Generator, n: int, m: int) -> tuple[Array, float]:
 def _within(
     rng: np.random.Generator, W: Array, low: list[Fraction], high: list[Fraction]
 ) -> tuple[list[Fraction], list[Fraction], list[Fraction]]:
-    """Choose tensions, move limits to them where the case asks for that, and return their wrench and the limits."""
+    """Choose tensions, move limits to them if the case requires that, and return their wrench and the limits."""
     n, m = W.shape
     width = Fraction(1, 2 ** int(rng.integers(20, 41))) * 1024  # 1e-6 to 1e-12 of a kilonewton
     t = [a + (b - a) * Fraction(int(rng.integers(0, 9)), 8) for a, b in zip(low, high, strict=True)]

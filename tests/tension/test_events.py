@@ -30,7 +30,7 @@ def test_one_event_a_span_that_ends_with_the_run():
     assert "(2 samples)" in found[0].text
 
 
-def test_nothing_to_tell():
+def test_no_messages():
     assert events([]) == []
     assert events([0, 0]) == []
 
@@ -39,12 +39,12 @@ def test_nothing_to_tell():
     ("policy", "respects_bounds", "text"),
     [
         ("best_effort", True, "the nearest wrench within the limits instead"),
-        ("hold_tension", True, "the tensions before held instead"),
-        ("hold_tension", False, "the tensions before held instead"),
+        ("hold_tension", True, "the previous tensions were held instead"),
+        ("hold_tension", False, "the previous tensions were held instead"),
         ("best_effort", False, "clipped"),
     ],
 )
-def test_what_was_done_is_told(policy, respects_bounds, text):
+def test_actions_are_reported(policy, respects_bounds, text):
     (event,) = events([Status.NOT_FOUND], policy=policy, respects_bounds=respects_bounds)
     assert text in event.text
 

@@ -1,4 +1,4 @@
-"""Runs whose solver gives no valid answer: what they end with, and what is said where the fallback answers instead."""
+"""Runs whose solver gives no valid answer: their end, and the messages if the fallback is used."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_solver_without_an_answer_stops_a_run_that_is_not_infeasible(tmp_path)
 
 @pytest.mark.parametrize(
     ("policy", "told"),
-    [("best_effort", "the nearest wrench within the limits"), ("hold_tension", "the tensions before held")],
+    [("best_effort", "the nearest wrench within the limits"), ("hold_tension", "the previous tensions were held")],
 )
 def test_a_run_of_the_fallback_alone_warns(policy, told, tmp_path):
     heavy = ["simulation.duration=0.02", "robot.platform.mass=5000", f"solver.infeasible={policy}"]

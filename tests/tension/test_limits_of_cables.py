@@ -1,4 +1,4 @@
-"""Lengths and winding speeds that cables must keep: counted, told, and a reason to stop where the scenario says so."""
+"""Limits of lengths and winding speeds: counted, reported, and a reason to stop if the scenario requires it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def rows(*columns):
     return np.column_stack(columns)
 
 
-def test_what_is_counted_is_what_a_plain_look_finds():
+def test_counts_equal_those_of_a_simple_search():
     rng = np.random.default_rng(0)
     for _ in range(50):
         length, rate = rng.uniform(1.0, 3.0, (40, 3)), rng.normal(size=(40, 3))
@@ -63,7 +63,7 @@ def test_what_is_counted_is_what_a_plain_look_finds():
                 assert (one.cables[0], one.worst) == (at[1], value[at])
 
 
-def test_a_value_is_told_from_its_limit():
+def test_a_value_is_distinguished_from_its_limit():
     reach = reach_of(((1.0,), (1.8,), (None,)))
     reach.add(rows(np.zeros(2), np.array([[1.80001], [0.9]]), np.zeros((2, 1))))
     assert [one.text(["a"]) for one in reach.told()] == [
@@ -84,7 +84,7 @@ TRUE_MARGIN = Column("true_margin", 0, "N", "")
 
 
 def drawn(limits):
-    """What counts commands beyond the limits (2, m) alone, and rows of them as a loop has them."""
+    """Counter of commands beyond the limits (2, m), and rows of them as in a loop."""
     layout = Layout(limits.shape[1], more=(TRUE_MARGIN,))
 
     def as_rows(tension):
@@ -141,7 +141,7 @@ def test_columns_outside_of_the_rows_are_an_error():
 
 
 @pytest.mark.parametrize("more", [{}, {"log.step": 0.01}])
-def test_a_run_counts_them_and_says_so(more, tmp_path):
+def test_a_run_counts_and_reports_them(more, tmp_path):
     run = simulate(SCENARIO, overrides=SLOW | more, out=tmp_path / "run")
     whole = simulate(SCENARIO, overrides=SLOW)
     wrong = (np.abs(whole.rate[:, :2]) > [0.5, 0.2]).any(axis=1)
@@ -155,7 +155,7 @@ def test_a_run_counts_them_and_says_so(more, tmp_path):
     assert "beyond_limits_steps" not in simulate(SCENARIO, overrides={"simulation.duration": 0.01}).summary()
 
 
-def test_the_scenario_may_say_to_stop(tmp_path):
+def test_limits_stop_ends_the_run(tmp_path):
     with pytest.raises(
         LimitViolation, match=r"cables wound faster than allowed: cable_2 up to 0.2\d* of 0.2 m/s .*limits: stop"
     ) as stop:

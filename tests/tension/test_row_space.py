@@ -177,7 +177,7 @@ def test_a_target_is_approached():
 
 
 def test_the_nearest_wrench_of_many_cables_has_the_least_tensions():
-    """Where it balances: those of the qp."""
+    """If it balances: those of the qp."""
     rng = np.random.default_rng(7)
     for _ in range(5):
         W, low, high = matrix(rng, 6, 40), np.full(40, 5.0), np.full(40, 300.0)

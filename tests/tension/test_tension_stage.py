@@ -103,7 +103,7 @@ def test_policies_on_an_infeasible_wrench():
         stop.distribute()
 
 
-def test_who_ignores_limits_is_clipped():
+def test_answers_that_ignore_limits_are_clipped():
     answer = np.array([-5.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 900.0])
     bench = Bench(answering(answer), respects_bounds=False)
     assert bench.distribute() == Status.NOT_FOUND
@@ -170,7 +170,7 @@ def test_an_answer_that_moves_a_locked_cable_is_refused():
     assert bench.distribute() == Status.NOT_FOUND
 
 
-def test_held_cables_pull_what_they_pull_and_the_report_says_so():
+def test_jammed_cables_keep_their_tension_and_the_report_states_it():
     bench = Bench()
     bench.distribute()
     answer = bench.tension.copy()
@@ -232,14 +232,14 @@ def test_of_several_nearest_tensions_it_is_the_least():
 
 
 def test_a_cable_that_reached_its_upper_limit_stays_there():
-    """It took part, was blocked above, and is not asked again: all at the limit that presses them, in a step each."""
+    """It took part, was blocked above, and is not used again: all at the active limit, in a step each."""
     steps, tension = nearest_tensions([[1, 2, 0.5], [0, 1, 1]], [100, 100], [10, 10, 10])
     np.testing.assert_array_equal(tension, [10, 10, 10])
     assert 0 < steps <= 4
 
 
 def test_a_cable_blocked_at_its_limit_still_pulls():
-    """What it gives there is taken from what the others have to do: 6.2 / 1.04 N, by hand."""
+    """Its contribution is subtracted from that of the others: 6.2 / 1.04 N, by hand."""
     steps, tension = nearest_tensions([[1, 0.5], [0.2, 1]], [10, 16], [100, 10])
     assert steps > 0
     np.testing.assert_allclose(tension, [6.2 / 1.04, 10.0], rtol=1e-14)
@@ -291,10 +291,10 @@ def test_verdicts_of_small_robots_are_as_strict(unit):
     [
         ([np.nan, *[100.0] * 7], "not finite: cable_1 nan"),
         ([100.0] * 8, "the tensions miss the wrench by "),
-        ([*[100.0] * 7, HIGH + 2.0], "cable_8 is 2 N beyond its limits, 10 to 500 N, where 1e-06 N are allowed"),
+        ([*[100.0] * 7, HIGH + 2.0], "cable_8 is 2 N beyond its limits, 10 to 500 N; allowed: 1e-06 N"),
     ],
 )
-def test_a_refused_answer_is_told_once_with_the_check_that_it_failed(answer, told):
+def test_a_refused_answer_is_reported_once_with_the_check_that_it_failed(answer, told):
     bench = Bench(answering(answer))
     assert bench.distribute() == Status.NOT_FOUND
     assert told in bench.stage.refusal

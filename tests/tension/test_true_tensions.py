@@ -94,7 +94,7 @@ def test_chatter_is_counted_in_few_lines():
     assert events[-1].text == f"{400 - MOST_EVENTS} further intervals with slack cables"
 
 
-def test_the_scenario_may_say_to_stop(scenario, pushed):
+def test_limits_stop_ends_the_run(scenario, pushed):
     with pytest.raises(LimitViolation, match=r"cable tensions lower than allowed: cable_1 down to .* of 5 N") as stop:
         simulate(scenario, overrides={"limits": "stop"})
     run = stop.value.run
@@ -105,7 +105,7 @@ def test_the_scenario_may_say_to_stop(scenario, pushed):
     assert run.header.limit_changes == ()
 
 
-def test_the_command_line_tells_and_stops(scenario, tmp_path):
+def test_the_command_line_reports_and_stops(scenario, tmp_path):
     words = [str(scenario), "--no-report", "--set", "simulation.duration=0.8"]
     warned = CliRunner().invoke(run_command.command, [*words, "--out", str(tmp_path / "warned")])
     assert warned.exit_code == ExitCode.OK

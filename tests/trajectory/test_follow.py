@@ -70,7 +70,7 @@ CORNERS = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 0.5], [0.2, 1, 0.5], [0.6, 1,
 
 
 def test_exact_stops_are_as_fast_as_can_be():
-    """The same as from stop to stop, which is held to ruckig."""
+    """The same as from stop to stop, which is verified by ruckig."""
     moved = follow(0.5, course(polyline(CORNERS)), LIMITS, UPRIGHT)
     stops = stop_to_stop(0.5, [Stop(np.array(point), UPRIGHT) for point in CORNERS], LIMITS, None)
     assert moved.end == pytest.approx(stops.end, abs=1e-9)
@@ -298,7 +298,7 @@ def test_speeds_keep_their_caps_and_are_not_wasted(seed):
         assert np.isclose(v, caps[slowest]).any(), "the least cap is reached where there is room"
 
 
-def test_what_would_take_too_much_memory_is_refused():
+def test_excessive_memory_is_rejected():
     with pytest.raises(CdprError, match="polynomials of time, 2000000 at most are allowed"):
         follow(0.0, course(arc(0.1, 1e9)), LIMITS, UPRIGHT)
     with pytest.raises(ValueError, match="one piece or more"):

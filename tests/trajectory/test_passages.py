@@ -42,7 +42,7 @@ def written(height=1.0, exit="", end=1.0):
     ("text", "where"),
     [(written(), "anchor"), (written(3.0, PULLEY), "swivel axis")],
 )
-def test_a_passage_is_told_before_the_run_and_leaves_no_energy_balance(tmp_path, text, where):
+def test_a_passage_is_reported_before_the_run_and_leaves_no_energy_balance(tmp_path, text, where):
     scenario = load_scenario(tmp_path / "s.yaml", text=text)
     (warning,) = [each.text for each in scenario.warnings if "passes" in each.text]
     assert warning.startswith(f"cable 'cable_4' passes its {where} at 1 s")

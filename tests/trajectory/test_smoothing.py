@@ -33,7 +33,7 @@ def test_short_chords_of_an_arc_take_little_longer_than_it(radius, chord, tolera
 
 
 def along(motion, places=9):
-    """Positions at so many places of each of its polynomials."""
+    """Return positions at this number of places of each of its polynomials."""
     shares = np.linspace(0, 1, places)[:, None] ** np.arange(6)
     return (motion.segments[:, 2:20].reshape(-1, 3, 6) @ shares.T).transpose(0, 2, 1).reshape(-1, 3)
 

@@ -73,7 +73,7 @@ attitudes = st.tuples(*[st.floats(-3.0, 3.0)] * 3).map(lambda angles: rotations.
 
 
 @given(st.lists(st.tuples(points, attitudes), min_size=2, max_size=4), points)
-def test_the_tool_moves_as_the_motion_says(places, arm):
+def test_the_tool_follows_the_motion(places, arm):
     knots = [trajectory.Knot(1.5 * k, *place) for k, place in enumerate(places)]
     wanted = trajectory.through(knots)
     moved = trajectory.of_tool(wanted, arm)
@@ -124,7 +124,7 @@ def test_a_run_moves_its_tool(tmp_path):
     assert np.abs(tips - [0.1, 0.2, 0.7]).max() < 1e-4  # it turns about its nozzle
     assert np.abs(run.position - run.position[0]).max() > 0.05
     assert run.header.tools == {"nozzle": tuple(NOZZLE)}
-    with pytest.raises(cdpr.CdprError, match="tool: one of nozzle is expected, got 'x'"):
+    with pytest.raises(cdpr.CdprError, match="tool: expected one of nozzle, got 'x'"):
         run.tool("x")
 
 
@@ -189,7 +189,7 @@ def test_a_study_may_move_the_tool(tmp_path):
     assert other.planned.sample(0.0)[:3] == pytest.approx([0.1, 0.2, 1.2])
 
 
-def test_what_is_beyond_reach_is_the_platform(tmp_path):
+def test_unreachable_poses_are_reported(tmp_path):
     """A tool that hangs far below may be where the platform could not, and the other way round."""
     tools = {"weight": [0.0, 0.0, -20.0]}
     below = {"type": "hold", "tool": "weight", "position": [0.0, 0.0, -18.8]}
@@ -212,11 +212,11 @@ WRONG = {
     "none": (
         {"type": "hold", "tool": "x"},
         {"tools": {}},
-        "has no tool 'x': it has none; name them in robot.platform.tools",
+        "has no tool 'x': the robot has none; define them in robot.platform.tools",
     ),
-    "two numbers": ({"type": "hold"}, {"tools": {"a": [1.0, 2.0]}}, "tools.a: 3 numbers expected (m), got 2"),
-    "no list": ({"type": "hold"}, {"tools": {"a": 1.0}}, "tools.a: 3 numbers expected (m), got 1"),
-    "a text": ({"type": "hold"}, {"tools": {"a": [1.0, "x", 2.0]}}, "tools.a[1]: a number expected (m), got 'x'"),
+    "two numbers": ({"type": "hold"}, {"tools": {"a": [1.0, 2.0]}}, "tools.a: expected 3 numbers (m), got 2"),
+    "no list": ({"type": "hold"}, {"tools": {"a": 1.0}}, "tools.a: expected 3 numbers (m), got 1"),
+    "a text": ({"type": "hold"}, {"tools": {"a": [1.0, "x", 2.0]}}, "tools.a[1]: expected a number (m), got 'x'"),
     "a taken name": ({"type": "hold"}, {"tools": {"platform": NOZZLE}}, "have this name already; choose another name"),
     "a cable's end": ({"type": "hold"}, {"tools": {"cable_1_frame": NOZZLE}}, "have this name already"),
     "no name": ({"type": "hold"}, {"tools": {"a b": NOZZLE}}, "write a_b"),
@@ -225,7 +225,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_is_told(tmp_path, name):
+def test_errors_are_reported(tmp_path, name):
     motion, more, text = WRONG[name]
     with pytest.raises(ScenarioError, match=r"tool\.yaml:\d+:\d+") as caught:
         scenario(tmp_path, motion, **more)
@@ -239,7 +239,7 @@ def test_what_is_wrong_is_told(tmp_path, name):
         {"robot": {**CAROCA, "platform": {**CAROCA["platform"], "mass": -1.0, "tools": {"nozzle": NOZZLE}}}},
     ],
 )
-def test_what_else_is_wrong_hides_no_wrong_tool(tmp_path, wrong):
+def test_other_errors_do_not_hide_an_invalid_tool(tmp_path, wrong):
     with pytest.raises(ScenarioError, match=r"trajectory\.tool: the platform has no tool 'nozle'") as caught:
         scenario(tmp_path, {"type": "hold", "tool": "nozle"}, **wrong)
     assert len(caught.value.rows) == 2
@@ -267,7 +267,7 @@ def test_guides_let_tools_move_as_far_as_they_can(tmp_path):
     assert made.planned.sample(0.0)[:3] == pytest.approx([at[0] + 0.1, at[1], at[2] - 0.1])
     with pytest.raises(ScenarioError, match="the initial position holds tool 'nozzle' at y = "):
         scenario(tmp_path, {**motion, "position": at}, PLANAR, {"nozzle": [0.0, 0.2, -0.2]})
-    with pytest.raises(ScenarioError, match="where it turns, this tool leaves what it holds"):
+    with pytest.raises(ScenarioError, match="this tool would leave the guide"):
         scenario(tmp_path, {"type": "hold", "tool": "nozzle"}, SPHERICAL)
 
 
@@ -328,7 +328,7 @@ def test_it_is_a_link_of_urdf(robot):
     assert any(each.get("name") == "nozzle" for each in root.iter("link"))
 
 
-def test_info_tells_it(robot):
+def test_info_reports_it(robot):
     assert "nozzle at [0.1, 0.2, -0.5] m" in cdpr_here("info", str(robot)).stdout
     told = json.loads(cdpr_here("info", str(robot), "--json").stdout)
     assert told["robot"]["platform"]["tools_m"] == {"nozzle": NOZZLE}

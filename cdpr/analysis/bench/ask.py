@@ -50,7 +50,7 @@ def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolv
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise AskFailed(f"raised {one_line(error)} when it was made") from error
+        raise AskFailed(f"raised {one_line(error)} during construction") from error
 
 
 def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) -> Answers:
@@ -82,7 +82,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            raise AskFailed(f"raised {one_line(error)} when it was reset") from error
+            raise AskFailed(f"raised {one_line(error)} during reset") from error
         solve = solver.solve
         for k in range(count):
             W, wrench, low, high, t = problems.W[k], problems.wrench[k], t_min[k], t_max[k], tension[k]
@@ -124,7 +124,7 @@ def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: 
 def _checked(said: Any) -> int:
     if isinstance(said, (int, np.integer)) and not isinstance(said, bool) and said in list(Status):
         return int(said)
-    raise AskFailed(f"returned {said!r}, which is no cdpr.tension.Status")
+    raise AskFailed(f"returned {said!r}, which is not a cdpr.tension.Status")
 
 
 @contextmanager

@@ -81,7 +81,7 @@ def save(
         kept.append(each)
     names = [each.name for each in kept]
     if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise CdprError(f"two baselines would be called {', '.join(twice)}: give the scenarios names of their own")
+        raise CdprError(f"two baselines would have the name {', '.join(twice)}: give each scenario a unique name")
     return [baseline_file.write(each, folder) for each in kept]
 
 
@@ -93,7 +93,7 @@ def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, tota
     """
     paths = sorted(folder.glob(f"*{SUFFIX}")) if folder.is_dir() else [folder]
     if not paths:
-        raise CdprError(f"{folder}: holds no baseline (*{SUFFIX}); `cdpr baseline save` makes them")
+        raise CdprError(f"{folder}: contains no baseline (*{SUFFIX}); create baselines by `cdpr baseline save`")
     found: dict[str, Checked] = {}
     to_run: dict[str, tuple[Baseline, Scenario]] = {}
     for path in paths:
@@ -103,7 +103,7 @@ def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, tota
             scenario = _load(path.parent, kept)
         except CdprError as error:
             reason = str(error).partition("\n")[0]
-            found[name] = Checked(name, "differs", f"its scenario does not load any more: {reason}")
+            found[name] = Checked(name, "differs", f"the scenario cannot be loaded: {reason}")
             continue
         if changed := _changed(path.parent / kept.source, kept, scenario):
             found[name] = Checked(name, "differs", changed)
@@ -134,7 +134,7 @@ def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
     try:
         now = load_scenario(source, overrides=kept.changes, backend=kept.backend)
     except ScenarioError as error:
-        return f"the scenario {source} has changed and is wrong now: {error.problems[0]}"
+        return f"the scenario {source} has changed and is now invalid: {error.problems[0]}"
     found = changes(before.resolved_yaml(), now.resolved_yaml())
     if not found:
         return ""

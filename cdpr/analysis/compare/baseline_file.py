@@ -48,9 +48,9 @@ class Content(Section):
             raise ValueError(f"columns are those of {', '.join(FIELDS)}, in this order")
         marks = [-1, *self.indices, self.count]
         if len(self.indices) != len(self.samples) or any(a >= b for a, b in pairwise(marks)):
-            raise ValueError("indices and samples do not belong together")
+            raise ValueError("the numbers of indices and samples differ")
         if {len(row) for row in self.samples} - {1 + sum(self.columns.values())}:
-            raise ValueError("columns and samples do not belong together")
+            raise ValueError("the numbers of columns and values in a sample differ")
         return self
 
 
@@ -101,4 +101,4 @@ def read(path: Path) -> Baseline:
 
 
 def _none(path: Path, reason: str) -> CdprError:
-    return CdprError(f"{path}: is no baseline that this cdpr can read: {reason}; save it anew")
+    return CdprError(f"{path}: cannot be read as a baseline: {reason}; save it again")

@@ -84,7 +84,7 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
     engines = tuple(engine for name in wanted for engine in here if engine.name == name != judge.name)
     if not engines:
         others = "; ".join(f"{name}: {reason}" for name, reason in absent.items())
-        hint = f" ({others})" if others else f"; there are {', '.join(found.names('backend'))}"
+        hint = f" ({others})" if others else f"; allowed: {', '.join(found.names('backend'))}"
         raise CdprError(f"nothing to compare: '{judge.name}' is the judge, and no other backend is chosen{hint}")
     return Field(judge, engines, absent)
 

@@ -41,7 +41,7 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
     if isinstance(paths, str | PathLike) or not paths:
         raise CdprError(f"expected a list of two or more run folders or logs, got {shown(paths)}")
     if len(paths) < 2:
-        raise CdprError(f"{paths[0]}: one run alone; give two or more, or the scenario to run it on others")
+        raise CdprError(f"{paths[0]}: expected two or more runs, got one; or compare the scenario on several engines")
     if len({Path(path).resolve() for path in paths}) < len(paths):
         raise CdprError("the same run is given twice")
     names = [Path(path).name for path in paths]
@@ -79,7 +79,7 @@ def _refuse(loaded: dict[str, Run]) -> None:
     (first, one), *others = loaded.items()
     for label, run in loaded.items():
         if not len(run.rows):
-            raise CdprError(f"{label}: holds no sample ({run.status})")
+            raise CdprError(f"{label}: contains no sample ({run.status})")
     for label, run in others:
         other = [name for name in SHARED if getattr(run.header, name) != getattr(one.header, name)]
         if other:
@@ -105,7 +105,7 @@ def _read(label: str, run: Run) -> tuple[Engine, Scenario | None]:
 def _judge(label: str, judge: str, loaded: dict[str, Run], read: dict[str, tuple[Engine, Scenario | None]]) -> Verdict:
     run, (engine, scenario) = loaded[label], read[label]
     others = [judge, *(other for other in loaded if other not in (judge, label))]
-    reason = "no other run has its scheme and its steps: compare the scenario to have it judged"
+    reason = "no other run has the same scheme and steps; run the comparison on the scenario for a verdict"
     for other in others:
         twin = read[other][0]
         same_step = loaded[other].header.physics_step == run.header.physics_step
@@ -118,5 +118,5 @@ def _judge(label: str, judge: str, loaded: dict[str, Run], read: dict[str, tuple
         ]
         if same_step and not differing:
             return against_scheme(run, loaded[judge], loaded[other], continuous=is_continuous(scenario))
-        reason = f"the scenario of {other} is another: {', '.join(differing[:3])}"
+        reason = f"the scenario of {other} differs: {', '.join(differing[:3])}"
     return unjudged(run, loaded[judge], reason)

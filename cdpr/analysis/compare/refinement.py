@@ -181,14 +181,14 @@ def _explain(declared: int, order: float, errors: Sequence[float], truth: Made) 
     if order < declared and errors[-1] <= NEAR_ROUND_OFF * size(truth.run):
         return "at round-off", f"{what}: the finest error, {errors[-1]:.1e} m, is near round-off"
     if kink := _kink(truth.run):
-        return "kinks", f"{what}: {kink}; at such kinks no scheme reaches a high order"
+        return "kinks", f"{what}: {kink}; no scheme reaches a high order at such kinks"
     first, second = local_order(*errors[:2]), local_order(*errors[1:])
     if abs(first - second) > 0.5 * tolerance(declared):
         return "long steps", (
-            f"{what}: it still changes from {first:.3g} to {second:.3g} as the step is halved; choose a shorter "
+            f"{what}: it changes from {first:.3g} to {second:.3g} when the step is halved; choose a shorter "
             "simulation.physics_step to see the order"
         )
-    return "unlike", f"{what}, and neither kinks, long steps nor round-off explain it: check the declared order"
+    return "unlike", f"{what}; kinks, long steps or round-off do not explain it: check the declared order"
 
 
 def _kink(run: Run) -> str:

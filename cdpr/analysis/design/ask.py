@@ -104,7 +104,7 @@ class Evaluations:
         """Return an evaluation from its ledger entry only, so that replayed and new evaluations are identical."""
         if known.summary["values"] != (None if values is None else values.tolist()):
             path = self._folder.path / LEDGER_NAME
-            raise LogError(f"{path}: evaluation {number} is of another candidate than the search requests now")
+            raise LogError(f"{path}: evaluation {number} belongs to a different candidate than the search requests")
         if known.status == "failed":
             return Row(number, values, None, known.reason, score(self._design.section, None))
         figures = {}

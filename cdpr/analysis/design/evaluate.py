@@ -84,7 +84,7 @@ def question_of(section: FigureSection, gravity: Array, obstacles: tuple[Obstacl
     given = _required(section)
     for part in ("diameter", "axial_stiffness", "direction"):
         if getattr(section, part) is not None and part not in kind.takes:
-            raise CdprError(f"{kind.name} takes no {part}")
+            raise CdprError(f"{kind.name} does not accept {part}")
     return Question(
         required=kind.required(given),
         gravity=gravity,

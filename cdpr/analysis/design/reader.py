@@ -31,7 +31,7 @@ from cdpr.scenario.source import open_document, stem
 
 COLUMNS = ("number", "feasible", "violation", "refused", "goal")  # columns of the table, reserved names
 # Command options in messages, and the corresponding keys of a figure.
-OPTIONS = {"say --axial-stiffness": "the figure axial_stiffness", "say --cable-diameter": "the figure diameter"}
+OPTIONS = {"set --axial-stiffness": "set the figure axial_stiffness", "set --cable-diameter": "set the figure diameter"}
 
 
 def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None) -> Design:
@@ -55,7 +55,7 @@ def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None)
         <Design design_box: 8 variables, 1 goals>
     """
     if evaluations is not None and not 1 <= evaluations <= MAX_EVALUATIONS:
-        raise CdprError(f"evaluations: a whole number from 1 to {MAX_EVALUATIONS} is expected, got {evaluations!r}")
+        raise CdprError(f"evaluations: expected a whole number from 1 to {MAX_EVALUATIONS}, got {evaluations!r}")
     problems = Problems()
     document = open_document(file_name(path), "design", problems)
     section = validate(DesignFile, document.data, document, problems)
@@ -105,12 +105,12 @@ class _Reader:
         name = self.section.robot
         file = examples.beside(self.document.folder, name, "robot")
         if os.path.isabs(name):
-            self._add(("robot",), "a file name relative to this file is expected")
+            self._add(("robot",), "expected a file name relative to this file")
             return file, ""
         try:
             return file, read(file).decode()
         except UnicodeDecodeError:
-            self._add(("robot",), f"'{file}' is no text in UTF-8")
+            self._add(("robot",), f"'{file}' is not text in UTF-8")
         except UnreadableError as error:
             self._add(("robot",), str(error))
         return file, ""
@@ -123,9 +123,9 @@ class _Reader:
         seen: set[str] = set()
         for path, label in labels:
             if label in COLUMNS:
-                self._add(path, f"cannot be called {label}: the table has such a column")
+                self._add(path, f"cannot be named {label}: the table already has this column")
             elif label in seen:
-                self._add(path, f"two variables or figures are called {shown(label)}: give one another name")
+                self._add(path, f"two variables or figures are named {shown(label)}: rename one")
             seen.add(label)
         used: list[tuple[Path, str]] = []
         for i, goal in enumerate(section.wanted):
@@ -136,7 +136,7 @@ class _Reader:
         for path, name in used:
             if name not in section.figures:
                 hint = did_you_mean(name, section.figures)
-                self._add(path, f"no figure is called {shown(name)}: {hint}there are {', '.join(section.figures)}")
+                self._add(path, f"unknown figure {shown(name)}: {hint}allowed: {', '.join(section.figures)}")
 
     def _targets(self, number: int, variable: Variable) -> tuple[Target, ...]:
         path: Path = ("vary", number)
@@ -156,9 +156,9 @@ class _Reader:
         kind = section.optimizer.type
         path: Path = ("optimizer", "type")
         if len(section.wanted) > 1 and kind in ("differential_evolution", "cma"):
-            self._add(path, f"{kind} takes one goal; nsga2 and random take several")
+            self._add(path, f"{kind} supports one goal; nsga2 and random support several")
         if kind == "cma" and len(section.vary) < 2:
-            self._add(path, "cma needs two variables at least; differential_evolution takes one")
+            self._add(path, "cma requires at least two variables; differential_evolution accepts one")
 
     def _place(self, robot: Robot) -> Place | None:
         given = self.section.region
@@ -186,7 +186,7 @@ class _Reader:
             if not held_upright(robot.dof, q):
                 moves = ", ".join(robot.dof)
                 path: Path = ("poses", i, "orientation")
-                self._add(path, f"the robot moves along {moves} only, so it stays upright about the rest")
+                self._add(path, f"the robot moves along {moves} only, so it cannot rotate about the other axes")
             rows.append([*pose.position, *q])
         return Place(None, read_only(np.array(rows)))
 
@@ -208,7 +208,7 @@ class _Reader:
         if section.extent:
             return Figure(section)
         if section.volume and self.section.region is None:
-            self._add((*path, "volume"), "a volume is of a region, and poses are given: least and mean take them")
+            self._add((*path, "volume"), "a volume requires a region, not poses; with poses, use least or mean")
             return None
         try:
             return Figure(section, question_of(section, np.array(self.section.gravity), obstacles))

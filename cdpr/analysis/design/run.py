@@ -67,7 +67,7 @@ def run_design(
         <Designed design_box: 2 candidates, 1 feasible>
     """
     if jobs < 1:
-        raise CdprError(f"jobs: a whole number from 1 on is expected, got {jobs!r}")
+        raise CdprError(f"jobs: expected a whole number from 1 on, got {jobs!r}")
     versions = versions_of(design)
     given, n = design.section.optimizer, len(design.targets)
     path = folder_name(out)

@@ -47,11 +47,11 @@ class Variable(Section):
     @model_validator(mode="after")
     def _sound(self) -> Variable:
         if (self.key is None) == (self.keys is None):
-            raise ValueError("one of key and keys is expected")
+            raise ValueError("expected one of key and keys")
         if self.keys is not None and self.name is None:
             raise ValueError("several keys need a name")
         if any(moved.factor == 0.0 for moved in self.keys or ()):
-            raise ValueError("a factor other than 0 is expected")
+            raise ValueError("expected a factor other than 0")
         if not self.bounds[0] < self.bounds[1]:
             raise ValueError(f"bounds: the lowest value, {self.bounds[0]:g}, must be below {self.bounds[1]:g}")
         return self
@@ -80,7 +80,7 @@ class FigureSection(Section):
     acceleration_box: Six | None = Field(None, description="half widths of accelerations (m/s^2, rad/s^2)")
     acceleration_ellipsoid: Six | None = Field(None, description="half axes of such an ellipsoid (m/s^2, rad/s^2)")
     at_least: Number | None = Field(None, description="value from which on a cell counts as inside, of a volume")
-    length: Positive | None = Field(None, description="by which moments are divided", json_schema_extra=unit("m"))
+    length: Positive | None = Field(None, description="length that divides moments", json_schema_extra=unit("m"))
     diameter: NonNegative | None = Field(None, description="of all cables", json_schema_extra=unit("m"))
     axial_stiffness: Positive | None = Field(None, description="E A of all cables", json_schema_extra=unit("N"))
     direction: str | None = Field(None, description="degree of freedom of the stiffness")
@@ -90,15 +90,15 @@ class FigureSection(Section):
         given = [source for source in SOURCES if getattr(self, source) is not None]
         if len(given) != 1:
             found = f"got {' and '.join(given)}" if given else "got none"
-            raise ValueError(f"one of {', '.join(SOURCES)} is expected, {found}")
+            raise ValueError(f"expected one of {', '.join(SOURCES)}, {found}")
         asked = [part for part in ASKED if getattr(self, part) is not None]
         if asked and given[0] in ("extent", "key"):
-            raise ValueError(f"{given[0]} takes no {asked[0]}")
+            raise ValueError(f"{given[0]} does not accept {asked[0]}")
         if self.at_least is not None and self.volume is None:
-            raise ValueError("at_least is for a volume: a constraint holds other figures to a limit")
+            raise ValueError("at_least applies to a volume only: limit other figures by a constraint")
         sets = [part for part in SETS if getattr(self, part) is not None]
         if len(sets) > 1:
-            raise ValueError(f"one required set is expected, got {' and '.join(sets)}")
+            raise ValueError(f"expected one required set, got {' and '.join(sets)}")
         return self
 
     @property
@@ -116,8 +116,8 @@ class Term(Section):
     """A part of a weighted sum: weight times the figure over its scale."""
 
     figure: str = Field(description="name of a figure")
-    weight: Number = Field(1.0, description="how much it counts")
-    scale: Positive = Field(1.0, description="what the figure is divided by, so that terms can be compared")
+    weight: Number = Field(1.0, description="weight of the figure in the sum")
+    scale: Positive = Field(1.0, description="value that divides the figure, to make terms comparable")
 
 
 class Goal(Section):
@@ -129,7 +129,7 @@ class Goal(Section):
     @model_validator(mode="after")
     def _one_way(self) -> Goal:
         if (self.maximise is None) == (self.minimise is None):
-            raise ValueError("one of maximise and minimise is expected")
+            raise ValueError("expected one of maximise and minimise")
         if self.maximise == [] or self.minimise == []:
             raise ValueError("a sum needs a term")
         return self
@@ -160,13 +160,13 @@ class Limit(Section):
     """A constraint: a figure is held to a limit."""
 
     figure: str = Field(description="name of a figure")
-    at_least: Number | None = Field(None, description="lowest value that is allowed")
-    at_most: Number | None = Field(None, description="highest value that is allowed")
+    at_least: Number | None = Field(None, description="smallest allowed value")
+    at_most: Number | None = Field(None, description="largest allowed value")
 
     @model_validator(mode="after")
     def _bounded(self) -> Limit:
         if self.at_least is None and self.at_most is None:
-            raise ValueError("at_least, at_most or both are expected")
+            raise ValueError("expected at_least, at_most or both")
         if self.at_least is not None and self.at_most is not None and self.at_least > self.at_most:
             raise ValueError(f"at_least, {self.at_least:g}, must not be above at_most, {self.at_most:g}")
         return self
@@ -199,12 +199,10 @@ class PoseSection(Section):
 class OptimizerSection(Section):
     """Optimiser of the candidates."""
 
-    type: Search | None = Field(
-        None, description="differential_evolution, or nsga2 where there are several goals; cma; random"
-    )
-    evaluations: int = Field(EVALUATIONS, ge=1, le=MAX_EVALUATIONS, description="candidates that are evaluated")
-    seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of all that is random")
-    population: int | None = Field(None, ge=5, le=MAX_POPULATION, description="candidates of a generation")
+    type: Search | None = Field(None, description="differential_evolution, or nsga2 for several goals; cma; random")
+    evaluations: int = Field(EVALUATIONS, ge=1, le=MAX_EVALUATIONS, description="number of candidates to evaluate")
+    seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of all random numbers")
+    population: int | None = Field(None, ge=5, le=MAX_POPULATION, description="number of candidates in a generation")
 
 
 class DesignFile(Section):
@@ -213,22 +211,24 @@ class DesignFile(Section):
     name: str | None = Field(None, max_length=64, description="name of the design; default: the file's name")
     robot: str = Field(min_length=1, description="robot file, relative to this file, or name of an example")
     gravity: Vector3 = Field((0.0, 0.0, -9.81), description="gravity, world", json_schema_extra=unit("m/s^2"))
-    region: RegionSection | None = Field(None, description="where figures are looked at")
-    poses: list[PoseSection] | None = Field(None, min_length=1, description="poses at which they are, instead")
-    obstacles: list[ObstacleSection] = Field([], description="what cables should not touch")
+    region: RegionSection | None = Field(None, description="positions at which figures are evaluated")
+    poses: list[PoseSection] | None = Field(
+        None, min_length=1, description="poses at which figures are evaluated, instead of a region"
+    )
+    obstacles: list[ObstacleSection] = Field([], description="obstacles that the cables must not touch")
     vary: list[Variable] = Field(min_length=1, max_length=200, description="what is varied")
-    figures: dict[Label, FigureSection] = Field(min_length=1, max_length=50, description="figures by their names")
-    goal: Goal | None = Field(None, description="what shall be large or small")
-    goals: list[Goal] | None = Field(None, min_length=1, max_length=5, description="several such, for a Pareto front")
-    constraints: list[Limit] = Field([], description="figures that are held to limits")
-    optimizer: OptimizerSection = Field(OptimizerSection(), description="what looks for candidates")
+    figures: dict[Label, FigureSection] = Field(min_length=1, max_length=50, description="named figures of the robot")
+    goal: Goal | None = Field(None, description="figure or weighted sum to maximise or minimise")
+    goals: list[Goal] | None = Field(None, min_length=1, max_length=5, description="several goals, for a Pareto front")
+    constraints: list[Limit] = Field([], description="limits of figures")
+    optimizer: OptimizerSection = Field(OptimizerSection(), description="optimizer that generates candidates")
 
     @model_validator(mode="after")
     def _sound(self) -> DesignFile:
         if (self.region is None) == (self.poses is None):
-            raise ValueError("one of region and poses is expected")
+            raise ValueError("expected one of region and poses")
         if (self.goal is None) == (self.goals is None):
-            raise ValueError("one of goal and goals is expected")
+            raise ValueError("expected one of goal and goals")
         return self
 
     @property

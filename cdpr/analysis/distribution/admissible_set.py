@@ -112,7 +112,7 @@ def admissible_of(problem: Problem) -> Admissible:
     W, wanted = frozen_array(problem.W), frozen_array(problem.wanted)
     low, high = problem.limits
     if not np.isfinite(problem.limits).all():
-        raise CdprError("limits: an infinite one may leave the tensions without an end: give finite ones")
+        raise CdprError("limits: expected finite limits, because infinite limits may leave the tensions unbounded")
     free = low < high
     sensitivity = np.zeros((m, n))
     sensitivity[free] = np.linalg.pinv(problem.W[:, free], rcond=RANK_TOLERANCE)

@@ -23,7 +23,7 @@ CALLS = 200
 SECONDS = 0.02
 
 REASONS = {
-    Status.INFEASIBLE: "says that no tensions within the limits balance the wrench",
+    Status.INFEASIBLE: "reports that no tensions within the limits balance the wrench",
     Status.NOT_FOUND: "found no tensions",
     Status.UNSUPPORTED: "does not support this robot or pose: 'cdpr solvers NAME' shows its properties",
     Status.BAD_INPUT: "refused its input",
@@ -96,21 +96,21 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
     try:
         status = Status(code)
     except ValueError:
-        return Answer(name, None, f"returned {code!r}, which is no status", seconds=seconds)
+        return Answer(name, None, f"returned {code!r}, which is not a status", seconds=seconds)
     if status != Status.OK:
         wrong = status == Status.INFEASIBLE and problem.feasible
-        return Answer(name, status, REASONS[status] + wrong * "; but there are some", not wrong, seconds=seconds)
+        return Answer(name, status, REASONS[status] + wrong * "; but such tensions exist", not wrong, seconds=seconds)
     low, high = problem.limits
     _, report = accept_tension(problem.W, problem.wanted, problem.weights, low, high, tension)
     accepted, residual, margin, at_limit = report.tolist()
     reason, true = "", accepted == Status.OK
     if not np.isfinite(tension).all():
-        reason, at_limit = "says OK, but not all of its tensions are finite", 0.0
+        reason, at_limit = "returns OK, but some tensions are not finite", 0.0
     elif not residual <= allowed_residual(problem.wanted, problem.weights, problem.limits):
-        reason = f"says OK, but leaves {residual:.3g} N unbalanced"
+        reason = f"returns OK, but leaves {residual:.3g} N unbalanced"
     elif margin < -LIMIT_TOLERANCE * newton(problem.limits):
         true = not contestant.respects_bounds
-        reason = f"{'ignores the limits and' if true else 'says OK, but'} goes {-margin:.4g} N beyond them"
+        reason = f"{'ignores the limits and' if true else 'returns OK, but'} goes {-margin:.4g} N beyond them"
     judged = {"residual": residual, "margin": margin}
     return Answer(name, status, reason, true, tension, at_limit=int(at_limit), seconds=seconds, **judged)
 

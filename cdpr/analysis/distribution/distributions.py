@@ -114,7 +114,7 @@ def distribute(
     """
     check_robot(robot)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
-        raise CdprError(f"jobs: a whole number of threads, at least 1, is expected, got {jobs!r}")
+        raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {jobs!r}")
     if isinstance(solver, str) and gravity is DOWN:
         one = distribute_single(robot, solver, options, (poses, wrenches, tension_min, tension_max), gravity)
         if one is not None:
@@ -160,33 +160,33 @@ def distribute(
 
 
 def _check_statuses(codes: Array, solver: object) -> None:
-    """Raise PluginError if a compiled solver returned a code that is no status."""
+    """Raise PluginError if a compiled solver returned a code that is not a status."""
     unknown = codes[~np.isin(codes, list(Status))]
     if len(unknown):
         name = solver if isinstance(solver, str) else type(solver).__name__
-        raise PluginError(f"solver '{name}' returned {unknown[0]:g}, which is no cdpr.tension.Status")
+        raise PluginError(f"solver '{name}' returned {unknown[0]:g}, which is not a cdpr.tension.Status")
 
 
 def check_robot(robot: object) -> None:
-    """Raise CdprError if `robot` is no Robot."""
+    """Raise CdprError if `robot` is not a Robot."""
     if not isinstance(robot, Robot):
         remedy = "; cdpr.load_robot reads one from a file" if isinstance(robot, (str, os.PathLike)) else ""
-        raise CdprError(f"robot: a cdpr.model.Robot is expected, got a {type(robot).__name__}{remedy}")
+        raise CdprError(f"robot: expected a cdpr.model.Robot, got a {type(robot).__name__}{remedy}")
 
 
 def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tuple[TensionSolver, bool]:
     """Return the solver, and True if it declares that it respects the limits."""
     if options is not None and not isinstance(options, Mapping):
-        raise CdprError(f"options: a mapping of names to values is expected, got {options!r}")
+        raise CdprError(f"options: expected a mapping of names to values, got {options!r}")
     if isinstance(solver, str):
         entry = registry().get("solver", solver)
         made = entry.make(robot, entry.read_options(options or {}))
         return made, _respects_bounds(entry.info.properties)
     if not isinstance(solver, TensionSolver):
         given = f"the class {solver.__name__}" if isinstance(solver, type) else f"a {type(solver).__name__}"
-        raise CdprError(f"solver: a solver's name, or a TensionSolver made for this robot, is expected, got {given}")
+        raise CdprError(f"solver: expected the name of a solver, or a TensionSolver of this robot, got {given}")
     if options is not None:
-        raise CdprError("options: are for a solver given by name; this one has been made with its own")
+        raise CdprError("options: allowed only with the name of a solver; a solver object already has its options")
     if (solver.robot.n, solver.robot.m) != (robot.n, robot.m):
         raise CdprError(
             f"solver: was made for a robot with {solver.robot.m} cables and {solver.robot.n} degrees of freedom, this "
@@ -212,7 +212,7 @@ def _count(given: Mapping[str, Array | None]) -> int:
     several = {name: count for name, count in rows.items() if count != 1}
     if len(set(several.values())) > 1:
         told = ", ".join(f"{name} {count}" for name, count in several.items())
-        raise CdprError(f"rows: {told}; give one of each, or as many")
+        raise CdprError(f"rows: {told}; give either one row or equal numbers of rows")
     return next(iter(several.values()), 1)
 
 
@@ -221,7 +221,7 @@ def check_unit(pose: Array, name: str) -> None:
     length = np.sqrt(np.einsum("ki,ki->k", pose[:, 3:], pose[:, 3:]))
     if (off := np.flatnonzero(np.abs(length - 1.0) > tolerances.UNIT)).size:
         which = f"{name}[{off[0]}]" if name.endswith("s") else name
-        raise CdprError(f"{which}: the quaternion has length {length[off[0]]:.6g}, it must be 1")
+        raise CdprError(f"{which}: expected a quaternion of norm 1, got norm {length[off[0]]:.6g}")
 
 
 def _repeated(array: Array, count: int) -> Array:

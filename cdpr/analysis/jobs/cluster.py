@@ -16,7 +16,7 @@ from cdpr.base.errors import CdprError, ExitCode, PluginError, one_line
 
 CONNECTING = 20  # s, time limit for finding the scheduler
 
-GONE = "the scheduler at {} is gone; the cases that had ended are kept"
+GONE = "lost the connection to the scheduler at {}; finished cases are kept"
 
 NOISY = ("distributed", "tornado")  # their tracebacks are replaced by messages of this module
 

@@ -27,7 +27,7 @@ class Random(Section):
     def _one_distribution(self) -> Random:
         given = [name for name in ("uniform", "normal", "log_uniform") if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError("one of uniform, normal and log_uniform is expected")
+            raise ValueError("expected one of uniform, normal and log_uniform")
         first, second = getattr(self, given[0])
         if given[0] == "normal":
             if second <= 0:

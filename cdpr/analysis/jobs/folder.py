@@ -104,7 +104,7 @@ class JobFolder:
         ours = {self._description.name, f"{self._description.name}.tmp", LEDGER_NAME}  # may exist before the first case
         strange = {entry.name for entry in self.path.iterdir()} - ours
         if strange and not self._description.is_file():
-            text = f"exists, is not empty and holds no {self._kind}; choose another {self._option}"
+            text = f"exists, is not empty and contains no {self._kind}; choose another {self._option}"
             raise OutputError(f"{self.path}: {text}")
 
     def _expect(self, content: Mapping[str, Any]) -> None:
@@ -115,7 +115,7 @@ class JobFolder:
             raise LogError(f"{self._description}: cannot be read ({error}); choose another {self._option}") from error
         if known.digest != content["digest"]:
             raise OutputError(
-                f"{self.path}: holds another {self._kind}, '{known.name}' of {known.cases} cases; this "
+                f"{self.path}: contains another {self._kind}, '{known.name}' of {known.cases} cases; this "
                 f"is '{content['name']}' of {content['cases']}, or its files have changed since; choose another "
                 f"{self._option}"
             )

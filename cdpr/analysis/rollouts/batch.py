@@ -139,7 +139,7 @@ class Batch:
         known = self._plan.layout.columns
         if not isinstance(name, str) or name not in known:
             hint = did_you_mean(name, list(known)) if isinstance(name, str) else ""
-            raise CdprError(f"column: no column is named {shown(name)}: {hint}there are {', '.join(known)}")
+            raise CdprError(f"column: unknown column {shown(name)}: {hint}allowed: {', '.join(known)}")
         at = known[name]
         return self.rows[at if isinstance(at, slice) else slice(at, at + 1)]
 
@@ -307,7 +307,7 @@ class Batch:
     def _begun(self, what: str, lane: object) -> Case:
         case = self._cases[self._lane(what, lane)]
         if not case.begun:
-            raise CdprError(f"{what}: lane {lane} never began: {case.outcome.message or 'the batch is closed'}")
+            raise CdprError(f"{what}: lane {lane} did not start: {case.outcome.message or 'the batch is closed'}")
         return case
 
     def _mask(self, mask: ArrayLike) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from cdpr.model.robot import Array
 
 ROWS_NAME = "rows.npy"
 SUM = "rows_sha256"  # in the summary of a case in the ledger
-THINNER = "thin them by every=, or keep fewer columns="
+THINNER = "set a larger every= or fewer columns="
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 NAMED = 8  # damaged cases listed in a warning
 
@@ -151,6 +151,6 @@ class KeptInFolder:
                 damaged.append(key)
         if damaged:
             named = ", ".join(damaged[:NAMED]) + (", ..." if len(damaged) > NAMED else "")
-            text = f"{len(damaged)} damaged of {len(ledger)} cases; computing them again: {named}"
+            text = f"{len(damaged)} damaged of {len(ledger)} cases; repeating them: {named}"
             warnings.warn(f"{self._path}: {text}", stacklevel=4)
         return intact

@@ -65,7 +65,7 @@ class Rollouts:
     def __getitem__(self, name: str) -> Array:
         """Return a column by name: (N, K) for one number, else (N, K, width)."""
         if name not in self._places:
-            raise KeyError(f"{name}: was not kept; there are {', '.join(self._places)}")
+            raise KeyError(f"{name}: unknown column; allowed: {', '.join(self._places)}")
         block = self.rows[:, :, self._places[name]]
         return block[:, :, 0] if block.shape[2] == 1 else block
 
@@ -141,9 +141,9 @@ class Rollouts:
         """
         out = Path(path)
         if out.suffix not in WRITERS:
-            raise OutputError(f"{out}: a name that ends in {' or '.join(WRITERS)} is expected")
+            raise OutputError(f"{out}: expected a name that ends in {' or '.join(WRITERS)}")
         if out.exists() and not (force and out.is_file()):
-            raise OutputError(f"{out}: exists; choose another name, or say force=True")
+            raise OutputError(f"{out}: exists; choose another name, or set force=True")
         make_folder(out.parent)
         with replacing(out) as file:
             WRITERS[out.suffix](self, file)

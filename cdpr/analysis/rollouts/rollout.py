@@ -122,13 +122,14 @@ def rollout(
     plan = Plan(base, tuple(values), _every(every, base), _columns(columns, base))
     compiled = _compiled(plan, [given[0] for given in values.values()])
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        raise CdprError(f"rollout: threads: a whole number from 1 on is expected, got {shown(threads)}")
+        raise CdprError(f"rollout: threads: expected a whole number from 1 on, got {shown(threads)}")
     if not callable(progress):
-        raise CdprError(f"rollout: progress: a function is expected, got {shown(progress)}")
+        raise CdprError(f"rollout: progress: expected a function, got {shown(progress)}")
     if threads is not None and threads > 1 and not compiled:
         raise CdprError(
-            f"rollout: threads: {threads} are of no use: backend, controller or solver of this scenario needs Python "
-            "in each step, or the backend does not say that its instances may step beside one another; leave it out"
+            f"rollout: threads: {threads} threads have no effect: backend, controller or solver of this scenario "
+            f"needs Python "
+            "in each step, or the backend does not declare that its instances can step in parallel; omit it"
         )
     if threads is not None and scheduler is not None:
         raise CdprError(
@@ -176,23 +177,24 @@ def _every(every: object, scenario: Scenario) -> int:
     ratio = (float(every) / step if isinstance(every, float) else float(every)) if number else 0.0  # type: ignore[arg-type]
     if not 1.0 - tolerances.TIME <= ratio < np.inf:
         raise CdprError(
-            f"rollout: every: a whole number of samples from 1 on, or seconds from the control step, {step:g} s, on as "
-            f"a float are expected, got {shown(every)}"
+            f"rollout: every: expected a whole number of samples, at least 1, or seconds as a float, at least the "
+            f"control "
+            f"step, {step:g} s, got {shown(every)}"
         )
     if abs(ratio - round(ratio)) > tolerances.TIME * ratio:
-        raise CdprError(f"rollout: every: a multiple of the control step, {step:g} s, is expected, got {every} s")
+        raise CdprError(f"rollout: every: expected a multiple of the control step, {step:g} s, got {every} s")
     return min(round(ratio), steps)
 
 
 def _columns(columns: object, scenario: Scenario) -> tuple[str, ...]:
     known = [name for name in layout_of(scenario).fields if name != "time"]
     if not isinstance(columns, list | tuple) or not columns:
-        raise CdprError(f"rollout: columns: a list of names is expected, got {shown(columns)}")
+        raise CdprError(f"rollout: columns: expected a list of names, got {shown(columns)}")
     asked = ["status" if name == "solver_status" else name for name in columns]  # as the attribute of a run
     for name in asked:
         if name not in known:
             hint = did_you_mean(name, known) if isinstance(name, str) else ""
-            raise CdprError(f"rollout: columns: no column is named {shown(name)}: {hint}there are {', '.join(known)}")
+            raise CdprError(f"rollout: columns: unknown column {shown(name)}: {hint}allowed: {', '.join(known)}")
     return tuple(dict.fromkeys(asked))
 
 

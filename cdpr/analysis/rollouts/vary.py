@@ -30,7 +30,7 @@ def check_count(n: object, title: str = "rollout") -> int:
         CdprError: if it is no positive integer; the message begins with the `title`.
     """
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= MAX_COUNT:
-        raise CdprError(f"{title}: a whole number of cases from 1 to {MAX_COUNT} is expected, got {shown(n)}")
+        raise CdprError(f"{title}: expected a whole number of cases from 1 to {MAX_COUNT}, got {shown(n)}")
     return int(n)
 
 
@@ -93,16 +93,16 @@ def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
         given = drawn(asked, seed)
     array = _array(given)
     if not isinstance(given, list | tuple) and (array is None or array.ndim == 0):
-        raise ValueError(f"an array of {n} values or a distribution is expected, got {shown(given)}")
+        raise ValueError(f"expected an array of {n} values or a distribution, got {shown(given)}")
     size = len(given) if array is None else len(array)
     if size != n:
         shape = "" if array is None or array.ndim < 2 else f" (shape {array.shape})"
-        raise ValueError(f"a value for each of the {n} cases is expected, got {size}{shape}")
+        raise ValueError(f"expected a value for each of the {n} cases, got {size}{shape}")
     if array is None:
         return [plain_value(value) for value in given]
     wrong = np.flatnonzero(~np.isfinite(array.reshape(n, -1)).all(axis=1))
     if len(wrong):
-        raise ValueError(f"finite numbers are expected, got {array[wrong[0]].tolist()} for case {wrong[0]}")
+        raise ValueError(f"expected finite numbers, got {array[wrong[0]].tolist()} for case {wrong[0]}")
     array.flags.writeable = False
     return array  # type: ignore[return-value]
 

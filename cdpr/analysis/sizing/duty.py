@@ -79,7 +79,7 @@ class Duty:
             CdprError: if it has fewer than two samples.
         """
         if len(run.rows) < 2:
-            raise CdprError(f"{name}: has no two samples: there is nothing to size by")
+            raise CdprError(f"{name}: expected at least two samples")
         robot = load_scenario(f"scenario of {name}", text=run.header.scenario_yaml).robot
         poses = np.concatenate([run.position, run.orientation], axis=1)
         good = np.asarray(run.solver_status == 0.0)
@@ -99,7 +99,7 @@ def over_workspace(robot: Robot, region: Region, required: Required, gravity: Ar
     if count > MOST_SAMPLES:
         raise CdprError(
             f"cells: {region.cells} cells with {len(corners)} wrenches in each are {count} samples, at most "
-            f"{MOST_SAMPLES} are sized: take fewer cells"
+            f"{MOST_SAMPLES} are allowed: choose fewer cells"
         )
     places = region.positions(np.arange(region.cells))
     turned = np.repeat(region.orientations, len(places), axis=0)

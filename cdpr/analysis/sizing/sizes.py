@@ -91,16 +91,16 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
         CdprError: if there is no duty, the robots have different cables, or `safety` is below 1.
     """
     if not duties:
-        raise CdprError("nothing to size by: a scenario or a run is expected")
+        raise CdprError("expected at least one scenario or run")
     if not 1.0 <= safety < math.inf:
-        raise CdprError(f"safety: a number from 1 on is expected, got {safety!r}")
+        raise CdprError(f"safety: expected a number from 1 on, got {safety!r}")
     first = duties[0].robot
     names = tuple(cable.name for cable in first.cables)
     for duty in duties[1:]:
         if duty.robot.name != first.name or tuple(cable.name for cable in duty.robot.cables) != names:
             raise CdprError(
                 f"{duty.name}: is of the robot {duty.robot.name} and {duties[0].name} of {first.name}, or has other "
-                "cables: they are sized apart"
+                f"cables: size them separately"
             )
     found = [demands(duty) for duty in duties]
     worst = {}

@@ -168,7 +168,7 @@ def _grids(section: StudyFile, document: Document, given: list[Change], problems
         if file is None:
             problems.add(document.mark(place), place, "required but not given: scenario file, relative to this file")
         elif os.path.isabs(file):
-            problems.add(document.mark(place), place, "a file name relative to this file is expected")
+            problems.add(document.mark(place), place, "expected a file name relative to this file")
         elif text := _unreadable(found := examples.beside(document.folder, file, "scenario")):
             near = "" if os.path.lexists(found) else examples.hint(file, "scenario")
             problems.add(document.mark(place), place, f"{text}{near}")
@@ -196,9 +196,11 @@ def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problem
         name = axis.label
         keys = {key for point in axis.points.values() for key in point} if axis.points else set(axis.targets)
         if name in RESERVED:
-            problems.add(document.mark(place), place, f"an axis cannot be called {name}: the table has such a column")
+            problems.add(
+                document.mark(place), place, f"an axis cannot be named {name}: the table already has this column"
+            )
         if name in names:
-            problems.add(document.mark(place), place, f"two axes are called {shown(name)}: give one a name")
+            problems.add(document.mark(place), place, f"two axes are named {shown(name)}: rename one")
         for key in sorted(keys & targets):
             problems.add(document.mark(place), place, f"two axes set {key}")
         names.add(name)

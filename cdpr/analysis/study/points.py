@@ -55,7 +55,7 @@ class Reader:
         for place, point in points:
             labels = tuple(map(str, point.labels.values()))
             if labels in seen:
-                self.problems.add(self.document.mark(place), place, f"the axis holds {', '.join(labels)} twice")
+                self.problems.add(self.document.mark(place), place, f"the axis contains {', '.join(labels)} twice")
             seen.add(labels)
         return [point for _, point in points]
 
@@ -85,7 +85,7 @@ class Reader:
         lengths = [len(column) for column in columns]
         if len(set(lengths)) != 1:
             found = ", ".join(map(str, lengths))
-            self.problems.add(self.document.mark(path), path, f"axes of equal length expected, got {found} values")
+            self.problems.add(self.document.mark(path), path, f"expected axes of equal length, got {found} values")
         return [(path, reduce(Point.__add__, points)) for points in zip(*columns, strict=False)]
 
     def _values(self, axis: Axis, path: Path) -> list[tuple[Path, Any]]:

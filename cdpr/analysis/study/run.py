@@ -106,7 +106,7 @@ def run_study(
     try:
         before = other_versions(study, folder.rows)
         if before:
-            say(f"{out}: the cases that it holds were computed by other versions than those here: {before}")
+            say(f"{out}: its cases were computed by other versions: {before}")
         ended = {key for key, row in folder.rows.items() if row.status in RESULTS}
         waiting = [case for case in study.cases if case.id not in ended]
         if any(not case.text for case in waiting):

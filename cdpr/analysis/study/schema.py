@@ -19,7 +19,7 @@ class Range(Section):
     """Equal steps; whole numbers stay whole."""
 
     start: WholeOrNumber = Field(description="first value")
-    stop: WholeOrNumber = Field(description="last value, included where a step meets it")
+    stop: WholeOrNumber = Field(description="last value, included if a step reaches it")
     step: WholeOrNumber = Field(description="distance of two values")
 
 
@@ -43,7 +43,7 @@ class Axis(Section):
     logspace: Spaced | None = Field(None, description="values at equal ratios")
     random: Random | None = Field(None, description="random values")
     points: dict[str, dict[str, Any]] | None = Field(
-        None, min_length=1, description="names, and what each of them sets: keys and values"
+        None, min_length=1, description="names, each with the keys and values that it sets"
     )
     zip: list[Axis] | None = Field(None, min_length=1, description="axes of equal length, run through together")
 
@@ -52,7 +52,7 @@ class Axis(Section):
         given = [source for source in SOURCES if getattr(self, source) is not None]
         if len(given) != 1:
             found = f"got {' and '.join(given)}" if given else "got none"
-            raise ValueError(f"one of {', '.join(SOURCES)} is expected, {found}")
+            raise ValueError(f"expected one of {', '.join(SOURCES)}, {found}")
         named = [name for name in ("key", "keys") if getattr(self, name) is not None]
         if given[0] in ("points", "zip"):
             if named:
@@ -62,7 +62,7 @@ class Axis(Section):
             if given[0] == "zip" and self.name is not None:
                 raise ValueError("zip cannot have a name: name the axes in it")
         elif len(named) != 1:
-            raise ValueError("one of key and keys is expected")
+            raise ValueError("expected one of key and keys")
         return self
 
     @property
@@ -96,6 +96,6 @@ class StudyFile(Section):
     scenario: str | None = Field(None, description="scenario file, relative to this file, or name of an example")
     changes: dict[str, Any] = Field({}, description="keys of the scenario and their values, in all cases")
     seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of random values, and with its identity of each case")
-    keep: Keep = Field("none", description="which cases keep a run folder: none, those that did not finish, all")
-    axes: list[Axis] = Field([], description="what is varied; the cases are the product of all axes")
+    keep: Keep = Field("none", description="cases that keep a run folder: none, those that did not finish, all")
+    axes: list[Axis] = Field([], description="varied keys; the cases are the product of all axes")
     blocks: list[Block] = Field([], description="parts with axes of their own, run one after the other")

@@ -141,7 +141,7 @@ def _stiffness(
     if needed and rigid.any():
         name = robot.cables[int(np.argmax(rigid))].name
         raise CdprError(
-            f"cable '{name}' has no axial_stiffness: give the robot cable.axial_stiffness, or say --axial-stiffness (N)"
+            f"cable '{name}' has no axial_stiffness: give the robot cable.axial_stiffness, or set --axial-stiffness (N)"
         )
     tensions = distribute(robot, poses, gravity=question.gravity, jobs=jobs)
     K, W = stiffness(

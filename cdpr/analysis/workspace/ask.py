@@ -103,18 +103,18 @@ def checked_question(
         CdprError: if it is invalid.
     """
     if over not in ("all", "any"):
-        raise CdprError(f"over: all or any of the orientations is expected, got {over!r}")
+        raise CdprError(f"over: expected all or any of the orientations, got {over!r}")
     known = [each.name for each in fields(Question)]
     for name in asked:
         if name not in known:
-            raise CdprError(f"{name}: is no part of a question; there are {', '.join(known)}")
+            raise CdprError(f"{name}: unknown argument; allowed: {', '.join(known)}")
     if "gravity" in asked:
         asked["gravity"] = checked(asked["gravity"], (3,), "gravity", finite=True)
     given = replace(question or Question(), **asked)
     given.check(robot)
     for name in ("obstacles", "diameter", "axial_stiffness", "direction"):
         if getattr(given, name) not in (None, ()) and name not in kind.takes:
-            raise CdprError(f"{kind.name}: takes no {name}; that is for {_takers(name)}")
+            raise CdprError(f"{kind.name}: does not accept {name}; only {_takers(name)} accept it")
     required = None if given.required is NOTHING else given.required
     return replace(given, required=kind.required(required))
 

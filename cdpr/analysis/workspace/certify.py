@@ -77,8 +77,8 @@ class Proofs:
             return []
         part = "anywhere in the box" if self.lacking > 1.0 - ROUNDED else f"in {100 * self.lacking:.3g} % of the box"
         return [
-            f"nothing can be proved {part}: the wrench matrix lacks rank there, so the cables exert nothing in some "
-            "direction; cells are evaluated one by one"
+            f"no proof {part}: the wrench matrix is rank-deficient there, so the cables exert no wrench in some "
+            f"direction; cells are evaluated one by one"
         ]
 
     @property
@@ -229,9 +229,9 @@ def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: flo
     """Raise CdprError if nothing can be proved."""
     if not kind.proved:
         known = ", ".join(each.name for each in KINDS.values() if each.proved)
-        raise CdprError(f"method: nothing is proved of {kind.name}, but of {known}; take grid or octree")
+        raise CdprError(f"method: certify supports {known}, not {kind.name}; use grid or octree")
     if not 0.0 <= undecided < 1.0:
-        raise CdprError(f"undecided: a share from 0 to below 1 is expected, got {undecided!r}")
+        raise CdprError(f"undecided: expected a share from 0 to below 1, got {undecided!r}")
     for cable in robot.cables:
         if cable.exit is not None and cable.exit.header:
             raise CdprError(
@@ -239,7 +239,7 @@ def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: flo
                 f"'{cable.name}' does; take grid or octree"
             )
     if kind.slope is None and question.at_least is not None:
-        raise CdprError(f"at_least: certify proves where {kind.name} margins are above 0, not how large they are")
+        raise CdprError(f"at_least: certify supports {kind.name} margins above 0 only")
 
 
 def _prover(

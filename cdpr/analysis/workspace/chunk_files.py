@@ -127,7 +127,7 @@ def refuse_another(folder: Path, content: Mapping[str, Any]) -> None:
             continue
         where, there, here = next(_differences(called, there, here))
         raise OutputError(
-            f"{folder}: holds another workspace: {where} is {_short(there)} there, {_short(here)} here; "
+            f"{folder}: contains another workspace: {where} is {_short(there)} there, {_short(here)} here; "
             "choose another --chunks"
         )
 
@@ -187,8 +187,8 @@ def _check_room(folder: Path, region: Region) -> None:
     need, have = CELL * region.cells, MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     if need > have or region.cells > MOST_CELLS:
         raise LogError(
-            f"{folder}: its {region.cells} cells need {need / 2**30:.3g} GiB of memory, more than this may take here; "
-            f"{SUMMARY} has its figures, and fewer --cells make one that can be drawn"
+            f"{folder}: its {region.cells} cells need {need / 2**30:.3g} GiB of memory, more than is available; "
+            f"{SUMMARY} contains its figures; choose fewer --cells for a drawing"
         )
 
 
@@ -201,7 +201,7 @@ def _manifest(folder: Path) -> dict[str, Any]:
         if digest(known) != known["digest"]:
             raise ValueError("its digest is of another workspace")
     except (OSError, ValueError) as error:
-        raise LogError(f"{folder / MANIFEST}: is no workspace in chunks that can be read ({error})") from error
+        raise LogError(f"{folder / MANIFEST}: cannot be read as a workspace in chunks ({error})") from error
     return known
 
 

@@ -123,7 +123,7 @@ def workspace_in_chunks(
     chosen, place = kind_of(kind), folder_name(folder)
     whole = checked_question(chosen, robot, question, over, asked)
     if max(*region.shape, math.prod(layer(region.shape))) > MOST_WIDE:
-        raise CdprError(f"cells: along an axis, and in a layer across the first, {MOST_WIDE} at most are expected")
+        raise CdprError(f"cells: expected at most {MOST_WIDE} along an axis, and in a layer across the first")
     if jobs is not None and scheduler is not None:
         raise CdprError("jobs does not go with scheduler: the cluster's workers compute a chunk for each thread")
     content = _content(Task(robot, kind, whole, region, over, 1), pieces * PIECE, source)
@@ -218,8 +218,8 @@ def _whole(folder: JobFolder, count: int, resume: bool) -> set[int]:
     """Return the numbers of the undamaged chunks in the folder."""
     if folder.rows and not resume:
         raise OutputError(
-            f"{folder.path}: holds {len(folder.rows)} of {count} chunks of this workspace: continue by --resume, "
-            "or choose another --chunks"
+            f"{folder.path}: contains {len(folder.rows)} of {count} chunks of this workspace: continue by --resume, "
+            f"or choose another --chunks"
         )
     return {int(key) for key, row in folder.rows.items() if read_chunk(folder.path, int(key), row) is not None}
 

@@ -30,7 +30,7 @@ def combine(first: Workspace, how: str, second: Workspace) -> Workspace:
         CdprError: if cells or attitudes differ.
     """
     if how not in HOW:
-        raise CdprError(f"how: one of {', '.join(HOW)} is expected, got {how!r}")
+        raise CdprError(f"how: expected one of {', '.join(HOW)}, got {how!r}")
     here, there = first.region, second.region
     if here.shape != there.shape or not all(
         np.array_equal(a, b) for a, b in ((here.lower, there.lower), (here.upper, there.upper))

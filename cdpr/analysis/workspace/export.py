@@ -61,7 +61,7 @@ def vtu(found: Workspace) -> bytes:
         CdprError: if there are none or too many.
     """
     if found.proofs is None:
-        raise CdprError("a .vtu file holds the boxes that --method certify proves; others are written as .vti")
+        raise CdprError("a .vtu file requires boxes of --method certify; write other workspaces as .vti")
     if len(found.proofs.level) > MOST_BOXES:
         raise CdprError(
             f"{len(found.proofs.level)} boxes are more than {MOST_BOXES}, which a .vtu file may hold: "
@@ -161,7 +161,7 @@ def export(found: Workspace, path: str | os.PathLike[str]) -> None:
     """
     target = Path(path)
     if target.suffix not in WRITERS:
-        raise CdprError(f"{target}: a name that ends in {', '.join(WRITERS)} is expected")
+        raise CdprError(f"{target}: expected a name that ends in {', '.join(WRITERS)}")
     content = WRITERS[target.suffix](found)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:

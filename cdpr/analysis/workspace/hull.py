@@ -109,7 +109,7 @@ def hull(
         CdprError: if `rays` is out of range.
     """
     if not 4 <= rays <= MOST_RAYS:
-        raise CdprError(f"rays: a whole number from 4 to {MOST_RAYS} is expected, got {rays!r}")
+        raise CdprError(f"rays: expected a whole number from 4 to {MOST_RAYS}, got {rays!r}")
     within = bool(((home >= region.lower) & (home <= region.upper)).all())
     if within and ask(home[None]).inside[0]:
         centre = home

@@ -64,12 +64,12 @@ class WorkspaceKind:
         """
         if not self.needs:
             if given is not None and "required" not in self.takes:
-                raise CdprError(f"{self.name}: takes no required wrenches; wrench-feasible and dynamic do")
+                raise CdprError(
+                    f"{self.name}: does not accept required wrenches; only wrench-feasible and dynamic accept them"
+                )
             return given or NOTHING
         if given is None or given.accelerations != (self.needs == "accelerations"):
-            raise CdprError(
-                f"{self.name}: needs the set of {self.needs} that must be exerted beyond carrying the weight"
-            )
+            raise CdprError(f"{self.name}: requires a set of {self.needs} in addition to the weight")
         return given
 
     def slope_of(self, robot: Robot) -> float | None:
@@ -145,7 +145,7 @@ KINDS = {
 
 
 def _never(*given: Any) -> Measured:
-    raise CdprError("a workspace that was made of others is not measured")
+    raise CdprError("a combined workspace cannot be evaluated")
 
 
 def combined(name: str) -> WorkspaceKind:
@@ -161,5 +161,5 @@ def kind_of(name: object) -> WorkspaceKind:
     """
     if not isinstance(name, str) or name not in KINDS:
         hint = did_you_mean(name, KINDS) if isinstance(name, str) else ""
-        raise CdprError(f"kind: {name!r} is no kind of workspace: {hint}there are {', '.join(KINDS)}")
+        raise CdprError(f"kind: unknown workspace {name!r}: {hint}allowed: {', '.join(KINDS)}")
     return KINDS[name]

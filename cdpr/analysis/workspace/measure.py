@@ -127,7 +127,7 @@ def measure(
     if (status == NOT_FINITE).any():
         raise CdprError(f"poses[{int(np.argmax(status == NOT_FINITE))}]: an anchor lies on the other of its cable")
     if mode != "payload" and not np.isfinite(scale).all():
-        raise CdprError("required: is beyond what numbers hold, and so are the margins")
+        raise CdprError("required: too large, the margins overflow")
     return Measured(value, scale, status == LACKS_RANK, limit, direction)
 
 
@@ -139,12 +139,12 @@ def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, l
     """
     check_robot(robot)
     if mode not in get_args(Mode):
-        raise CdprError(f"mode: one of {', '.join(get_args(Mode))} is expected, got {mode!r}")
+        raise CdprError(f"mode: expected one of {', '.join(get_args(Mode))}, got {mode!r}")
     if length is not None and not 0.0 < length < math.inf:
-        raise CdprError(f"length: a length above 0 m is expected, got {length!r}")
+        raise CdprError(f"length: expected a length above 0 m, got {length!r}")
     low, high = robot.tension_min, robot.tension_max
     if not np.isfinite([low, high]).all():
-        raise CdprError("robot: a workspace needs finite limits of all tensions")
+        raise CdprError("robot: a workspace requires finite limits of all tensions")
     if mode == "closure":  # stronger cables can exceed their limits
         low, high = np.zeros(robot.m), np.ones(robot.m)
     arm = robot.characteristic_length if length is None else float(length)

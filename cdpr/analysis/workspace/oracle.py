@@ -85,7 +85,7 @@ def compare(
     """
     if not found.kind.programs:
         known = ", ".join(kind.name for kind in KINDS.values() if kind.programs)
-        raise CdprError(f"{found.kind.name}: is nothing that linear programs answer; they do {known}")
+        raise CdprError(f"{found.kind.name}: not supported by the oracle of linear programs; allowed: {known}")
     if found.question.at_least is not None:
         raise CdprError("at_least: linear programs only verify the sign of margins, not their size")
     found.question.required.corners()  # reject a set with too many corners

@@ -46,11 +46,11 @@ class Question:
         for name, unit in (("length", "m"), ("axial_stiffness", "N")):
             value = getattr(self, name)
             if value is not None and not 0.0 < value < math.inf:
-                raise CdprError(f"{name}: a number above 0 {unit} is expected, got {value!r}")
+                raise CdprError(f"{name}: expected a number above 0 {unit}, got {value!r}")
         if self.at_least is not None and not math.isfinite(self.at_least):
-            raise CdprError(f"at_least: a finite number is expected, got {self.at_least!r}")
+            raise CdprError(f"at_least: expected a finite number, got {self.at_least!r}")
         if self.direction is not None and self.direction not in robot.dof:
-            raise CdprError(f"direction: one of {', '.join(robot.dof)} is expected, got {self.direction!r}")
+            raise CdprError(f"direction: expected one of {', '.join(robot.dof)}, got {self.direction!r}")
 
     def arm(self, robot: Robot) -> float:
         """Return the divisor of moments, m."""

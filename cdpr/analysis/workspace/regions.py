@@ -131,7 +131,8 @@ def region(
     for q in turned:
         if not held_upright(robot.dof, q):
             raise CdprError(
-                f"orientations: the robot moves along {', '.join(robot.dof)} only, so it stays upright about the rest"
+                f"orientations: the robot moves along {', '.join(robot.dof)} only, so it cannot rotate about the "
+                f"other axes"
             )
     shape = _shape(cells, extent)
     return Region(read_only(low), read_only(high), shape, read_only(turned.copy()))
@@ -147,7 +148,7 @@ def checked_quaternions(given: ArrayLike) -> Array:
     found = checked(found, (None, 4), "orientations", finite=True)
     lengths = np.linalg.norm(found, axis=1)
     if not len(found) or np.abs(lengths - 1.0).max() > tolerances.UNIT:
-        raise CdprError("orientations: unit quaternions w, x, y, z are expected")
+        raise CdprError("orientations: expected unit quaternions w, x, y, z")
     return np.asarray(found / lengths[:, None])
 
 
@@ -157,11 +158,11 @@ def _shape(cells: int | Sequence[int] | None, extent: Array) -> tuple[int, int, 
         raise CdprError(f"cells: {MASKED}")
     several = np.atleast_1d(CELLS if cells is None else cells)
     if several.shape not in ((1,), (3,)) or several.dtype.kind not in "iu" or several.min() < 1:
-        raise CdprError(f"cells: one or three whole numbers from 1 on are expected, got {cells!r}")
+        raise CdprError(f"cells: expected one or three whole numbers from 1 on, got {cells!r}")
     counts = [int(n) for n in several]
     if len(counts) == 1:
         counts = [max(1, round(counts[0] * side / extent.max())) for side in extent.tolist()]
     counts = [n if side else 1 for n, side in zip(counts, extent.tolist(), strict=True)]
     if math.prod(counts) > MOST_NUMBERED:
-        raise CdprError(f"cells: {math.prod(counts)} cells are more than {MOST_NUMBERED}, which nobody can wait for")
+        raise CdprError(f"cells: {math.prod(counts)} cells are too many; at most {MOST_NUMBERED} are allowed")
     return counts[0], counts[1], counts[2]

@@ -88,7 +88,7 @@ def vertices(corners: ArrayLike, *, accelerations: bool = False) -> Required:
     """Return the convex hull of corners (k, 6), at least one."""
     found = _vectors(corners, "vertices")
     if not len(found):
-        raise CdprError("vertices: at least one corner is expected")
+        raise CdprError("vertices: expected at least one corner")
     return Required("vertices", found, accelerations)
 
 
@@ -100,7 +100,7 @@ def point(wrench: ArrayLike) -> Required:
 def _axes(half: ArrayLike, name: str) -> Array:
     sizes = checked(half, (6,), name, finite=True)
     if (sizes < 0.0).any():
-        raise CdprError(f"{name}: six sizes of at least 0 are expected, got {_told(sizes)}")
+        raise CdprError(f"{name}: expected six sizes of at least 0, got {_told(sizes)}")
     return read_only(np.diag(sizes)[sizes > 0.0])
 
 

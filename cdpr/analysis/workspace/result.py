@@ -187,7 +187,7 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
     except OSError as error:
         raise LogError(f"{os.fspath(path)}: cannot be read: {error.strerror or error}") from error
     except (ValueError, LookupError, CdprError, zipfile.BadZipFile) as error:
-        raise LogError(f"{os.fspath(path)}: is no workspace that can be read ({error})") from error
+        raise LogError(f"{os.fspath(path)}: cannot be read as a workspace ({error})") from error
 
 
 def _table(found: Mapping[str, NDArray[Any]], name: str, kind: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
@@ -198,9 +198,9 @@ def _table(found: Mapping[str, NDArray[Any]], name: str, kind: str, shape: tuple
     """
     table = found.get(name)
     if table is None or table.dtype.kind != kind or table.ndim != len(shape):
-        raise ValueError(f"{name}: an array of {len(shape)} dimensions and kind '{kind}' is expected")
+        raise ValueError(f"{name}: expected an array of {len(shape)} dimensions and kind '{kind}'")
     if any(want not in (None, got) for want, got in zip(shape, table.shape, strict=True)):
-        raise ValueError(f"{name}: an array of shape {shape_text(shape)} is expected, got {table.shape}")
+        raise ValueError(f"{name}: expected an array of shape {shape_text(shape)}, got {table.shape}")
     return table
 
 
@@ -258,7 +258,7 @@ def workspace(
     chosen = kind_of(kind)
     whole = checked_question(chosen, robot, question, over, asked)
     if method not in METHODS:
-        raise CdprError(f"method: one of {', '.join(METHODS)} is expected, got {method!r}")
+        raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
     if region.cells > MOST_CELLS:
         text = "which a table in memory holds; in chunks, --chunks, a folder may hold as many as its disk"
         raise CdprError(f"cells: {region.cells} cells are more than {MOST_CELLS}, {text}")

@@ -46,7 +46,7 @@ class ReadObstacle(Read):
     @model_validator(mode="after")
     def _one_shape(self) -> ReadObstacle:
         if sum(getattr(self, shape) is not None for shape in SHAPES) != 1:
-            raise ValueError(f"one of {', '.join(SHAPES)} is expected")
+            raise ValueError(f"expected one of {', '.join(SHAPES)}")
         return self
 
 

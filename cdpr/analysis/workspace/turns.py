@@ -68,7 +68,7 @@ def check_turns(robot: Robot, region: Region, about: object) -> None:
     """Raise CdprError if the robot cannot rotate about the axis, or if there are several attitudes."""
     free = [name for name in ABOUT if name in robot.dof]
     if about not in free:
-        known = f"one of {', '.join(free)} is expected" if free else "this robot does not turn"
+        known = f"expected one of {', '.join(free)}" if free else "this robot does not turn"
         raise CdprError(f"about: {known}, got {about!r}")
     if len(region.orientations) > 1:
         raise CdprError("orientations: turns begin in one attitude")

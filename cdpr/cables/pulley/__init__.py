@@ -53,7 +53,7 @@ class Pulley(Exit):
     @classmethod
     def _some_direction(cls, axis: Vector3) -> Vector3:
         if not math.hypot(*axis) > 0.0:
-            raise ValueError("a direction is expected, got [0, 0, 0]")
+            raise ValueError("expected a direction, got [0, 0, 0]")
         return axis
 
     def turned(self, R: NDArray[np.float64]) -> Self:

@@ -58,7 +58,7 @@ def write_fmu(
         OutputError: if a file cannot be written.
     """
     if out.exists() and not out.is_file():
-        raise OutputError(f"{out}: is no regular file; choose another --out")
+        raise OutputError(f"{out}: is not a regular file; choose another --out")
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; choose another --out or give --force")
     content = fmu_bytes(model, fmi, source_only, platforms)
@@ -85,7 +85,7 @@ def cached_fmu(model: Model, fmi: int = 3) -> Path:
         whole, reason = False, str(error)
     if not whole:
         if reason:
-            warnings.warn(f"{reason}: it is not used, and made again", stacklevel=2)
+            warnings.warn(f"{reason}: it is replaced by a new one", stacklevel=2)
         _write(path, content, 0o600)
         keep_newest(path.parent, ".fmu", KEPT)
     return path

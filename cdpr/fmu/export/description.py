@@ -22,16 +22,16 @@ IDENTIFIER = "cdpr_plant"
 
 # Names of the standard; source/instance.c uses them, too.
 CATEGORIES = {
-    "logStatusError": "what went wrong, and what to do",
+    "logStatusError": "problems and remedies",
     "logStatusWarning": "requests that cannot be executed",
     "logEvents": "with debug logging: a simulation continues with other parameters",
     "logAll": "all of these",
 }
 
 TERMINALS = {
-    "desired": "where the controller shall take the platform",
-    "platform": "where the platform is and how it moves, and what else pushes it",
-    "cables": "what the cables do at the platform",
+    "desired": "desired motion of the platform",
+    "platform": "state of the platform, and external wrench",
+    "cables": "wrench of the cables on the platform",
     "winches": "commands and states of the winches",
 }
 

@@ -278,7 +278,7 @@ class Controller(Model):
         """Return all variables."""
         robot, control = self.robot, self.control
         state = zip(STATE, np.split(control.desired[:13], [3, 7, 10]), strict=True)
-        told = "tension that each cable shall have, 0 before the first step"
+        told = "commanded tension of each cable, 0 before the first step"
         return [
             Variable("time", "independent", (), "s", (0.0,), "time"),
             *_anchors(robot),

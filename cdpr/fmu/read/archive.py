@@ -116,7 +116,7 @@ def library(archive: Archive) -> str:
             raise FmuError(f"{archive.path}: {name} cannot be read: {error}; {_remedy(archive)}") from None
     if system == "linux" and not _elf(head, machine):
         raise FmuError(
-            f"{archive.path}: {name} is no shared library for {machine} Linux (it begins with {head[:8].hex(' ')}); "
+            f"{archive.path}: {name} is not a shared library for {machine} Linux (it begins with {head[:8].hex(' ')}); "
             f"{_remedy(archive)}"
         )
     return name
@@ -157,15 +157,15 @@ def _read(path: Path) -> bytes:
         # Checks use the opened file; without blocking on a pipe.
         with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise FmuError(f"{path}: is not a regular file; an FMU is expected")
+                raise FmuError(f"{path}: is not a regular file; expected an FMU")
             content = file.read(MAX_FILE + 1)
     except IsADirectoryError:
-        raise FmuError(f"{path}: is not a regular file; an FMU is expected") from None
+        raise FmuError(f"{path}: is not a regular file; expected an FMU") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FmuError(f"{path}: cannot be read: {reason}") from None
     if len(content) > MAX_FILE:
-        raise FmuError(f"{path}: is larger than {MAX_FILE // 2**20} MiB, more than cdpr takes for an FMU")
+        raise FmuError(f"{path}: is larger than {MAX_FILE // 2**20} MiB, the limit for an FMU")
     return content
 
 
@@ -175,7 +175,7 @@ def _opened(content: bytes) -> zipfile.ZipFile:
     if end < 0 or len(content) < end + EOCD_SIZE:
         raise FmuError("is not a zip file, or the end of it is missing; an FMU is a zip file")
     if content[max(0, end - ZIP64_LOCATOR_SIZE) : end].startswith(b"PK\x06\x07"):
-        raise FmuError("is a zip64 file, which no FMU needs to be")
+        raise FmuError("is a zip64 file, which is not supported for FMUs")
     if int.from_bytes(content[end + 12 : end + 16], "little") > MAX_DIRECTORY:
         raise FmuError(f"has a table of contents of more than {MAX_DIRECTORY // 2**20} MiB")
     try:
@@ -224,14 +224,16 @@ def _check_entry(info: zipfile.ZipInfo) -> None:
         or any(letter in name for letter in "\\:")
         or not name.isprintable()
     ):
-        raise FmuError(f"has the entry {name[:80]!r}, which is no plain path: it could be written outside its folder")
+        raise FmuError(
+            f"has the entry {name[:80]!r}, which is not a plain path: it could be written outside its folder"
+        )
     kind = stat.S_IFMT(info.external_attr >> 16)
     if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
         raise FmuError(f"has the entry {name[:80]!r}, which is a link or a device, not a file")
     if info.flag_bits & 0x1:
         raise FmuError(f"has the entry {name[:80]!r}, which is encrypted")
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise FmuError(f"has the entry {name[:80]!r}, which is neither stored nor deflated, as FMI demands")
+        raise FmuError(f"has the entry {name[:80]!r}, which FMI does not allow: expected stored or deflated")
     if info.file_size > max(SMALL, MAX_RATIO * info.compress_size):
         raise FmuError(
             f"has the entry {name[:80]!r}, which would grow from {info.compress_size} to {info.file_size} bytes: "
@@ -242,7 +244,7 @@ def _check_entry(info: zipfile.ZipInfo) -> None:
 def _xml(archive: zipfile.ZipFile, entries: dict[str, zipfile.ZipInfo], name: str) -> bytes:
     info = entries.get(name)
     if info is None:
-        raise FmuError(f"holds no {name}; is it an FMU?")
+        raise FmuError(f"contains no {name}; is it an FMU?")
     if info.file_size > MAX_XML:
         raise FmuError(f"{name} has {info.file_size} bytes, more than {MAX_XML}")
     return b"".join(_chunks(archive, info))
@@ -273,5 +275,5 @@ def _elf(head: bytes, machine: str) -> bool:
 
 def _remedy(archive: Archive) -> str:
     if archive.description.sources:
-        return f"it holds its sources: 'fmpy compile {archive.path}' (FMPy and a C compiler) adds the binary"
+        return f"it contains its sources: 'fmpy compile {archive.path}' (FMPy and a C compiler) adds the binary"
     return "obtain one, or its sources, from its author"

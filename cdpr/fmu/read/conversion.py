@@ -36,7 +36,7 @@ def convert(
         raise FmuError("the factor cannot be 0")
     said = [source.unit] * len(elements) if source.unit is None or isinstance(source.unit, str) else source.unit
     if len(said) != len(elements):
-        raise FmuError(f"{len(elements)} units are expected, got {len(said)}")
+        raise FmuError(f"expected {len(elements)} units, got {len(said)}")
     units, undeclared, undefined = [], [], []
     for element, target, name in zip(elements, wanted, said, strict=True):
         declared = element.variable.unit
@@ -92,5 +92,5 @@ def _named(name: str, defined: Mapping[str, Unit]) -> Unit:
     if unit is None or unit.exponents is None:
         unit = known_unit(name)
     if unit is None:
-        raise FmuError(f"the unit '{name}' is not defined by the FMU and not known; say `unit:`, such as mm/s or N.m")
+        raise FmuError(f"the unit '{name}' is unknown and not defined by the FMU; set `unit:`, such as mm/s or N.m")
     return unit

@@ -43,13 +43,13 @@ def read_description(content: bytes) -> ModelDescription:
     """
     root = parse(content, "modelDescription.xml")
     if root.tag != "fmiModelDescription":
-        raise FmuError(f"modelDescription.xml: the root is <{root.tag[:40]}>, <fmiModelDescription> is expected")
+        raise FmuError(f"modelDescription.xml: expected the root <fmiModelDescription>, got <{root.tag[:40]}>")
     version = root.get("fmiVersion", "")
     fmi = "2.0" if version == "2.0" else "3.0" if re.fullmatch(r"3\.0(\.[0-9]+)?", version) else None
     if fmi is None:
         raise FmuError(
-            f"this is an FMU of FMI {version[:20] or 'without version'}; cdpr takes FMI 2.0 and 3.0: "
-            "export it again for one of them"
+            f"this is an FMU of FMI {version[:20] or 'without version'}; cdpr supports FMI 2.0 and 3.0: export it "
+            f"again for one of them"
         )
     interface = _interface(root, fmi)
     identifier = interface.get("modelIdentifier", "")
@@ -105,7 +105,7 @@ def parse(content: bytes, name: str) -> Node:
     except UnicodeDecodeError as error:
         raise FmuError(f"{name}: is not in UTF-8, as FMI demands (byte {error.start})") from None
     if "<!DOCTYPE" in text:
-        raise FmuError(f"{name}: has a DOCTYPE, which can define entities; FMI needs none, so it is refused")
+        raise FmuError(f"{name}: has a DOCTYPE, which can define entities; FMI does not need it, so it is rejected")
     try:
         # Parsed as text: the file cannot declare another encoding.
         return ElementTree.fromstring(text)
@@ -125,7 +125,7 @@ def _interface(root: Node, fmi: str) -> Node:
                 f"this FMU (FMI {fmi}) is for {words} only, without a solver; cdpr supports "
                 "Co-Simulation: export it again as such"
             )
-    raise FmuError("modelDescription.xml: has no <CoSimulation>; cdpr takes Co-Simulation FMUs")
+    raise FmuError("modelDescription.xml: has no <CoSimulation>; cdpr supports Co-Simulation FMUs only")
 
 
 def _capabilities(node: Node, fmi: str) -> Capabilities:
@@ -171,7 +171,7 @@ def _variable(
         raise FmuError("modelDescription.xml: a variable has no name")
     reference = _integer(node, "valueReference", None)
     if not 0 <= reference <= MAX_REFERENCE:
-        raise FmuError(f"modelDescription.xml: '{name}' has the value reference {reference}, which is not one")
+        raise FmuError(f"modelDescription.xml: '{name}' has the invalid value reference {reference}")
     causality = node.get("causality", "local")
     fixed = causality.lower().endswith("parameter")
     natural = "fixed" if fixed and fmi == "3.0" else "continuous" if fmi == "2.0" or value.tag in FLOATS else "discrete"
@@ -210,7 +210,7 @@ def _shape(node: Node, name: str, sizes: dict[int, str]) -> tuple[int, ...]:
         shape.append(size)
     if len(shape) > MAX_DIMENSIONS or any(size < 1 for size in shape) or math.prod(shape) > MAX_ELEMENTS:
         shown = " x ".join(map(str, shape[:MAX_DIMENSIONS]))
-        raise FmuError(f"modelDescription.xml: '{name}' is {shown}; 1 to {MAX_ELEMENTS} elements are expected")
+        raise FmuError(f"modelDescription.xml: '{name}' is {shown}; expected 1 to {MAX_ELEMENTS} elements")
     return tuple(shape)
 
 
@@ -222,7 +222,7 @@ def _check_start(variable: Variable) -> None:
         shown = printable(" ".join(variable.start))[:60]
         what = "values" if variable.kind == "Boolean" else "numbers"
         raise FmuError(
-            f"modelDescription.xml: '{variable.name}' starts with '{shown}'; {variable.size} {what} are expected, "
+            f"modelDescription.xml: '{variable.name}' starts with '{shown}'; expected {variable.size} {what}, "
             f"of the kind {variable.kind}"
         )
 

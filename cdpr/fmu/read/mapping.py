@@ -62,7 +62,7 @@ def resolve(
     options = options or Signals()
     order = options.cable_order
     if order is not None and sorted(order) != list(range(1, robot.m + 1)):
-        problem = f"signals.cable_order: the numbers from 1 to {robot.m}, each once, are expected, got {list(order)}"
+        problem = f"signals.cable_order: expected the numbers from 1 to {robot.m}, each once, got {list(order)}"
         return Mapping(role, Side((), {}), Side((), {}), ()), (problem,)
     inputs = Resolver(description, robot, options, role, "inputs")
     outputs = Resolver(description, robot, options, role, "outputs")
@@ -79,7 +79,7 @@ def resolve(
     ]
     if idle:
         shown = ", ".join(idle[:8]) + (f" and {len(idle) - 8} more" if len(idle) > 8 else "")
-        notices.append(f"inputs that keep their start value: {shown}")
+        notices.append(f"inputs without a signal, which keep their start value: {shown}")
     if role == "controller" and all(name.startswith("desired_") for name in sides[0].ports):
-        notices.append("nothing of the state goes in: a controller in open loop, or one with its own plant inside")
+        notices.append("the FMU receives no part of the state: an open-loop controller, or one that contains a plant")
     return Mapping(role, sides[0], sides[1], tuple(notices)), (*inputs.problems, *outputs.problems)

@@ -39,7 +39,7 @@ class Signals(_Section):
     The value `none` excludes a signal. `euler` can replace `quaternion`.
     """
 
-    inputs: dict[str, Variables | Source] = Field(default_factory=dict, description="signals that the FMU takes")
+    inputs: dict[str, Variables | Source] = Field(default_factory=dict, description="inputs of the FMU")
     outputs: dict[str, Variables | Source] = Field(default_factory=dict, description="signals that the FMU gives")
     cable_order: tuple[int, ...] | None = Field(
         None, description="the FMU's number, from 1, of each cable of the robot in turn"
@@ -59,8 +59,8 @@ class FmuFile(_Section):
     )
     isolation: Literal["process", "inproc"] | None = Field(
         None,
-        description="run the FMU in a separate process, or in this one, which is faster but which it may crash; "
-        "default: process, but inproc for FMUs that cdpr has exported itself",
+        description="run the FMU in a separate process, or in this process, which is faster but may crash; default: "
+        "process, and inproc for FMUs exported by cdpr",
     )
     step_timeout: float = Field(
         5.0,
@@ -74,8 +74,8 @@ class FmuFile(_Section):
         "as inertia[1,1]",
     )
     from_robot: bool = Field(
-        True, description="fill in the parameters that are called like those that cdpr exports: mass, inertia, ..."
+        True, description="set the parameters that have the names of cdpr's own exports: mass, inertia, ..."
     )
     signals: Signals = Field(
-        Signals(), description="which variables of the FMU are which signals, where that is not certain by their names"
+        Signals(), description="assignment of the FMU's variables to signals, where their names are ambiguous"
     )

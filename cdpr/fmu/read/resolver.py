@@ -60,7 +60,7 @@ class Resolver:
         known |= {_euler(name) for name in known}
         for name in self.given:
             if name not in known:
-                text = f"is no signal here; known are {', '.join(sorted(known))}; {did_you_mean(name, sorted(known))}"
+                text = f"unknown signal; allowed: {', '.join(sorted(known))}; {did_you_mean(name, sorted(known))}"
                 self._problem(name, text.rstrip("; "))
 
     def _key(self, signal: Signal) -> str:
@@ -92,14 +92,14 @@ class Resolver:
         name = source.variable
         if not isinstance(name, str):
             if len(name) != count:
-                raise FmuError(f"{count} variables are expected, got {len(name)}")
+                raise FmuError(f"expected {count} variables, got {len(name)}")
             return [self._element(each) for each in name]
         if NUMBERED.search(name):
             candidates = self.wide.pattern(name, count)
         else:
             candidates = self.wide.named(name, count, () if signal is None else signal.components)
         if not candidates:
-            raise FmuError(f"'{name}' is no {self._kind(count)}{self._near(name)}")
+            raise FmuError(f"no {self._kind(count)} is named '{name}'{self._near(name)}")
         if len(candidates) > 1:
             raise FmuError(f"'{name}' may mean {_listed(candidates)}; list the variables")
         return self._ordered(signal, candidates[0].elements)
@@ -118,7 +118,7 @@ class Resolver:
         variable = found.variable
         if variable.name not in self.wide.variables:
             wrong = variable.kind if variable.kind not in REALS else variable.causality
-            raise FmuError(f"'{name}' is of the kind {wrong}; {self._kind(1)} is expected")
+            raise FmuError(f"'{name}' is of the kind {wrong}; expected {self._kind(1)}")
         return found
 
     def _automatic(self, signal: Signal) -> Port | None:
@@ -140,7 +140,7 @@ class Resolver:
         ):
             candidates = unique(found)
             if len(candidates) > 1:
-                raise FmuError(f"may be {_listed(candidates)}; say which under signals.{self.side}")
+                raise FmuError(f"ambiguous: {_listed(candidates)}; choose one under signals.{self.side}")
             if candidates:
                 return self._port(signal, self._ordered(signal, candidates[0].elements), None, rule)
         if self._required(signal):
@@ -180,7 +180,7 @@ class Resolver:
         wrong = any(self.given.get(signal.name, NONE) != NONE for signal in choices)  # already reported
         if len(found) > 1:
             self.problems.append(
-                f"signals.{self.side}: the FMU has both {' and '.join(found)}; say `none` for one of them"
+                f"signals.{self.side}: the FMU has both {' and '.join(found)}; set one of them to `none`"
             )
         elif choices and not found and not wrong:
             kinds = " or ".join(f"{signal.name} ({self._count(signal)} numbers)" for signal in choices)
@@ -193,7 +193,7 @@ class Resolver:
             for element in port.elements:
                 place = (element.variable.value_reference, element.index)
                 if place in owner:
-                    self._problem(name, f"'{element.name}' is already taken for {owner[place]}")
+                    self._problem(name, f"'{element.name}' is already used for {owner[place]}")
                     break
                 owner[place] = name
 

@@ -43,7 +43,7 @@ def list_path() -> Path:
     try:
         return (Path(root) if root else Path.home() / ".config") / "cdpr" / "trusted_fmus"
     except RuntimeError as error:  # no HOME, and an unknown uid
-        raise FmuError(f"there is no place for the list of trusted FMUs ({error}); set XDG_CONFIG_HOME") from None
+        raise FmuError(f"no folder for the list of trusted FMUs ({error}); set XDG_CONFIG_HOME") from None
 
 
 def trusted() -> dict[str, str]:
@@ -59,7 +59,7 @@ def trusted() -> dict[str, str]:
             continue
         match = re.fullmatch(r"([0-9a-f]{64})(?:  (.*))?", line)
         if match is None:
-            raise FmuError(f"{path}:{number}: a sha256 and a name are expected, got {line[:80]!r}; mend or remove it")
+            raise FmuError(f"{path}:{number}: expected a sha256 and a name, got {line[:80]!r}; correct or remove it")
         found[match[1]] = match[2] or ""
     return found
 
@@ -117,7 +117,7 @@ def _lines(path: Path) -> list[str]:
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             if fault := _fault(os.fstat(file.fileno()), path.parent):
-                raise FmuError(f"{path}: {fault}; nobody else may say whose code runs: mend or remove it")
+                raise FmuError(f"{path}: {fault}; only you may write this list: correct or remove it")
             content = file.read(MOST + 1)
         if len(content) > MOST:
             raise ValueError(f"it has more than {MOST // 2**20} MiB")
@@ -126,7 +126,7 @@ def _lines(path: Path) -> list[str]:
         return []
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise FmuError(f"{path}: the list of trusted FMUs cannot be read: {reason}; mend or remove it") from None
+        raise FmuError(f"{path}: the list of trusted FMUs cannot be read: {reason}; correct or remove it") from None
 
 
 def _without_waiting(path: str, flags: int) -> int:
@@ -152,7 +152,7 @@ def _locked() -> Iterator[Path]:
         raise _unwritable(path, error) from None
     try:
         if lock(file, LOCK_SECONDS) is Lock.ANOTHERS:
-            raise OutputError(f"{path}: another process keeps the list of trusted FMUs locked; end it")
+            raise OutputError(f"{path}: another process has locked the list of trusted FMUs; stop that process")
         yield path
     finally:
         os.close(file)

@@ -69,7 +69,7 @@ class Parameters:
             wanted = 1 if isinstance(found, Element) else variable.size
             items = [value] if isinstance(value, (bool, int, float, str)) else list(value)
             if len(items) != wanted:
-                raise FmuError(f"parameters.{name}: {wanted} values are expected, got {len(items)}")
+                raise FmuError(f"parameters.{name}: expected {wanted} values, got {len(items)}")
             first = found.index if isinstance(found, Element) else 0
             for i, item in enumerate(items):
                 self._put(variable, first + i, _typed(variable, item, f"parameters.{name}"))
@@ -126,7 +126,9 @@ def _in_unit(variable: Variable, number: float, wanted: str) -> float:
     if unit is None:
         return number
     if wanted and not alike(unit, si(wanted)):
-        raise FmuError(f"parameter '{variable.name}' is in {unit.name}, {wanted} is expected; say from_robot: false")
+        raise FmuError(
+            f"parameter '{variable.name}': expected the unit {wanted}, got {unit.name}; set from_robot: false"
+        )
     return (number - unit.offset) / unit.factor
 
 
@@ -151,7 +153,7 @@ def _typed(variable: Variable, value: Value, where: str) -> Value:
         return float(value)
     expected: type = str if variable.kind == "String" else bool if variable.kind == "Boolean" else int
     if variable.kind in FLOATS or type(value) is not expected:
-        raise FmuError(f"{where}: a value of the kind {variable.kind} is expected, got {value!r}")
+        raise FmuError(f"{where}: expected a value of the kind {variable.kind}, got {value!r}")
     if expected is int and not _fits(variable.kind, int(value)):
         raise FmuError(f"{where}: {value} is beyond what a variable of the kind {variable.kind} can hold")
     return value

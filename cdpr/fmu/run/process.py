@@ -143,7 +143,7 @@ class Process(Instance):
             self._drain()  # last lines of the log
         if answer is None:
             self._end()
-            self._fail(f"took more than {seconds:g} s for {what} and was ended")
+            self._fail(f"took more than {seconds:g} s for {what} and was stopped")
         if not answer:
             self._end()
             self._fail(_epitaph(self._process.returncode))

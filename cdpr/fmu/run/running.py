@@ -122,7 +122,7 @@ def check_step(archive: Archive, step: float) -> None:
     internal = about.capabilities.fixed_internal_step
     if internal is not None and not _multiple(step, internal):
         raise FmuError(
-            f"{archive.path}: its own step is {internal:g} s, and {step:g} s is no multiple of that: choose another "
+            f"{archive.path}: its own step is {internal:g} s, and {step:g} s is not a multiple of that: choose another "
             "simulation.physics_step, or `step` among the options of the FMU"
         )
     if about.fmi == "2.0" and about.default_step is not None and step < about.default_step * (1.0 - tolerances.TIME):

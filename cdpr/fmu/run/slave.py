@@ -192,7 +192,7 @@ class Slave(Instance):
             function.argtypes, function.restype = signature(self.declared, self.prefix + name)
             functions[name] = function
         if missing:
-            self._refuse(f"has a library without {', '.join(missing)}, which FMI demands for co-simulation")
+            self._refuse(f"has a library without {', '.join(missing)}, which FMI requires for co-simulation")
         return functions
 
     def _transfer(self, verb: str, variables: Sequence[tuple[int, int]], values: Any) -> Any:
@@ -219,7 +219,7 @@ class Slave(Instance):
 
     def _call(self, name: str, *arguments: Any) -> None:
         if self._fatal or self._instance is None:
-            raise BackendDied(f"FMU '{self.plan.name}' is closed or failed for good; nothing of it may be called")
+            raise BackendDied(f"FMU '{self.plan.name}' is closed or failed; it cannot be called again")
         status = self._functions[name](self._instance, *arguments)
         if status > WARNING:
             self._fail(name, status)
@@ -313,7 +313,7 @@ class Slave3(Slave):
         if not abs(reached - end) <= TIME_TOLERANCE * max(1.0, end):
             self._running = False
             raise BackendDied(
-                f"FMU '{self.plan.name}' was to go to {end:.9g} s and says that it is at {reached:.9g} s: its own step "
+                f"FMU '{self.plan.name}' was to go to {end:.9g} s, but reports {reached:.9g} s: its own step "
                 f"does not divide the communication step of {step:g} s{self.last_words}"
             )
 

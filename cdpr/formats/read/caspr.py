@@ -84,7 +84,7 @@ def _model(
     given = physical.child("inertia")
     about = given.attribute("ref")
     if about not in ("com", "joint"):
-        raise given.wrong(f"ref of <inertia>: com or joint is expected, got '{about}'")
+        raise given.wrong(f"ref of <inertia>: expected com or joint, got '{about}'")
     xx, yy, zz, xy, xz, yz = (given.child(f"I{name}").number() for name in ("xx", "yy", "zz", "xy", "xz", "yz"))
     inertia = (xx, yy, zz, xy, xz, yz)
     if about == "joint":
@@ -145,7 +145,7 @@ def _only_link(bodies: Element) -> Element:
     links = bodies if bodies.name == LINKS else bodies.child(LINKS)
     moving = [each for each in links.children if each.name.startswith("link_")]
     if not moving:
-        raise links.wrong("a <link_rigid> is expected within <links>, got none")
+        raise links.wrong("expected a <link_rigid> within <links>, got none")
     if len(moving) > 1:
         second = moving[1]
         raise second.wrong(
@@ -153,7 +153,7 @@ def _only_link(bodies: Element) -> Element:
             "only robots with one platform are supported"
         )
     if moving[0].name != "link_rigid":
-        raise moving[0].wrong(f"a <{moving[0].name}> is no rigid body; <link_rigid> alone can be described here")
+        raise moving[0].wrong(f"a <{moving[0].name}> is not supported; expected <link_rigid>")
     return moving[0]
 
 

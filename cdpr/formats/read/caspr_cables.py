@@ -44,7 +44,7 @@ def cables(
     wanted = chosen if chosen is not None else root.attributes.get("default_cable_set", "")
     if wanted not in sets:
         which = f"cable set {shown(wanted)}" + ("" if chosen is not None else ", the default,")
-        raise root.wrong(f"{which} is not there; {did_you_mean(wanted, sets)}there are {', '.join(sets)}")
+        raise root.wrong(f"{which} does not exist; {did_you_mean(wanted, sets)}allowed: {', '.join(sets)}")
     try:
         rows, comments, left_out = _set(sets[wanted], centre)
     except FormatError as error:
@@ -75,7 +75,7 @@ def _set(element: Element, centre: list[float]) -> tuple[list[dict[str, Any]], d
     left_out: list[str] = []
     found = element.children
     if not found:
-        raise element.wrong(f"cable set '{element.attributes.get('id', '')}' holds no cable")
+        raise element.wrong(f"cable set '{element.attributes.get('id', '')}' contains no cable")
     names = unique([slug(each.attributes.get("name", ""), "cable") for each in found])
     for k, (cable, name) in enumerate(zip(found, names, strict=True)):
         cable.touch("name")
@@ -93,10 +93,10 @@ def _cable(element: Element, name: str, centre: list[float]) -> dict[str, Any]:
     if element.name in REFUSED:
         raise element.wrong(f"{called} is a {element.name}: {REFUSED[element.name]}")
     if element.name not in TAUT:
-        raise element.wrong(f"{called} is a <{element.name}>, which is not known; {' and '.join(TAUT)} are")
+        raise element.wrong(f"{called} is a <{element.name}>, which is unknown; allowed: {', '.join(TAUT)}")
     reference = element.attribute("attachment_reference")
     if reference not in ("com", "joint"):
-        raise element.wrong(f"attachment_reference of {called}: com or joint is expected, got '{reference}'")
+        raise element.wrong(f"attachment_reference of {called}: expected com or joint, got '{reference}'")
     ends = element.child("attachments").children
     if len(ends) != 2:
         raise element.wrong(
@@ -108,7 +108,7 @@ def _cable(element: Element, name: str, centre: list[float]) -> dict[str, Any]:
     for end in ends:
         row |= _end(end, called, shift)
     if not {"frame", "platform"} <= set(row):
-        raise element.wrong(f"{called} has both attachments on one body; one on the world, link 0, is expected")
+        raise element.wrong(f"{called}: expected one attachment on the world, link 0, got both on one body")
     low, high = properties.child("force_min").number(), properties.child("force_max").number()
     row["tension"] = (low, high)
     if element.name == SPRING:
@@ -128,7 +128,7 @@ def _end(end: Element, called: str, shift: list[float]) -> dict[str, Any]:
         exit_ = {"type": Pulley.kind(), "radius": given["radius"].number(), "axis": given["axis"].vector(3)}
         return {"frame": _place(given["frame"], called), "exit": exit_}
     if end.name != "attachment":
-        raise end.wrong(f"{called} ends in a <{end.name}>, which is not known; attachment and {PULLEY} are")
+        raise end.wrong(f"{called} ends in a <{end.name}>, which is unknown; allowed: attachment, {PULLEY}")
     link = end.child("link").number()
     if link == 0.0:
         return {"frame": _place(end.child("location"), called)}
@@ -141,7 +141,5 @@ def _end(end: Element, called: str, shift: list[float]) -> dict[str, Any]:
 def _place(element: Element, called: str) -> list[float]:
     place = element.vector(3)
     if max(map(abs, place)) > MAX_DISTANCE:
-        raise element.wrong(
-            f"{called} ends {max(map(abs, place)):g} m away, beyond {MAX_DISTANCE:g} m: no anchor is there"
-        )
+        raise element.wrong(f"{called} ends {max(map(abs, place)):g} m away, beyond {MAX_DISTANCE:g} m")
     return place

@@ -123,13 +123,13 @@ def joint(link: Element) -> Joint:
     element, parent = link.child("joint"), link.child("parent")
     type_ = element.attribute("type")
     if type_ in REFUSED:
-        raise element.wrong(f"joint {type_} {REFUSED[type_]}; there are {', '.join(KINDS)}")
+        raise element.wrong(f"joint {type_} {REFUSED[type_]}; allowed: {', '.join(KINDS)}")
     if type_ not in KINDS:
-        raise element.wrong(f"joint type '{type_}' is not known; there are {', '.join(KINDS)}")
+        raise element.wrong(f"joint type '{type_}' is unknown; allowed: {', '.join(KINDS)}")
     if element.attributes.get("actuated", "false").strip().lower() == "true":
         raise element.wrong("the joint is actuated: only cables may move a platform")
     if (number := parent.child("num").number()) != 0.0:
-        raise parent.wrong(f"the parent is link {number:g}; the world, 0, is expected of a single body")
+        raise parent.wrong(f"expected the world, 0, as the parent of a single body, got link {number:g}")
     x, y, z = parent.child("location").vector(3)
     dof = KINDS[type_]
     said = element.attributes.get("q_initial", "").strip()

@@ -66,10 +66,10 @@ def _motion(element: Element, joint: Joint) -> Motion:
     if element.name == FILE:
         return _tabled(_of_file(element, joint), joint)
     if element.name not in BETWEEN:
-        raise element.wrong(f"<{element.name}> is not known; there are {', '.join([*BETWEEN, FILE])}")
+        raise element.wrong(f"<{element.name}> is unknown; allowed: {', '.join([*BETWEEN, FILE])}")
     points = read(element, len(joint.dof), "q")
     if joint.turns == 3 and _turning(points, joint):
-        raise element.wrong("three angles have rates that are not 0 at a point, which CASPR does not take either")
+        raise element.wrong("three angles have rates that are not 0 at a point, which CASPR does not support either")
     element.touch("time_step", "blend_time_default")  # unused in kinds where they have no meaning
     if points.kind == QUINTIC and (joint.turns != 1 or _near(points, joint)):
         return _passed(points, joint)
@@ -81,7 +81,7 @@ def _operational(element: Element, joint: Joint, spaces: Spaces) -> tuple[Motion
     """Return the motion of a point of the platform, and a note on assumptions."""
     if element.name not in OPERATIONAL:
         known = " and ".join(OPERATIONAL)
-        raise element.wrong(f"<{element.name}> is none of operational space, where CASPR itself has {known} alone")
+        raise element.wrong(f"<{element.name}> is not supported in operational space: CASPR has only {known}")
     space = spaces.space(element, joint)
     points = space.all_six(read(element, len(space.axes), "y"))
     passed = _one_turn(points, space.frame)
@@ -177,13 +177,13 @@ def _of_file(element: Element, joint: Joint) -> list[Array]:
             timed = words[0] == "t"
             rows.append(_row(words if timed else ["t", repr(len(rows) * step), *words], n))
         except (ValueError, IndexError):
-            text = f"t,TIME,p,...,v,...,a,... with {n} numbers each is expected, got '{line[:60]}'"
+            text = f"expected t,TIME,p,...,v,...,a,... with {n} numbers each, got '{line[:60]}'"
             raise refuse(str(path), number, text) from None
         if len(rows) > MAX_ROWS:
-            raise refuse(str(path), number, f"{MAX_ROWS} points at most are taken")
+            raise refuse(str(path), number, f"more than {MAX_ROWS} points")
     table = np.array(rows)
     if len(rows) < 2 or not np.isfinite(table).all() or (np.diff(table[:, 0]) <= 0.0).any():
-        raise refuse(str(path), 1, "two or more points of finite numbers are expected, at times that rise")
+        raise refuse(str(path), 1, "expected two or more points of finite numbers, at times that rise")
     table[:, 0] -= table[0, 0]
     return [table[:, :1], *(table[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))]
 

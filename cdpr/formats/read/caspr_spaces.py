@@ -84,17 +84,15 @@ class Spaces:
         """
         set_ = self._default(element)
         if len(set_.children) != 1:
-            raise set_.wrong(f"the operational set holds {len(set_.children)} spaces, and one platform has one")
+            raise set_.wrong(f"the operational set contains {len(set_.children)} spaces; expected one")
         marker = set_.children[0]
         if marker.name not in ACTIVE:
-            raise marker.wrong(f"<{marker.name}> is not known; there are {', '.join(ACTIVE)}")
+            raise marker.wrong(f"<{marker.name}> is unknown; allowed: {', '.join(ACTIVE)}")
         if (on := _link_of(marker)) != self._link:
             raise marker.wrong(f"it is of link {on or '?'}, and the platform is link {self._link}")
         letters = marker.child("axes").attribute("active_axes")
         if len(set(letters)) != len(letters) or set(letters) - set(ACTIVE[marker.name]):
-            raise marker.wrong(
-                f"active_axes: letters of {ACTIVE[marker.name]} are expected, once each, got '{letters}'"
-            )
+            raise marker.wrong(f"active_axes: expected letters of {ACTIVE[marker.name]}, once each, got '{letters}'")
         axes = tuple(LETTERS[letter] for letter in letters)
         tool = next((name for each, name in self._named if each is marker), None) if set(axes) & set(AXES) else None
         reach = np.zeros(3) if tool is None else np.array(self.tools[tool])
@@ -111,7 +109,7 @@ class Spaces:
         if wanted in sets:
             return sets[wanted]
         if wanted is not None:
-            raise element.wrong(f"its coordinates are of operational set '{wanted}', which is not there")
+            raise element.wrong(f"its coordinates are of operational set '{wanted}', which does not exist")
         known = f"of {', '.join(sets)} none is the default" if sets else "the model has no operational set"
         raise element.wrong(f"its coordinates are not defined: {known}")
 
@@ -146,9 +144,7 @@ def _held(marker: Element, axes: tuple[str, ...], joint: Joint, reach: Array) ->
     said = [name for name in axes if name not in AXES]
     unsaid = [name for name in joint.dof if name in AXES and name not in axes]
     if unsaid:
-        raise marker.wrong(
-            f"it does not say where the point is along {' and '.join(unsaid)}, and the joint moves there"
-        )
+        raise marker.wrong(f"it does not define the position along {' and '.join(unsaid)}, along which the joint moves")
     if said and set(turning) - set(said):
         missing = " and ".join(sorted(set(turning) - set(said)))
         raise marker.wrong(f"it says some of the platform's angles and not {missing}, about which its joint turns")
@@ -156,10 +152,10 @@ def _held(marker: Element, axes: tuple[str, ...], joint: Joint, reach: Array) ->
     type_ = FIXED if marker.name == POSE or (not said and joint.type == FIXED) else SPHERICAL
     if not said:
         if turning and len(turning) == len(joint.dof):
-            raise marker.wrong("it says where a point is and not how the platform is turned, and its joint only turns")
+            raise marker.wrong("it defines a position but no attitude, and the joint only rotates")
         held[3:] = joint.parts(joint.initial)[1]
         if turning:
-            told = "the attitude of the platform is not defined: it keeps that of q_initial"
+            told = "the attitude of the platform is not defined; the attitude of q_initial is used"
     home = np.array(joint.at) + rotations.matrix(joint.quaternion(joint.initial)) @ reach
     held[:3] = np.array(joint.at) if not set(axes) & set(AXES) else home
     place = f"{Path(marker.file).name}:{marker.line}"

@@ -79,7 +79,7 @@ def read(element: Element, n: int, word: str) -> Points:
     """
     points = element.child("points").all("point")
     if len(points) < 2:
-        raise element.wrong(f"two or more points are expected, got {len(points)}")
+        raise element.wrong(f"expected two or more points, got {len(points)}")
     times = _times(element, points)
     q = np.array([point.child(word).vector(n) for point in points])
     rates, seconds = np.zeros_like(q), np.zeros_like(q)
@@ -98,7 +98,7 @@ def _times(element: Element, points: list[Element]) -> Array:
     """Return the times of the points, (k,), s, starting at 0."""
     definition = element.attribute("time_definition")
     if definition not in ("absolute", "relative"):
-        raise element.wrong(f"time_definition: absolute or relative is expected, got '{definition}'")
+        raise element.wrong(f"time_definition: expected absolute or relative, got '{definition}'")
     given = np.array([0.0, *(point.attribute_number("time") for point in points[1:])])
     times = np.cumsum(given) if definition == "relative" else given
     late = np.flatnonzero(np.diff(times) <= 0.0)
@@ -116,7 +116,7 @@ def _blends(element: Element, points: list[Element], times: Array) -> Array:
     for k, (point, T) in enumerate(zip(points[1:], np.diff(times).tolist(), strict=True), 1):
         found[k] = point.attribute_number("blend_time", default)
         if found[k] < 0.0:
-            raise point.wrong(f"blend_time: at least 0 s is expected, got {found[k]:g}")
+            raise point.wrong(f"blend_time: expected at least 0 s, got {found[k]:g}")
         if 2.0 * found[k] > T:
             raise point.wrong(f"blend_time: {found[k]:g} s twice is longer than the {T:g} s of this move")
     return found

@@ -86,10 +86,10 @@ def import_any(
     if not os.path.isdir(folder):  # False also for invalid names, which reading reports
         return [import_file(path, cable_set=cable_set, trajectory=trajectory, tension=tension, seconds=seconds)]
     if trajectory is not None:
-        raise CdprError(f"{path}: is a folder, and a trajectory belongs to one robot: name its file")
+        raise CdprError(f"{path}: is a folder; with a trajectory, give the file of its robot")
     every = list(import_folder(folder, cable_set=cable_set, tension=tension, seconds=seconds))
     if not every:
-        raise CdprError(f"{path}: this folder holds no file with an ending that is known: {', '.join(ENDINGS)}")
+        raise CdprError(f"{path}: this folder contains no file of a supported format: {', '.join(ENDINGS)}")
     return every
 
 
@@ -221,7 +221,7 @@ def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose a
     there = {name for name in taken.files if os.path.lexists(folder / name)}
     for name in taken.files:
         if name in there and not force:
-            raise OutputError(f"'{folder / name}' exists already and is not overwritten: {otherwise}")
+            raise OutputError(f"'{folder / name}' already exists and is not overwritten: {otherwise}")
     written: list[Path] = []
     if not taken.files:
         return written
@@ -287,7 +287,7 @@ def _files(folder: Path) -> Iterator[Path]:
             if name.lower().endswith(ENDINGS):
                 count += 1
                 if count > MOST_FILES:
-                    raise FormatError(f"{folder}: holds more than {MOST_FILES} files; name one of its folders")
+                    raise FormatError(f"{folder}: contains more than {MOST_FILES} files; give one of its folders")
                 yield Path(above) / name
 
 

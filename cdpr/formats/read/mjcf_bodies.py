@@ -89,8 +89,8 @@ class Bodies:
             found = mover
         if found is not None and (outer := self._mover(self._above[id(found)])) is not None:
             raise found.wrong(
-                f"body '{_name(found)}' is a second moving body, besides '{_name(outer)}', which carries it; robots of "
-                f"one platform alone can be described here: remove the joints of '{_name(outer)}', or put all joints "
+                f"body '{_name(found)}' is a second moving body, besides '{_name(outer)}', which carries it; only "
+                f"robots with one platform are supported: remove the joints of '{_name(outer)}', or put all joints "
                 "into one body"
             )
         return found
@@ -141,7 +141,7 @@ class Bodies:
         on = {self._on_platform(side) for side in sides}
         if not sides or driven or len(on) > 1:
             raise held(element)
-        self._drop(element, "parts of the platform" if True in on else "bodies on which no cable ends")
+        self._drop(element, "parts of the platform" if True in on else "bodies without cables")
 
     def _drop(self, element: Element, between: str) -> None:
         self.dropped.add(id(element))
@@ -166,8 +166,8 @@ def held(element: Element) -> FormatError:
     words = ("body1", "body2", "site1", "site2", "joint1", "joint2", "tendon1", "tendon2")
     given = ", ".join(f"{word} '{element.attributes[word]}'" for word in words if word in element.attributes)
     return element.wrong(
-        f"<{element.name}> '{_name(element)}' ({given or 'no body'}): our platforms are held by nothing but their "
-        "joints and cables: remove it, or join the bodies by writing one inside the other"
+        f"<{element.name}> '{_name(element)}' ({given or 'no body'}): only joints and cables can hold a platform: "
+        f"remove it, or join the bodies by writing one inside the other"
     )
 
 

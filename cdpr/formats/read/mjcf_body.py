@@ -109,7 +109,7 @@ class Body:
         model = self._model
         moving = [k for k in range(1, model.nbody) if model.body_dofnum[k]]
         if not moving:
-            raise self._lines.root.wrong("no body moves: a platform has a joint, such as <freejoint/>")
+            raise self._lines.root.wrong("no moving body: expected a platform with a joint, such as <freejoint/>")
         if len(moving) > 1:
             first, second = self._name(moving[0]), self._name(moving[1])
             text = f"body '{second}' is a second moving body, besides '{first}'; only robots with one platform"
@@ -133,9 +133,9 @@ class Body:
             if kind not in ("slide", "hinge"):
                 raise at.wrong(f"a {kind} joint besides others: no equivalent guide")
             if np.abs(np.delete(axis, along)).max() > ALONG:
-                raise at.wrong(f"its axis is {axis.tolist()}: x, y or z of the world is expected")
+                raise at.wrong(f"axis: expected x, y or z of the world, got {axis.tolist()}")
             if any(name.startswith("r") for name in found):
-                text = "slides before one hinge are expected; for a body that is free give it <freejoint/>"
+                text = "expected slides before one hinge; for a free body, use <freejoint/>"
                 raise at.wrong(f"this {kind} turns with the hinge before it: {text}")
             name = ("r" if kind == "hinge" else "") + "xyz"[along]
             if name in found:
@@ -168,7 +168,7 @@ class Body:
         mass = float(sum(model.body_mass[k] for k in parts))
         if not 0.0 < mass < np.inf:
             raise self.element.wrong(
-                f"body '{self.name}' has a mass of {mass:g} kg: <inertial> or geoms are expected that give it one",
+                f"body '{self.name}': expected <inertial> or geoms that give a mass, got {mass:g} kg",
             )
         if not all(np.isfinite(each[parts]).all() for each in (model.body_inertia, data.xipos, data.ximat)):
             raise self.element.wrong(f"body '{self.name}': its inertia is not finite: its sizes are too large")
@@ -202,7 +202,7 @@ class Body:
             }
             for word, value in effects.items():
                 if np.any(value):
-                    self._lines.left_out.append(f"{self._joint(joint).at}: {word} of a joint: guides of ours have none")
+                    self._lines.left_out.append(f"{self._joint(joint).at}: {word} of a joint: not supported by guides")
         if np.any(model.body_gravcomp[[k for k in range(model.nbody) if self._is_part(k)]]):
             self._lines.left_out.append(f"{self.element.at}: gravcomp: not supported")
 

@@ -49,7 +49,7 @@ class Cables:
             if tendon not in motors:
                 raise self._wrong(tendon, f"it has no motor and no tension limits: {REMEDY}")
         if (twice := next((k for k, tendon in enumerate(motors) if tendon in motors[:k]), None)) is not None:
-            raise self._wrong(motors[twice], "two motors pull it: one is expected")
+            raise self._wrong(motors[twice], "expected one motor, got two")
         self._servos, self._unlimited = list[int](), list[int]()
         names = unique([slug(self._tendon(tendon), f"cable_{k + 1}") for k, tendon in enumerate(motors)])
         limits = [self._tension(motor, tendon) for motor, tendon in enumerate(motors)]
@@ -61,7 +61,8 @@ class Cables:
         self.pull = min(lows) >= 0.0
         if not self.pull:
             least = motors[lows.index(min(lows))]
-            text = f"a control may push with {-min(lows):g} N: unilateral is false; cables pull only where it is not"
+            text = f"a control may push with {-min(lows):g} N: unilateral is set to false; with unilateral: true, "
+            "cables only pull"
             self.warnings.append(f"{self._element(least).at}: tendon '{self._tendon(least)}': {text}")
         self.tension = {
             key: values[0] if len(set(values)) == 1 else values for key, values in (("min", lows), ("max", highs))
@@ -73,8 +74,8 @@ class Cables:
         if self._servos:
             first, names = self._element(self._servos[0]), [f"'{self._tendon(each)}'" for each in self._servos]
             self.warnings.append(
-                f"{first.at}: {len(names)} tendons have servos of length ({', '.join(names)}), which commands of "
-                "tension replace here: winches that take a length are not imported"
+                f"{first.at}: {len(names)} tendons have servos of length ({', '.join(names)}), replaced by tension "
+                f"commands: winches with a length command are not imported"
             )
         if self._unlimited and self._given is not None:
             low, high = self._given
@@ -98,7 +99,7 @@ class Cables:
         on = [body.moves(site) for site in sites]
         if on[0] == on[1]:
             where = f"on body '{body.name}'" if on[0] else "on the frame"
-            raise self._wrong(tendon, f"both of its sites are {where}: one on each is expected")
+            raise self._wrong(tendon, f"expected one site on each, got both {where}")
         frame, platform = sites if on[1] else sites[::-1]
         ends = {"frame": frame, "platform": platform}
         row: dict[str, Any] = {"name": name} | {end: tidy(body.place(site), body.size) for end, site in ends.items()}
@@ -125,11 +126,13 @@ class Cables:
             if kind in (kinds.mjWRAP_SPHERE, kinds.mjWRAP_CYLINDER):
                 geom = model.geom(model.wrap_objid[k]).name
                 text = f"it is wound around the geom '{geom}': pulleys of ours swivel, and geoms do not; "
-                raise self._wrong(tendon, text + "take a site where it leaves, or write exit: {type: pulley} yourself")
+                raise self._wrong(tendon, text + "use a site where it leaves, or write exit: {type: pulley} yourself")
             if kind == kinds.mjWRAP_PULLEY:
-                raise self._wrong(tendon, "it has a <pulley>, which divides its force: our cables have one line")
+                raise self._wrong(
+                    tendon, "it has a <pulley>, which divides its force; expected a cable with a single line"
+                )
             if kind == kinds.mjWRAP_JOINT:
-                raise self._wrong(tendon, "it is a <fixed> tendon of joints: <spatial> between sites is expected")
+                raise self._wrong(tendon, "expected a <spatial> tendon between sites, got a <fixed> tendon of joints")
             found.append(int(model.wrap_objid[k]))
         if len(found) != 2:
             more = f", and '{model.site(found[2]).name}' is a third" if len(found) > 2 else ""
@@ -176,7 +179,7 @@ class Cables:
             if servo:
                 remedy = 'add forcerange="-MAX -MIN" to it, N, where its gear is 1'
                 raise self._wrong(tendon, f"its servo has no limited force, so no limited tension: {remedy}{also}")
-            raise self._wrong(tendon, f"neither its control nor its force is limited: {REMEDY}{also}")
+            raise self._wrong(tendon, f"no limit of its control or force: {REMEDY}{also}")
         if high <= 0.0:
             text = f"with gear {gear:g} and these ranges its tension is {low:g} to {high:g} N: it only pushes; "
             raise self._wrong(tendon, text + REMEDY)
@@ -189,7 +192,7 @@ class Cables:
     def _tell(self, tendon: int) -> None:
         model = self._model
         if model.tendon_stiffness[tendon].any():
-            text = "it is a spring of itself: describe an elastic cable here, cable.model=elastic and axial_stiffness"
+            text = "it is a spring: describe it as an elastic cable, by cable.model=elastic and axial_stiffness"
             raise self._wrong(tendon, text)
         effects = {
             "damping": model.tendon_damping[tendon],

@@ -21,8 +21,8 @@ from cdpr.formats.read.xml import Element
 UNSEEN = ("visual", "statistic", "size", "asset", "sensor", "custom", "extension", "contact")
 NEVER = (*UNSEEN, "lengthrange", "light", "camera")  # size and lengthrange determine memory and time
 REFUSED = {
-    "replicate": "it makes copies: save what it makes, as mujoco.mj_saveLastXML does",
-    "attach": "it takes parts of another file: save it as one file, as mujoco.mj_saveLastXML does",
+    "replicate": "it creates copies: save the expanded model, for example by mujoco.mj_saveLastXML",
+    "attach": "it includes parts of another file: save a single file, for example by mujoco.mj_saveLastXML",
     "composite": "it makes moving bodies; our cables have no bodies of their own",
     "flexcomp": "it makes moving bodies; our platforms are rigid",
     "deformable": "our platforms are rigid",
@@ -134,7 +134,7 @@ def _sound(element: Element) -> None:
             continue
         if not all(abs(number) <= MAX_MAGNITUDE for number in numbers):
             raise element.wrong(
-                f"{key} of <{element.name}>: numbers of at most {MAX_MAGNITUDE:g} are expected, got {shown(value)}"
+                f"{key} of <{element.name}>: expected numbers of at most {MAX_MAGNITUDE:g}, got {shown(value)}"
             )
 
 
@@ -171,8 +171,8 @@ def _actuator(element: Element, lines: Lines) -> None:
         element.done()
     elif element.name not in (*PULLING, *SERVOS):
         raise element.wrong(
-            f"<{element.name}> '{name}': its force is not its control alone; {', '.join(PULLING)} or a servo "
-            f"({', '.join(SERVOS)}) is expected"
+            f"<{element.name}> '{name}': expected {', '.join(PULLING)} or a servo ({', '.join(SERVOS)}): "
+            "its force does not depend on its control alone"
         )
 
 

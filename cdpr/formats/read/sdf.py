@@ -63,7 +63,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     root = parse(content, str(path))
     models = [each for each in root.everywhere() if each.name == "model" and PLATFORM in _named(each, "link")]
     if len(models) != 1:
-        raise root.wrong(f"one <model> with a <link> named '{PLATFORM}' is expected, got {len(models)}")
+        raise root.wrong(f"expected one <model> with a <link> named '{PLATFORM}', got {len(models)}")
     model = models[0]
     links, stands = _links(model), _pose(model)
     platform = links[PLATFORM]
@@ -114,7 +114,7 @@ def _pose(element: Element) -> Pose:
     others = {key: value for key, value in given.attributes.items() if key not in ("relative_to", "frame")}
     relative = [given.attributes.get(key, "") for key in ("relative_to", "frame")]
     if others or any(base not in MODEL for base in relative):
-        raise given.wrong("a <pose> without attributes is expected: x, y, z in m and roll, pitch, yaw in rad")
+        raise given.wrong("expected a <pose> without attributes: x, y, z (m) and roll, pitch, yaw (rad)")
     x, y, z, roll, pitch, yaw = given.vector(6)
     return Pose(np.array([x, y, z]), rotations.matrix(rotations.from_rpy(roll, pitch, yaw)))
 
@@ -141,7 +141,7 @@ def _legs(
     for slide, name in zip(slides, names, strict=True):
         ends = dict(_reached(slide, side, beside) for side in _ends(slide, links))
         if ends.keys() != {FRAME, PLATFORM}:
-            raise slide.wrong(f"slide '{name}' is no leg: it does not lead from '{FRAME}' to '{PLATFORM}'")
+            raise slide.wrong(f"slide '{name}' is not a leg: it does not lead from '{FRAME}' to '{PLATFORM}'")
         place = {end: stands.then(_at(joint, links)).place for end, joint in ends.items()}
         anchor = at.turned.T @ (place[PLATFORM] - at.place)
         rows.append({"name": name, "frame": place[FRAME].tolist(), "platform": anchor.tolist()})
@@ -164,7 +164,7 @@ def _ends(joint: Element, links: dict[str, Element]) -> tuple[str, str]:
     for name in names:
         if name not in links and name != WORLD:
             raise joint.wrong(
-                f"{joint.name} '{joint.attributes.get('name', '')}' joins the link '{name}', which is not there"
+                f"{joint.name} '{joint.attributes.get('name', '')}' joins the link '{name}', which does not exist"
             )
     return names[0], names[1]
 
@@ -184,7 +184,7 @@ def _reached(slide: Element, side: str, beside: dict[str, list[tuple[str, Elemen
                 waiting.append(other)
     if len(found) != 1:
         name = slide.attributes.get("name", "")
-        raise slide.wrong(f"slide '{name}' is no leg: link '{side}' is joined to {' and '.join(found) or 'neither'}")
+        raise slide.wrong(f"slide '{name}' is not a leg: link '{side}' is joined to {' and '.join(found) or 'neither'}")
     return next(iter(found.items()))
 
 
@@ -205,7 +205,7 @@ def _effort(slide: Element) -> float:
     except FormatError as error:  # SDF writes 1e16 for an unlimited effort
         raise FormatError(f"{error}: of slide '{name}' it is the largest tension, N") from None
     if not value > 0.0:
-        raise slide.wrong(f"slide '{name}': <effort>, the largest tension in N, is expected")
+        raise slide.wrong(f"slide '{name}': expected <effort>, the largest tension in N")
     return value
 
 
@@ -258,10 +258,12 @@ def _tell(found: Imported, model: Element) -> None:
     if speed is not None and speed.number() == _effort(slides[0]):
         found.warnings.append(
             f"{model.file}:{speed.line}: effort and velocity of slides are the same: a generator of the plug-in wrote "
-            "the velocity in both; see whether the largest tension is right"
+            "the velocity in both; check the largest tension"
         )
     first = slides[0].line
-    found.left_out.append(f"{model.file}:{first}: masses, damping, speed and range of the legs: our cables have none")
+    found.left_out.append(
+        f"{model.file}:{first}: masses, damping, speed and range of the legs: not supported by cables"
+    )
     welds = _welds(model)
     plugins = {
         plugin.attributes.get("filename", ""): plugin.line

@@ -54,7 +54,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     root = parse(content, str(path))
     robots = root.all("robot")
     if len(robots) != 1:
-        raise root.wrong(f"one <robot> is expected, got {len(robots)}: keep one per file")
+        raise root.wrong(f"expected one <robot>, got {len(robots)}: keep one per file")
     robot = robots[0]
     chains = robot.child("geometry").all("chain")
     if not chains:
@@ -69,7 +69,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         element.touch(*META)
     platform = wirex_parts.one_of(robot, PLATFORM)
     if platform is None:
-        raise robot.wrong("one <platform> is expected within <robot>, got 0")
+        raise robot.wrong("expected one <platform> within <robot>, got 0")
     parts = [wirex_parts.parts(found, root, robot, chain) for chain in chains]
     rows = _cables(found, robot, parts)
     anchors = np.array([[*row["frame"], *row["platform"]] for row in rows])
@@ -128,7 +128,7 @@ def _dof(robot: Element, platform: Element, anchors: Any) -> tuple[str, ...]:
         return tuple(PATTERNS[given])
     if given not in PLANAR:
         known = ", ".join([*PATTERNS, *PLANAR])
-        raise robot.wrong(f"motionpattern: '{given}' is none that our robots have; there are {known}")
+        raise robot.wrong(f"motionpattern: expected one of {known}, got '{given}'")
     frames = anchors[:, :3]
     extents = np.ptp(frames, axis=0)
     flat = np.flatnonzero(extents <= FLAT * extents.max())
@@ -153,7 +153,7 @@ def _platform(found: Imported, element: Element, anchors: Any, dof: tuple[str, .
     if told:
         found.warnings.append(f"{(tensor or element).at}: {told}")
     if inertia is None and any(values):
-        found.left_out.append(f"{(tensor or element).at}: inertia: a platform that does not turn needs none")
+        found.left_out.append(f"{(tensor or element).at}: inertia: ignored, because the platform does not rotate")
     found.comments["platform", "mass"] = f"kg, line {element.line}"
     found.comments["platform", "center_of_mass"] = "m, centerofgravity"
     found.comments["platform", "inertia"] = "kg m^2, inertiatensor"
@@ -190,10 +190,10 @@ def _tension(found: Imported, robot: Element, parts: list[Parts]) -> dict[str, A
         of = f"{min(highs):g} N" if len(set(highs)) == 1 else f"{min(highs):g} to {max(highs):g} N"
         found.warnings.append(
             f"{broken.chain.at}: the largest tension is what the cable breaks at, {of}: winchtype "
-            f"'{attribute(broken.chain, wirex_parts.WINCH)}' is no winch of this file with an f_max"
+            f"'{attribute(broken.chain, wirex_parts.WINCH)}' is not a winch of this file with an f_max"
         )
     if min(lows) == 0.0:
-        found.warnings.append(f"{robot.at}: the smallest tension is 0 N: no min_cable_load is there")
+        found.warnings.append(f"{robot.at}: the smallest tension is 0 N, because min_cable_load is missing")
     both = {"min": lows, "max": highs}
     return {key: values[0] if len(set(values)) == 1 else values for key, values in both.items()}
 

@@ -75,9 +75,9 @@ def _cable(found_: Imported, root: Element, robot: Element, chain: Element) -> E
         f"'{each.attributes.get('name', '')}' (id {each.attributes.get('id', 'not given')})" for each in cables
     )
     if not found:
-        raise chain.wrong(f"{what}: no <cable> of this file is that one; there are {there or 'none'}")
+        raise chain.wrong(f"{what}: no such <cable>; allowed: {there or 'none'}")
     if any(dict(each.attributes) != dict(found[0].attributes) for each in found[1:]):
-        raise found[1].wrong(f"{what}: several <cable>s are that one, and they differ: give each its own name and id")
+        raise found[1].wrong(f"{what}: several <cable>s match, and they differ: give each a unique name and id")
     for each in found:
         each.touch(*found[0].attributes)
     return found[0]
@@ -132,19 +132,19 @@ def rotation(element: Element) -> Array:
         values = [element.attribute_number(key, identity.flat[k]) for k, key in enumerate(MATRIX)]
         R = np.array(values).reshape(3, 3)
         if not np.allclose(R @ R.T, identity, atol=ROTATION) or np.linalg.det(R) < 0.0:
-            raise element.wrong("a11 to a33 are no rotation")
+            raise element.wrong("a11 to a33 do not form a rotation matrix")
         found.append(R)
     if any(key in given for key in QUATERNION):
         q = np.array([element.attribute_number(key, 0.0) for key in QUATERNION])
         length = float(np.linalg.norm(q))
         if abs(length - 1.0) > ROTATION:
-            raise element.wrong(f"q0 to q3 are no unit quaternion: their length is {length:g}")
+            raise element.wrong(f"expected a quaternion of norm 1 (q0 to q3), got norm {length:g}")
         found.append(rotations.matrix(q / length))
     if any(key in given for key in (*AXIS, ANGLE)):
         axis, angle = np.array([element.attribute_number(key, 0.0) for key in AXIS]), number(element, ANGLE)
         length = float(np.linalg.norm(axis))
         if angle != 0.0 and length < ROTATION:
-            raise element.wrong(f"ux, uy, uz: an axis is expected for the angle beta, {angle:g} rad, got zeros")
+            raise element.wrong(f"ux, uy, uz: expected an axis for the angle beta, {angle:g} rad, got zeros")
         found.append(rotations.matrix(rotations.from_axis_angle(axis / length, angle)) if angle else np.eye(3))
     if any(not np.allclose(R, found[0], atol=ROTATION) for R in found[1:]):
         raise element.wrong("it has two orientations that differ: keep a11 to a33, q0 to q3, or ux, uy, uz and beta")

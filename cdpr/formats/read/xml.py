@@ -107,7 +107,7 @@ class Element:
         """
         found = self.all(name)
         if len(found) != 1:
-            raise self.wrong(f"one <{name}> is expected within <{self.name}>, got {len(found)}")
+            raise self.wrong(f"expected one <{name}> within <{self.name}>, got {len(found)}")
         return found[0]
 
     def touch(self, *names: str) -> None:
@@ -215,8 +215,8 @@ class Element:
             found = []
         sound = len(found) == len(words) and all(math.isfinite(x) and abs(x) <= MAX_MAGNITUDE for x in found)
         if not sound or not found or count not in (None, len(found)):
-            many = "numbers are" if count is None else "a number is" if count == 1 else f"{count} numbers are"
-            raise self.wrong(f"{what}: {many} expected, of at most {MAX_MAGNITUDE:g}, got {shown(text.strip())}")
+            many = "numbers" if count is None else "a number" if count == 1 else f"{count} numbers"
+            raise self.wrong(f"{what}: expected {many}, of at most {MAX_MAGNITUDE:g}, got {shown(text.strip())}")
         return found
 
 
@@ -275,7 +275,7 @@ class _Tree:
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         self.count += 1
         if self.count > MAX_ELEMENTS or len(self.open) >= MAX_DEPTH:
-            raise self._wrong(f"more than {MAX_ELEMENTS} elements, or {MAX_DEPTH} within each other, are no robot")
+            raise self._wrong(f"more than {MAX_ELEMENTS} elements, or nested more than {MAX_DEPTH} deep")
         element = Element(name.rpartition(":")[2], self.file, self.parser.CurrentLineNumber, attributes)
         if self.open:
             self.open[-1].children.append(element)
@@ -295,7 +295,9 @@ class _Tree:
     def _attribute(self, element: str, name: str, _: str, default: str | None, __: bool) -> None:
         """Reject default attributes: with them a small file could fill the memory."""
         if default is not None:
-            raise self._wrong(f"it declares a default for the attribute '{name}' of <{element}>: write it where it is")
+            raise self._wrong(
+                f"it declares a default for the attribute '{name}' of <{element}>: write it in the element"
+            )
 
     def _skipped(self, name: str, _: bool) -> None:
-        raise self._wrong(f"it uses the entity '{name}', which is not known: write the text itself")
+        raise self._wrong(f"it uses the entity '{name}', which is unknown: write the text itself")

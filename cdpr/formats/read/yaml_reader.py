@@ -56,7 +56,7 @@ class Node:
             FormatError: if it is not one.
         """
         if isinstance(self.value, bool) or not isinstance(self.value, int | float) or not _moderate(self.value):
-            raise self.wrong(f"a number of at most {MAX_MAGNITUDE:g} is expected, got {shown(self.value)}")
+            raise self.wrong(f"expected a number of at most {MAX_MAGNITUDE:g}, got {shown(self.value)}")
         return float(self.value)
 
     def vector(self, count: int) -> list[float]:
@@ -66,7 +66,7 @@ class Node:
             FormatError: if it is not one.
         """
         if not isinstance(self.value, list) or len(self.value) != count:
-            raise self.wrong(f"{count} numbers are expected, got {shown(self.value)}")
+            raise self.wrong(f"expected {count} numbers, got {shown(self.value)}")
         return [(self / k).number() for k in range(count)]
 
     def items(self) -> list[Node]:
@@ -76,7 +76,7 @@ class Node:
             FormatError: if it is not one.
         """
         if not isinstance(self.value, list) or not self.value:
-            raise self.wrong(f"a list with one item or more is expected, got {shown(self.value)}")
+            raise self.wrong(f"expected a list with one item or more, got {shown(self.value)}")
         return [self / k for k in range(len(self.value))]
 
     def done(self) -> None:

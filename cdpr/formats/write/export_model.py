@@ -95,11 +95,13 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
         FormatError: if the format is unknown or cannot represent the robot.
     """
     if to not in TARGETS:
-        raise FormatError(f"to: {to!r} is no format: {did_you_mean(to, TARGETS)}there are {', '.join(TARGETS)}")
+        raise FormatError(
+            f"to: expected one of {', '.join(TARGETS)}, got {to!r}; {did_you_mean(to, TARGETS)}".rstrip("; ")
+        )
     given = options or Options()
     for name, known in CHOICES.items():
         if (value := getattr(given, name)) not in list(known):
-            raise FormatError(f"{name}: one of {', '.join(known)} is expected, got {shown(value)}")
+            raise FormatError(f"{name}: expected one of {', '.join(known)}, got {shown(value)}")
     if given.pulleys == "points":
         cables = tuple(replace(cable, exit=None) for cable in subject.robot.cables)
         subject = replace(subject, robot=replace(subject.robot, cables=cables))

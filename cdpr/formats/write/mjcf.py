@@ -45,8 +45,8 @@ def write(subject: Subject, options: Options) -> str:
     frame = BodyFrame(robot)
     if (least := min(frame.mass, *frame.moments)) <= LEAST:
         raise FormatError(
-            f"robot '{robot.name}': MuJoCo takes masses and moments of inertia above {LEAST:g} (kg, kg m^2) alone, and "
-            f"the least of the platform's is {least:.6g}"
+            f"robot '{robot.name}': MuJoCo requires masses and moments of inertia above {LEAST:g} (kg, kg m^2); the "
+            f"smallest of the platform is {least:.6g}"
         )
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian")

@@ -87,14 +87,14 @@ def parsed(content: bytes) -> tuple[tuple[str, ...], tuple[Span, ...]]:
 def _span(cells: list[str], width: int, before: float) -> Span:
     """Return the span of a line that must not start before `before`, s; raise ValueError if it is invalid."""
     if len(cells) != width:
-        raise ValueError(f"{width} cells are expected, got {len(cells)}")
+        raise ValueError(f"expected {width} cells, got {len(cells)}")
     wrench, tension = cells[2:8], cells[8:]
     if any(wrench) == any(tension):
-        raise ValueError("a wrench is expected, or the tension of each cable, and the other cells empty")
+        raise ValueError("expected a wrench, or the tension of each cable, and the other cells empty")
     kind: Kind = "wrench" if any(wrench) else "tension"
     start, end, *values = [_number(cell) for cell in (*cells[:2], *(wrench if any(wrench) else tension))]
     if not before <= start < end:
-        raise ValueError(f"t must be at least {before!r} (s), where the row before ends, and less than `until`")
+        raise ValueError(f"t must be at least {before!r} (s), the end of the row before, and less than `until`")
     return Span(kind, start, end, np.array(values))
 
 
@@ -104,5 +104,5 @@ def _number(cell: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"a finite number is expected, got {shown(cell)}")
+        raise ValueError(f"expected a finite number, got {shown(cell)}")
     return value

@@ -30,7 +30,7 @@ class Contact(ScenarioEvent):
         """Yield a problem if the diameter of a cable is unknown."""
         if history.thin:
             whose = f"'{history.thin[0]}'" + (f" and {len(history.thin) - 1} more" if history.thin[1:] else "")
-            yield f"needs the diameters of all cables, and has none of {whose}: give the robot cable.diameter (m)"
+            yield f"requires the diameters of all cables; missing: {whose}; set cable.diameter (m) of the robot"
 
     def clearance_monitor(self, step: float) -> ClearanceMonitor:
         """Return the condition of the event."""

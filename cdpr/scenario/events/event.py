@@ -208,7 +208,7 @@ class CableEvent(ScenarioEvent):
         if isinstance(self.cable, int) and not 1 <= self.cable <= len(names):
             return f"cables are numbered from 1 to {len(names)}, got {self.cable}"
         if isinstance(self.cable, str) and self.cable not in names:
-            return f"no cable is named '{self.cable}': {did_you_mean(self.cable, names)}there are {', '.join(names)}"
+            return f"unknown cable '{self.cable}': {did_you_mean(self.cable, names)}allowed: {', '.join(names)}"
         return ""
 
     def follow(self, history: History) -> Iterator[str]:

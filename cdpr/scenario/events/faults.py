@@ -107,7 +107,7 @@ class CableJam(CableFault):
         """Yield a problem if there is no previous sample."""
         if first_sample(self.time, step) < 1:
             early = exact(self.time)
-            text = f"must be at least control_step, {exact(step)} (s), for no tension is there before, got {early}"
+            text = f"must be at least control_step, {exact(step)} (s), because there is no tension before, got {early}"
             yield "time", text
 
     def _happening(self, tension: Mapping[str, float]) -> str:

@@ -97,7 +97,7 @@ class Sine(Load):
     @model_validator(mode="after")
     def _one_unit(self) -> Sine:
         if self.phase_deg is not None and self.phase != 0.0:
-            raise ValueError("at most one of phase (rad) and phase_deg (deg) is expected")
+            raise ValueError("expected at most one of phase (rad) and phase_deg (deg)")
         return self
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:

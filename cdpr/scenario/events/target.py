@@ -51,7 +51,7 @@ class Target(ScenarioEvent):
         if not given & {"position", "orientation"}:
             raise ValueError("position (m), orientation, or both are required")
         if len(given & {"duration", "limits"}) != 1:
-            raise ValueError("duration (s) or limits is expected, not both: how fast to go")
+            raise ValueError("expected either duration (s) or limits (speed of the motion), not both")
         if "angular_limits" in given and "limits" not in given:
             raise ValueError("angular_limits go with limits, not with duration")
         return self

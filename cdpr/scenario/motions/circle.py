@@ -27,7 +27,7 @@ class Circle(Motion):
 
     type: Literal["circle"] = Field(description="round a centre, from rest to rest")
     start: NonNegative = begins()
-    duration: Positive = Field(description="time that all turns take", json_schema_extra=unit("s"))
+    duration: Positive = Field(description="duration of all turns", json_schema_extra=unit("s"))
     position: Position = Field(
         INITIAL,
         description="start, which determines the radius; default: the initial position",
@@ -42,7 +42,9 @@ class Circle(Motion):
         le=MAX_TURNS,
         description="number of turns, also fractional; right-handed about the normal, negative in the other direction",
     )
-    turning: bool = Field(False, description="whether the platform turns with the path or keeps its attitude")
+    turning: bool = Field(
+        False, description="true if the platform rotates with the path; false if it keeps its attitude"
+    )
 
     def climb(self) -> float:
         """Return the climb along the normal per turn, m."""

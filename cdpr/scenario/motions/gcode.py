@@ -40,7 +40,7 @@ class Gcode(Motion):
     start: NonNegative = begins()
     file: str = Field(
         min_length=1,
-        description="name of the file, relative to this one: G0, G1, G2, G3, G4 and what belongs to them",
+        description="name of the file, relative to this one, with G0, G1, G2, G3, G4 and related words",
     )
     dialect: Literal["linuxcnc", "reprapfirmware"] = Field(
         "linuxcnc",
@@ -48,7 +48,7 @@ class Gcode(Motion):
         "reprapfirmware G0 is G1 and G4 P is in ms",
     )
     units: Literal["mm", "inch", "m"] = Field("mm", description="of the file's lengths until a G20 or G21")
-    origin: Position = Field(ZERO, description="where the file's origin lies, world", json_schema_extra=unit("m"))
+    origin: Position = Field(ZERO, description="origin of the file's coordinates, world", json_schema_extra=unit("m"))
     axes: Orientation = Field(UPRIGHT, description="attitude of the file's axes in the world")
     scale: Positive = Field(1.0, description="factor of the file's lengths, its feeds apart")
     limits: Limits = Field(description="limits of the translation; a feed beyond `velocity` is kept at it")

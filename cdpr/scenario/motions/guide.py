@@ -104,7 +104,7 @@ class Guide:
         for name, part in RATES:
             rate = np.array(getattr(point, name, None) or ZERO)
             if (self.held[part] & (rate != 0.0)).any():
-                self.say((*where, name), f"{self.free}; zero is expected in the held directions")
+                self.say((*where, name), f"expected 0 in the held directions: {self.free}")
 
     def _position(self, path: Path, position: Array) -> None:
         away = self.held[:3] & (np.abs(position - self.home) > tolerances.HELD)

@@ -28,7 +28,7 @@ class Quintic(Motion):
 
     type: Literal["quintic"] = Field(description="one move by polynomials of degree five")
     start: NonNegative = begins()
-    duration: Positive = Field(description="time that the move takes", json_schema_extra=unit("s"))
+    duration: Positive = Field(description="duration of the move", json_schema_extra=unit("s"))
     from_: Knot = Field(Knot(), alias="from", description="beginning of the move; default: the initial pose at rest")
     to: Knot = Field(description="end of the move, held afterwards")
 

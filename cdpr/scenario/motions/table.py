@@ -91,7 +91,7 @@ def parse_table(content: bytes) -> Table:
     if not names:
         faults.append((1, 0, f"the first line must name the columns: {','.join(REQUIRED)} and if wanted more"))
     elif len(rows) < 2:
-        faults.append((lines[-1] if lines else 1, 0, f"two or more points are expected, got {len(rows)}"))
+        faults.append((lines[-1] if lines else 1, 0, f"expected two or more points, got {len(rows)}"))
     if faults:
         raise ContentError(faults[:MAX_FAULTS])
     data = np.array(rows)
@@ -134,16 +134,16 @@ def _header(number: int, line: str) -> list[str]:
 def _row_faults(number: int, line: str, names: list[str]) -> list[tuple[int, int, str]]:
     cells = line.split(",")
     if len(cells) != len(names):
-        return [(number, 0, f"{len(names)} numbers expected ({', '.join(names)}), got {len(cells)}")]
+        return [(number, 0, f"expected {len(names)} numbers ({', '.join(names)}), got {len(cells)}")]
     faults = []
     for k, (name, cell) in enumerate(zip(names, cells, strict=True)):
         try:
             value = float(cell.replace("_", "?"))
         except ValueError:
-            faults.append((number, _column(line, k), f"{name}: a number expected, got {shown(cell.strip())}"))
+            faults.append((number, _column(line, k), f"{name}: expected a number, got {shown(cell.strip())}"))
             continue
         if not math.isfinite(value):
-            faults.append((number, _column(line, k), f"{name}: a finite number expected, got {value}"))
+            faults.append((number, _column(line, k), f"{name}: expected a finite number, got {value}"))
         elif abs(value) > (limit := _limit(name)):
             text = f"{name}: must lie between -{limit:g} and {limit:g}, got {exact(value)}"
             faults.append((number, _column(line, k), text))
@@ -168,7 +168,7 @@ def _check(columns: dict[str, Array], lines: list[int]) -> None:
     if "orientation" in columns:
         norms = np.linalg.norm(columns["orientation"], axis=1)
         for k in np.flatnonzero(np.abs(norms - 1.0) > tolerances.UNIT)[:MAX_FAULTS]:
-            faults.append((lines[k], 0, f"qw, qx, qy, qz: the quaternion's norm is {norms[k]:.6g}, 1 is expected"))
+            faults.append((lines[k], 0, f"qw, qx, qy, qz: expected a quaternion of norm 1, got norm {norms[k]:.6g}"))
         if not faults:
             columns["orientation"] = columns["orientation"] / norms[:, None]
     if faults:

@@ -74,5 +74,5 @@ def taken_by_the_guide(setup: Setup) -> Iterator[Finding]:
         swing = event.wrench_profile(1.0)
         acts = [name for name, part in zip(DOF_NAMES, swing.amplitude if swing else (), strict=False) if part != 0.0]
         if acts and not set(acts) & set(dof):
-            text = f"acts along {', '.join(acts)} only, which the guide takes entirely: it has no effect"
+            text = f"acts along {', '.join(acts)} only, where the guide holds the platform: it has no effect"
             yield ("events", i), f"{text}; the robot moves along {', '.join(dof)}"

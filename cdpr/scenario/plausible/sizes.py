@@ -58,7 +58,7 @@ def bodies(setup: Setup) -> Iterator[Finding]:
         gyration = math.sqrt(float(np.abs(tensor(section.inertia)).max()) / body.mass)
         if not 1.0 / LARGEST_ARM < arm / gyration < LARGEST_ARM:
             text = f"a body of {body.mass:.4g} kg with this inertia is some {gyration:.3g} m large, and its cables end "
-            yield (*path, "inertia"), f"{text}{arm:.3g} m from its origin; kg, m and kg m^2 are expected"
+            yield (*path, "inertia"), f"{text}{arm:.3g} m from its origin; expected kg, m and kg m^2"
     volume = _volume(body.outline or {})
     if volume > 0.0 and body.mass < LIGHTEST * volume:
         text = f"of {volume:.3g} m^3 a body of {body.mass:.4g} kg would be lighter than air; {METRES}"

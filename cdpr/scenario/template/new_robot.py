@@ -63,7 +63,7 @@ def robot_data(sizes: Sizes, name: str) -> dict[str, Any]:
             if not low <= part <= high:  # also rejects NaN
                 what = "mass" if unit == "kg" else "frame and platform"
                 hint = "; lengths are in metres" if unit == "m" and part > high else ""
-                raise CdprError(f"{what}: from {low:g} to {high:g} {unit} is expected, got {part:g} {unit}{hint}")
+                raise CdprError(f"{what}: expected {low:g} to {high:g} {unit}, got {part:g} {unit}{hint}")
     if any(part >= around for part, around in zip(sizes.platform, sizes.frame, strict=True)):
         raise CdprError(f"the platform, {sizes.platform} m, must be smaller than the frame, {sizes.frame} m")
     count = (4 if sizes.planar else 8) if sizes.cables is None else sizes.cables

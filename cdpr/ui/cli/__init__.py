@@ -155,7 +155,7 @@ def main() -> None:
             raise
         click.echo(
             f"internal error: {type(error).__name__}: {error}\n"
-            f"This is a fault of cdpr or of a plugin, not of your input; set {DEBUG}=1 to see where it comes from.",
+            f"This is a bug in cdpr or in a plugin, not in your input; set {DEBUG}=1 for a traceback.",
             err=True,
         )
         code = ExitCode.INTERNAL

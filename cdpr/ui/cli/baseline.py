@@ -22,7 +22,7 @@ def command() -> None:
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True, type=click.Path())
 @click.option("--out", required=True, type=OutPath(), help="Folder for the baselines, one file each.")
 @plugin_option("--backends", "backend", metavar="A,B", help="Engines, instead of each scenario's own.")
-@change_keys("Change a key of all; repeatable.")
+@change_keys("Change a key of all scenarios; repeatable.")
 @plugin_files
 @click.option("--jobs", type=Whole(1), default=1, show_default=True, help="Number of parallel processes.")
 def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tuple[str, ...], jobs: int) -> None:
@@ -49,7 +49,7 @@ def check(folder: str, jobs: int, as_json: bool) -> None:
     """Repeat the baselines in FOLDER, or one file.
 
     With the same versions on the same type of machine a run must have the same bits, otherwise it must be within the
-    bounds of its file. The exit code is 7 if one is not.
+    bounds of its file. The exit code is 7 if a run differs.
     """
     from pathlib import Path
 

@@ -94,7 +94,7 @@ def _options(changes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
         key, equals, value = change.partition("=")
         solver, _, option = key.rpartition(".")
         if not (solver and option and equals):
-            raise CdprError(f"--set {change}: SOLVER.KEY=VALUE is expected, such as osqp.iterations=200")
+            raise CdprError(f"--set {change}: expected SOLVER.KEY=VALUE, such as osqp.iterations=200")
         try:
             options.setdefault(solver, {})[option] = parse_value(value)
         except ValueError as error:
@@ -117,6 +117,6 @@ def _print(figures: dict[str, Any]) -> None:
             click.echo(line)
     for solver in figures["solvers"]:
         if solver["problem"]:
-            click.echo(f"not asked: {solver['problem']}")
+            click.echo(f"skipped: {solver['problem']}")
     for line in table(MEANING.items(), left=2, indent=""):
         click.echo(line)

@@ -39,10 +39,10 @@ def chunked_of(
     """
     if chunks is None:
         if resume or scheduler is not None:
-            raise click.UsageError(f"{'--resume' if resume else '--scheduler'} goes with --chunks, a folder")
+            raise click.UsageError(f"{'--resume' if resume else '--scheduler'} requires --chunks, a folder")
         return None
     if method != "grid":
-        raise click.UsageError(f"--chunks goes with --method grid, not {method}: chunks are ranges of cells")
+        raise click.UsageError(f"--chunks requires --method grid, got {method}: chunks are ranges of cells")
     if out is not None:
         raise click.UsageError("--out does not go with --chunks: the folder of --chunks is the result")
     if jobs is not None and scheduler is not None:

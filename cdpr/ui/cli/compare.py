@@ -92,7 +92,9 @@ def command(
                 )
             except KeyboardInterrupt:
                 free = "" if out is None else f", and {out} can be used again"
-                progress.say(f"interrupted after {made[0]} of {made[1]} runs: nothing of the comparison is kept{free}")
+                progress.say(
+                    f"interrupted after {made[0]} of {made[1]} runs: no result of the comparison is stored{free}"
+                )
                 raise
     if out is not None:
         from cdpr.ui.report.pages.compare import write_comparison

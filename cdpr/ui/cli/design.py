@@ -41,7 +41,7 @@ def command(
     far. The exit code is 4 if no candidate satisfies all constraints.
     """
     if resume and out is None:
-        raise click.UsageError("--resume continues the folder of --out, which is missing")
+        raise click.UsageError("--resume requires --out, the folder to continue")
     from cdpr.analysis.design import load_design, run_design
     from cdpr.log.run_folder import new_folder
     from cdpr.ui.cli.progress import Progress, terminating

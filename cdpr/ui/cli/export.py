@@ -26,10 +26,10 @@ NATIVE = "native"  # a folder with a C++ header and its numbers
     "--to",
     type=click.Choice([*TABLES, *TARGETS, PACKAGE, NATIVE]),
     required=True,
-    help="For a run csv, npz, mat or parquet (the last two need the extra `data`); of a robot mjcf, sdf or urdf; of a "
-    "scenario ros2, a folder of packages, or native, a C++ header and its numbers for real-time programs.",
+    help="Run: csv, npz, mat or parquet (the last two require the extra `data`). Robot: mjcf, sdf or urdf. Scenario: "
+    "ros2 (folder of packages) or native (C++ header and numbers for real-time programs).",
 )
-@click.option("--style", help="For SDF: platform, moved by a wrench, or legs that push and pull. [platform]")
+@click.option("--style", help="For SDF: platform (moved by a wrench) or legs (which push and pull). [platform]")
 @click.option("--sdf-version", "version", help="1.9, or 1.6 for older readers. [1.9]")
 @click.option("--pulleys-as-points", is_flag=True, help="Replace pulleys by points, for MJCF and SDF, which have none.")
 @click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log, or ROBOT.FORMAT.")
@@ -60,13 +60,13 @@ def command(
             raise click.UsageError(f"--{option} is for {formats}")
     if to == PACKAGE:
         if force:
-            raise click.UsageError("--force is for files; ros2 writes a folder, which is new or empty")
+            raise click.UsageError("--force applies to files only; ros2 requires a new or empty folder")
         file, told = _packages(what, changes, out)
     elif to == NATIVE:
         file, told = _native(what, changes, out, force)
     elif to in TABLES:
         if changes:
-            raise click.UsageError("--set is for robots and scenarios; a run stays what it was")
+            raise click.UsageError("--set applies to robots and scenarios, not to runs")
         file, told = _run(what, to, out, force)
     else:
         file, told = _robot(what, changes, to, {name: value for name, value in given.items() if value}, out, force)
@@ -106,7 +106,7 @@ def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) 
     from cdpr.formats.write.native import write_native
     from cdpr.ui.cli.load import tell
 
-    loaded = _scenario(file, changes, f"{NATIVE} requires a scenario, which has a controller; this is a robot")
+    loaded = _scenario(file, changes, f"{NATIVE} requires a scenario (for its controller), got a robot")
     if loaded.events:
         tell(["events: only their effect on the desired motion is exported"])
     out = out or Path(f"{loaded.name}_native")
@@ -139,7 +139,7 @@ def _robot(
     tell(f"left out: {each}" for each in left_out(subject, to))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
     if out.exists() and not force:
-        raise OutputError(f"'{out}' exists already and is not overwritten; choose another --out, or --force")
+        raise OutputError(f"'{out}' already exists and is not overwritten; choose another --out, or --force")
     make_folder(out.parent)
     replace(out, text)
     return out, {}

@@ -9,9 +9,9 @@ from cdpr.ui.cli import LazyGroup
 COMMANDS = {
     "info": "Show the metadata of an FMU.",
     "check": "Check an FMU: file, binary, standard and, for a robot, signals.",
-    "map": "Print which variables of an FMU are which signals, as YAML for a scenario.",
+    "map": "Print the variables of an FMU by signal, as YAML for a scenario.",
     "export": "Write a robot as an FMU, for other tools or as a plant of cdpr.",
-    "trust": "Let the native code of an FMU run, list what may, or take that back.",
+    "trust": "Trust the native code of an FMU, list trusted FMUs, or withdraw trust.",
 }
 
 

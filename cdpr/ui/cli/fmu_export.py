@@ -29,7 +29,7 @@ DEFAULT_STEP = 0.001  # s, for robots without a scenario
     "platforms",
     multiple=True,
     type=click.Choice(["native", "win64", "linux-x86_64", "linux-aarch64", "macos-x86_64", "macos-aarch64"]),
-    help="Platform of a binary; may be given more than once. The default is native, this platform.",
+    help="Platform of a binary, repeatable; native is this platform. [native]",
 )
 @click.option(
     "--step",
@@ -76,15 +76,15 @@ def command(
     if with_winch and only_winch:
         raise click.UsageError("--with-winch and --only-winch exclude each other")
     if controller and (with_controller or with_winch or only_winch):
-        raise click.UsageError("--controller is a controller alone: leave the other --with and --only out")
+        raise click.UsageError("--controller exports only a controller: remove the other --with and --only options")
     if with_controller and only_winch:
-        raise click.UsageError("--with-controller needs a plant, which --only-winch leaves out")
+        raise click.UsageError("--with-controller requires a plant, which --only-winch omits")
     if (controller or with_controller) and not isinstance(loaded, Scenario):
         raise click.UsageError("a controller is that of a scenario, and this file is a robot")
     if source_only and platforms:
-        raise click.UsageError("--source-only and --platform exclude each other: there is no binary")
+        raise click.UsageError("--source-only and --platform cannot be combined: --source-only writes no binary")
     if step is not None and not 0.0 < step < np.inf:
-        raise click.BadParameter(f"a finite number greater than 0 (s) is expected, got {step:g}", param_hint="--step")
+        raise click.BadParameter(f"expected a finite number greater than 0 (s), got {step:g}", param_hint="--step")
     if isinstance(loaded, Scenario):
         robot, gravity, state = loaded.robot, loaded.gravity, loaded.initial.state()
         step = step or loaded.simulation.physics_step

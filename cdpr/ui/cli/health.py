@@ -132,7 +132,7 @@ def plugins() -> Iterator[Found]:
             try:
                 entry.load()
             except CdprError as error:
-                yield Found(f"{role}s", name, "wrong", str(error), "reinstall what it names, or remove it")
+                yield Found(f"{role}s", name, "wrong", str(error), "reinstall the named package, or remove the plugin")
             else:
                 yield Found(f"{role}s", name, "ok", f"{entry.distribution} {entry.version}")
     for problem in found.problems:
@@ -176,8 +176,8 @@ def tools() -> Iterator[Found]:
     if browser:
         yield Found("tools", "browser", "ok", browser)
     else:
-        text = "none found: reports (report.html) open in any, also on another machine"
+        text = "none found: open reports (report.html) in any browser, also on another machine"
         yield Found("tools", "browser", "missing", text, "install one, or copy the page")
     display = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
-    text = "none: pages are written, not opened"
+    text = "none: pages are not opened"
     yield Found("tools", "display", "ok", display) if display else Found("tools", "display", "missing", text)

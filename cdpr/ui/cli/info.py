@@ -29,8 +29,8 @@ def command(
 ) -> None:
     """Analyse a robot at a pose, and the motion of a scenario.
 
-    The pose is --pose, by default the robot's home, or the scenario's initial one. Nothing is simulated: a motion is
-    evaluated by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
+    The default of --pose is the robot's home, or the scenario's initial pose. A motion is evaluated by inverse
+    kinematics and dynamics, without simulation. Tensions are those of the solver qp, of minimum 2-norm.
     """
     loaded = load_told(file, changes, strict=strict)
     # imported only after the file is valid, because it is slow

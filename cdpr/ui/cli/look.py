@@ -41,13 +41,13 @@ def parse_pose(text: str, robot: Robot) -> Array:
     """Return the position and quaternion (7,) of --pose."""
     numbers = _numbers(DEGREES.sub(lambda found: repr(math.radians(float(found[1]))), text))
     if len(numbers) not in (3, 6) or any("deg" in part for part in text.split(",")[:3]):
-        hint = "three numbers x,y,z (m) or six with roll,pitch,yaw (rad, or as 30deg) are expected, such as 0,0,1.5"
+        hint = "expected three numbers x,y,z (m) or six with roll,pitch,yaw (rad, or as 30deg), such as 0,0,1.5"
         raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--pose")
     if text := in_degrees(numbers[3:]):
         click.echo(f"warning: --pose: {text}", err=True)
     q = from_rpy(*(numbers[3:] or (0.0, 0.0, 0.0)))
     if not held_upright(robot.dof, q):
-        hint = f"the robot moves along {', '.join(robot.dof)} only, so it stays upright about the other axes"
+        hint = f"the robot moves along {', '.join(robot.dof)} only, so it cannot rotate about the other axes"
         raise click.BadParameter(hint, param_hint="--pose")
     position = np.array(numbers[:3])
     if text := far_text(robot, position):
@@ -59,13 +59,13 @@ def parse_attitude(text: str, robot: Robot) -> Array:
     """Return the quaternion (4,) of --orientation."""
     numbers = _numbers(DEGREES.sub(lambda found: repr(math.radians(float(found[1]))), text))
     if len(numbers) != 3:
-        hint = "roll,pitch,yaw (rad, or as 30deg) are expected, such as 0,0,0.1"
+        hint = "expected roll,pitch,yaw (rad, or as 30deg), such as 0,0,0.1"
         raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--orientation")
     if said := in_degrees(numbers):
         click.echo(f"warning: --orientation: {said}", err=True)
     q = from_rpy(*numbers)
     if not held_upright(robot.dof, q):
-        hint = f"the robot moves along {', '.join(robot.dof)} only, so it stays upright about the other axes"
+        hint = f"the robot moves along {', '.join(robot.dof)} only, so it cannot rotate about the other axes"
         raise click.BadParameter(hint, param_hint="--orientation")
     return q
 
@@ -74,13 +74,13 @@ def parse_wrench(text: str, robot: Robot) -> Array:
     """Return the force and moment (6,) of --wrench; components in held directions must be 0."""
     numbers = _numbers(text)
     if len(numbers) not in (3, 6):
-        hint = "three numbers fx,fy,fz (N) or six with mx,my,mz (N m) are expected, such as 0,0,500"
+        hint = "expected three numbers fx,fy,fz (N) or six with mx,my,mz (N m), such as 0,0,500"
         raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--wrench")
     wrench = np.zeros(6)
     wrench[: len(numbers)] = numbers
     held = [name for i, name in enumerate(DOF_NAMES) if name not in robot.dof and wrench[i] != 0.0]
     if held:
-        hint = f"the robot moves along {', '.join(robot.dof)} only, so the cables need exert nothing along the rest"
+        hint = f"the robot moves along {', '.join(robot.dof)} only, so no wrench is required along the other axes"
         raise click.BadParameter(f"{hint}: give 0 for {', '.join(held)}", param_hint="--wrench")
     return wrench
 

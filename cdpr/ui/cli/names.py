@@ -27,7 +27,7 @@ class OutPath(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path; an empty one, as of an unset variable, would mean the working folder."""
         if not os.fspath(value):
-            self.fail("a name is expected, got an empty one; write . for this folder", param, ctx)
+            self.fail("expected a name, got an empty one; write . for this folder", param, ctx)
         return super().convert(value, param, ctx)
 
 
@@ -61,7 +61,7 @@ def names(text: str) -> list[str]:
 
 def change_keys(text: str) -> Decorator:
     """Return the option --set with this help; a shell completes its keys."""
-    text = f"{text} File names in it start, as those in the file, at the folder of the file."
+    text = f"{text} File names in values are relative to the folder of the file."
     return click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, shell_complete=keys, help=text)
 
 
@@ -81,5 +81,5 @@ def plugin_files(command: Any) -> Any:
             context.call_on_close(partial(registry.use_files, registry.plugin_files()))
             registry.use_files(files)
 
-    text = "Python file with backends, controllers or solvers of your own; repeatable."
+    text = "Python file with your own backends, controllers or solvers; repeatable."
     return click.option("--plugin", metavar="FILE", multiple=True, expose_value=False, callback=use, help=text)(command)

@@ -24,7 +24,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, value: str | None) -> t
     try:
         x, y, z = (number(part) for part in value.split(","))
     except ValueError:
-        text = f"three lengths (m) with commas between them are expected, such as 4,3,2.5, got {value[:80]!r}"
+        text = f"expected three lengths (m) with commas between them, such as 4,3,2.5, got {value[:80]!r}"
         raise click.BadParameter(text) from None
     return x, y, z
 
@@ -43,10 +43,10 @@ def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
             "--cables",
             type=AnyWhole(),
             metavar="N",
-            help="8 or 7 from all sides; suspended 8 or 6, or 3 or 4 to a point; planar 4. Default: 8, planar 4.",
+            help="Number of cables: 7 or 8; suspended 6 or 8, point mass 3 or 4; planar 4. [8; planar 4]",
         ),
         click.option(
-            "--suspended", is_flag=True, default=None, help="Eight cables from above; 3, 4 and 6 cables always are."
+            "--suspended", is_flag=True, default=None, help="All cables from above; the default for 3, 4 and 6 cables."
         ),
         click.option("--crossed/--straight", default=None, help="Cross the cables at the platform, the default."),
         click.option("--planar", is_flag=True, default=None, help="Planar robot in x and z."),
@@ -130,9 +130,9 @@ def _write(file: str, text: str, then: str, warning: str | None) -> None:
     try:
         create(Path(file), text)
     except FileExistsError:
-        raise OutputError(f"'{file}' exists already and is not overwritten: choose another name") from None
+        raise OutputError(f"'{file}' already exists and is not overwritten: choose another name") from None
     except FileNotFoundError:
-        raise OutputError(f"cannot write '{file}': there is no folder '{Path(file).parent}'; make it first") from None
+        raise OutputError(f"cannot write '{file}': there is no folder '{Path(file).parent}'; create it first") from None
     except OSError as error:
         raise OutputError(f"cannot write '{file}': {error.strerror}") from None
     from cdpr.ui.cli.load import load_told

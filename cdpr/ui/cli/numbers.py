@@ -14,7 +14,7 @@ def number(text: str) -> float:
         ValueError: if the text is no number.
     """
     if not plain(text):
-        raise ValueError(f"a number is expected, got {text[:80]!r}")
+        raise ValueError(f"expected a number, got {text[:80]!r}")
     return float(text)
 
 
@@ -27,7 +27,7 @@ class _Plain(click.ParamType[Any]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the number."""
         if isinstance(value, str) and not plain(value):
-            self.fail(f"a number is expected, got {value[:80]!r}", param, ctx)
+            self.fail(f"expected a number, got {value[:80]!r}", param, ctx)
         return super().convert(value, param, ctx)
 
 

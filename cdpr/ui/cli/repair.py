@@ -40,8 +40,8 @@ def command(run: str, as_json: bool) -> None:
     else:
         click.echo(f"{report.log}: was {report.problem}; complete now, with {report.rows} rows")
         if report.torn is not None:
-            click.echo(f"what stood from there on is kept as {report.torn}")
+            click.echo(f"the rest of the log is stored as {report.torn}")
         if report.lost:
-            click.echo(f"there was no room to keep the {report.lost} bytes of a block that was not whole")
+            click.echo(f"no disk space to keep the {report.lost} bytes of an incomplete block")
     if report.interrupted:
         click.echo('run.json said "running", now "interrupted"')

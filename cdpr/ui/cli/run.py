@@ -42,8 +42,8 @@ FIRST = "caroca"  # default example
 @plugin_files
 @click.option("--trust-fmu", is_flag=True, help="Allow the native code of any FMU in the scenario.")
 @click.option("--out", type=OutPath(), help="Folder for the results (default: a new one in runs/).")
-@click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
-@click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
+@click.option("--real-time", is_flag=True, help="Limit the speed to real time.")
+@click.option("--report/--no-report", default=True, help="Write report.html (to print it, install the extra 'plot').")
 @click.option(
     "--statics", is_flag=True, help="Report the smallest capacity margin and stiffness along the motion, too."
 )
@@ -56,7 +56,7 @@ FIRST = "caroca"  # default example
 )
 @click.option("--live-rate", "rate", type=Real(*RATES), help="Messages of each topic, Hz. [60]")
 @click.option("--live-speed", "speed", type=Real(*SPEEDS), help="Largest real-time factor. [1]")
-@click.option("--live-no-token", is_flag=True, help="Admit programs, but not web pages, without the token.")
+@click.option("--live-no-token", is_flag=True, help="Accept programs, but not web pages, without the token.")
 @strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
@@ -87,7 +87,7 @@ def command(
 
     if tool is not None and real_time:
         raise click.UsageError(
-            "--real-time goes without --live, which keeps to the wall clock: --live-speed says otherwise"
+            "--real-time cannot be combined with --live, which runs in real time: use --live-speed to change the speed"
         )
     with terminating() as signals:
         from cdpr.config.problems import judged
@@ -170,7 +170,7 @@ def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> I
     said = {name: value for name, value in given.items() if value is not None}
     if tool is None:
         if said:
-            raise click.UsageError(f"--live-{next(iter(said))} goes with --live")
+            raise click.UsageError(f"--live-{next(iter(said))} requires --live")
         yield None
         return
 
@@ -180,7 +180,7 @@ def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> I
     made, port = LINKS[tool]
     where: dict[str, Any] = {"host": "127.0.0.1", "port": port, "rate": 60.0, "speed": 1.0} | said
     if said.get("no-token") and tool != TOKENS:
-        raise click.UsageError(f"--live-no-token goes with --live {TOKENS}")
+        raise click.UsageError(f"--live-no-token requires --live {TOKENS}")
     more = {"programs": True} if said.get("no-token") else {}
     link: type[Sender] = resolve_name(made)
     with closing(link(where["host"], where["port"], say, scenario.options().numbers(), **more)) as shown:

@@ -65,10 +65,10 @@ def command(
     from cdpr.ui.cli.progress import Progress
 
     if box is None and not lower is upper is cells is None:
-        raise click.UsageError("--lower, --upper and --cells belong to the workspace of --wrench-box")
+        raise click.UsageError("--lower, --upper and --cells require --wrench-box")
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".html" or target.is_dir()):
-        raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
+        raise OutputError(f"{target}: --out: expected the name of a page that ends in .html")
     from cdpr.analysis.sizing import sizing, with_one_broken
     from cdpr.ui.report.text.sizing import lines
 
@@ -115,7 +115,7 @@ def _duty(what: str, changes: tuple[str, ...]) -> tuple[Duty, Array]:
         from cdpr.log.reader import load_run
 
         if changes:
-            raise click.UsageError(f"--set changes scenarios, and {what} is a run")
+            raise click.UsageError(f"--set applies to scenarios, and {what} is a run")
         run = load_run(path)
         return Duty.of_run(run, what), np.array(run.header.gravity)
     from cdpr.scenario import Scenario

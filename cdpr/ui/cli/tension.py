@@ -55,10 +55,9 @@ def command(
 ) -> None:
     """Distribute one wrench at one pose among the cables, with one solver, several or all, and compare the answers.
 
-    The wrench is force and moment about the platform's origin, world axes; by default the one that holds the weight.
-    The pose is --pose, by default the robot's home, or the scenario's initial one. Every answer is checked. For
-    redundant cables there is a picture: all admissible tensions, or the range of each with more than two redundant
-    cables.
+    The wrench is force and moment about the platform's origin, world axes; the default balances the weight. The default
+    of --pose is the robot's home, or the scenario's initial pose. Every answer is checked. With redundant cables, the
+    command draws all admissible tensions; with more than two redundant cables, it draws the range of each tension.
     """
     from cdpr.scenario import Scenario
     from cdpr.ui.cli.load import load_told

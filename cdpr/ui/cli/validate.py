@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_json: bool) -> None:
     """Check scenario and robot files.
 
-    All problems of all FILES are shown with their positions, and warnings about suspicious values, such as sizes that
-    seem to be in millimetres; nothing is simulated.
+    The command shows all problems of all FILES with their positions, and warnings about suspicious values, such as
+    sizes that seem to be in millimetres. It does not simulate.
     """
     rows: list[dict[str, Any]] = []
     codes: set[ExitCode] = set()

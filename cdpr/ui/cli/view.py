@@ -29,7 +29,7 @@ FIGURES = {".pdf": b"%PDF-1.4\n%\xac\xdc", ".svg": b"<?xml", ".png": b"\x89PNG"}
 @click.option(
     "--figure",
     metavar="NAME[,NAME]",
-    help="For a run: instead of the page a figure for print, of these quantities (tension, position_error, ...); needs "
+    help="For a run: write a figure of these quantities (tension, position_error, ...) instead of the page; requires "
     "--out FILE.pdf, .svg or .png.",
 )
 @click.option(
@@ -88,7 +88,7 @@ def _figure(
 
     figure, width, cables = asked
     if not names(figure):
-        raise click.UsageError("--figure is empty: name a quantity, such as tension")
+        raise click.UsageError("--figure: expected a quantity, such as tension, got none")
     if out is None or Path(out).suffix.lower() not in FIGURES:
         raise click.UsageError(f"--figure needs a file to write: --out NAME with {', '.join(FIGURES)} at its end")
     if len(what) > 1 or not _are_runs(what) or pose is not None or changes:
@@ -119,7 +119,7 @@ def _page_at(path: Path) -> Path:
 def _only_over(path: Path, ours: Callable[[bytes], bool], what: str) -> None:
     """Raise OutputError if the file exists and was not written by cdpr."""
     if path.exists() and not (path.is_file() and ours(path.read_bytes())):
-        raise OutputError(f"'{path}' exists already and is no {what}: it is not overwritten; choose another name")
+        raise OutputError(f"'{path}' already exists and is not a {what}: it is not overwritten; choose another name")
 
 
 def _are_runs(what: Sequence[str]) -> bool:

@@ -8,10 +8,10 @@ from cdpr.ui.cli import LazyGroup
 
 TABLE = {
     "static": "Poses at which the cables can balance the weight at rest.",
-    "wrench-feasible": "Poses at which they can exert all additional wrenches of a set.",
-    "dynamic": "Poses at which they can exert all accelerations of a set on the platform.",
-    "closure": "Poses at which they can pull against each other in all directions.",
-    "payload": "Largest additional mass that they can hold.",
+    "wrench-feasible": "Poses at which the cables can exert all additional wrenches of a set.",
+    "dynamic": "Poses at which the cables can exert all accelerations of a set.",
+    "closure": "Poses at which the cables can pull against each other in all directions.",
+    "payload": "Largest additional mass that the cables can hold.",
     "stable": "Poses to which the platform returns after a displacement.",
     "ifcow": "Poses at which no cable touches another, the platform or an obstacle.",
     "stiffness": "Stiffness of the platform on its cables.",

@@ -68,4 +68,4 @@ def robot_of(found: Workspace, file: str) -> Robot:
         return load_robot(source["file"], text=source["robot"], overrides=source["changes"])
     if "scenario" in source:
         return load_scenario(source["file"], text=source["scenario"]).robot
-    raise LogError(f"{file}: does not hold the robot; one that 'cdpr workspace' wrote does")
+    raise LogError(f"{file}: does not contain the robot; use a file written by 'cdpr workspace'")

@@ -143,7 +143,7 @@ _OPTIONS = (
         "--method",
         type=click.Choice(["grid", "octree", "hull", "rays", "turns", "certify"]),
         default="grid",
-        help="All cells; only necessary ones; boundary from a point; free lines; rotations; proved boxes. [grid]",
+        help="All cells; only necessary cells; boundary from a point; lines; rotations; proved boxes. [grid]",
     ),
     click.option(
         "--undecided",
@@ -157,7 +157,7 @@ _OPTIONS = (
         "--length",
         type=Real(0.0, min_open=True),
         metavar="M",
-        help="Length by which moments are divided in margins, m. [the robot's characteristic length]",
+        help="Length that divides moments in margins, m. [the robot's characteristic length]",
     ),
     click.option("--at-least", type=Real(), metavar="VALUE", help="Required value for a pose to be inside."),
     click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Number of threads (default: one per core)."),
@@ -167,12 +167,10 @@ _OPTIONS = (
 
 
 def _more(needs: str) -> str:
-    start = "Looked at are the middles of the cells of a box."
+    start = "The command evaluates the centres of the cells of a box."
     if not needs:
         return start
-    return (
-        f"{start} Required {needs} are what the cables must exert or do beyond carrying the weight at rest, world axes."
-    )
+    return f"{start} Required {needs} are in addition to carrying the weight at rest; world axes."
 
 
 class Place(NamedTuple):
@@ -249,7 +247,7 @@ def target_of(out: str | None) -> Path | None:
     """
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".npz" or target.is_dir()):
-        raise OutputError(f"{target}: --out: the name of a file that ends in .npz is expected")
+        raise OutputError(f"{target}: --out: expected the name of a file that ends in .npz")
     return target
 
 
@@ -284,15 +282,15 @@ def _required(kind: WorkspaceKind, box: str | None, ellipsoid: str | None) -> Re
     from cdpr.analysis.workspace import required
 
     if box is not None and ellipsoid is not None:
-        raise click.UsageError("one required set is expected: a box or an ellipsoid")
+        raise click.UsageError("expected one required set: a box or an ellipsoid")
     text = box if box is not None else ellipsoid
     if text is None:
         if kind.needs:
             prefix = kind.needs.removesuffix("es" if kind.needs == "wrenches" else "s")
             units = "N, N m" if prefix == "wrench" else "m/s^2, rad/s^2"
             raise click.UsageError(
-                f"what the cables must do beyond carrying the weight is missing: --{prefix}-box, six half widths "
-                f"({units}), or --{prefix}-ellipsoid"
+                f"missing required set, in addition to the weight: --{prefix}-box, six half widths ({units}), or "
+                f"--{prefix}-ellipsoid"
             )
         return None
     make = required.box if box is not None else required.ellipsoid
@@ -314,7 +312,7 @@ def cells_of(text: str | None) -> Any:
     except ValueError:
         found = []
     if len(found) not in (1, 3):
-        raise click.BadParameter(f"a whole number, or three, is expected, got {text[:80]!r}", param_hint="--cells")
+        raise click.BadParameter(f"expected a whole number, or three, got {text[:80]!r}", param_hint="--cells")
     return found
 
 
@@ -327,5 +325,5 @@ def numbers_of(text: str, counts: tuple[int, ...], name: str) -> Array:
     except ValueError:
         found = np.empty(0)
     if len(found) not in counts or not np.isfinite(found).all():
-        raise click.BadParameter(f"{counts[0]} numbers with commas are expected, got {text[:80]!r}", param_hint=name)
+        raise click.BadParameter(f"expected {counts[0]} numbers with commas, got {text[:80]!r}", param_hint=name)
     return found

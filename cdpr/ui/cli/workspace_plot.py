@@ -29,7 +29,7 @@ def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
     found = load_workspace(file)
     target = Path(file).with_suffix(".html") if out is None else Path(out)
     if target.suffix != ".html" or target.is_dir():
-        raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
+        raise OutputError(f"{target}: --out: expected the name of a page that ends in .html")
     text = render_workspace(found, robot_of(found, file), [_slice(each) for each in slices])
     target.parent.mkdir(parents=True, exist_ok=True)
     replace_markup(target, text)
@@ -46,4 +46,6 @@ def _slice(text: str) -> tuple[int, float]:
             raise ValueError
         return "xyz".index(name), at
     except ValueError:
-        raise click.BadParameter(f"such as z=1.0 is expected (m), got {text[:80]!r}", param_hint="--slice") from None
+        raise click.BadParameter(
+            f"expected an axis and a position (m), such as z=1.0, got {text[:80]!r}", param_hint="--slice"
+        ) from None

@@ -27,7 +27,7 @@ def call(do: str, function: Callable[..., Any], arguments: Mapping[str, Any]) ->
     for name in () if anything else arguments:
         if name not in takes:
             known = ", ".join(takes) or "nothing"
-            raise CdprError(f"{do}: '{name}' is not known: {did_you_mean(name, takes)}{known} is expected")
+            raise CdprError(f"{do}: unknown argument '{name}'; {did_you_mean(name, takes)}expected {known}")
     try:
         wanted.bind(**arguments)
     except TypeError as error:

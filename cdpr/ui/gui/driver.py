@@ -130,7 +130,7 @@ class Driver:
     def _none(self) -> None:
         self._scenario = None
         self._end()
-        self._go_to("failed", "nothing is simulated: correct the errors in the form")
+        self._go_to("failed", "not simulated: correct the errors in the form")
 
     def _leave(self) -> None:
         self._guarded(self._end, self._to_all)
@@ -182,7 +182,7 @@ class Driver:
     @property
     def _there(self) -> Stage:
         if self._stage is None:
-            raise CdprError("nothing is simulated: correct the errors and apply, or reset")
+            raise CdprError("not simulated: correct the errors and apply, or reset")
         return self._stage
 
     @property
@@ -202,12 +202,12 @@ class Driver:
 
     def _reset(self) -> None:
         if self._scenario is None:
-            raise CdprError("nothing is applied yet")
+            raise CdprError("no scenario is applied yet")
         self._begin(self._scenario)
 
     def _step(self, n: int = 1) -> None:
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
-            raise CdprError(f"step: a whole number from 1 to {MOST_STEPS} is expected, got {n!r}")
+            raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
         stage = self._going
         self._pause()
         self._take(stage, n)
@@ -216,7 +216,7 @@ class Driver:
 
     def _pace(self, value: float | None = None) -> None:
         if value is not None and not (isinstance(value, int | float) and SLOWEST <= value <= FASTEST):
-            raise CdprError(f"speed: a number from {SLOWEST:g} to {FASTEST:g} is expected, or null, got {value!r}")
+            raise CdprError(f"speed: expected a number from {SLOWEST:g} to {FASTEST:g}, or null, got {value!r}")
         self._speed = value
         if self._stage is not None:
             self._clock.start(self._stage.time, value)

@@ -80,7 +80,7 @@ class Incoming:
         given = {key: value for key, value in given.items() if value}
         for key, value in given.items():
             if not isinstance(value, str):
-                raise CdprError(f"{key}: a name is expected, got {shown(value)}")
+                raise CdprError(f"{key}: expected a name, got {shown(value)}")
         given |= _numbers(tension, seconds)
         if files:
             every = self._uploaded(reader, _received(files, body), given)
@@ -108,9 +108,9 @@ class Incoming:
         every = self._read.get(reader, [])
         merged = Taken("", {name: text for each in every for name, text in each.files.items()})
         if not merged.files:
-            raise CdprError("there is nothing to write: import the file again")
+            raise CdprError("no imported data to write: import the file again")
         if open not in list(merged.files):
-            raise CdprError(f"open: one of {', '.join(merged.files)} is expected, got {shown(open)}")
+            raise CdprError(f"open: expected one of {', '.join(merged.files)}, got {shown(open)}")
         folder = Path(named(out) if out else ".")
         written = [str(path) for path in write(merged, folder, force=False)]
         self._read.pop(reader, None)
@@ -139,11 +139,11 @@ class Incoming:
             raise CdprError(f"trajectory: {shown(trajectory)} is not among the files: choose it, too")
         robots = [name for name in files if name != trajectory]
         if not robots:
-            raise CdprError("trajectory: a trajectory alone is no robot: choose the robot's file, too")
+            raise CdprError("trajectory: expected a robot with the trajectory: choose the robot's file, too")
         if len(robots) > 1 and trajectory is not None:
-            raise CdprError("trajectory: it belongs to one robot: choose the files of these two alone")
+            raise CdprError("trajectory: expected the files of one robot and one trajectory")
         if len(robots) > 1 and not any(name.lower().endswith(ENDINGS) for name in robots):
-            raise CdprError(f"none of these files has an ending that is known: {', '.join(ENDINGS)}")
+            raise CdprError(f"none of these files has a supported format: {', '.join(ENDINGS)}")
         with scratch() as made:
             folder = Path(made.path)
             for name, content in files.items():
@@ -171,7 +171,7 @@ class Incoming:
             raise CdprError(f"{asked['path']}: reading it was stopped")
         if process.returncode:
             how = processes.ended(process.returncode)
-            raise CdprError(f"{asked['path']}: the process that reads it {how}: nothing was imported")
+            raise CdprError(f"{asked['path']}: the process that reads it {how}; nothing was imported")
         answer = json.loads(out)
         if "fault" in answer:
             fault = RuntimeError(answer["fault"])
@@ -206,11 +206,11 @@ def _numbers(tension: Any, seconds: Any) -> dict[str, Any]:
     given: dict[str, Any] = {}
     if tension is not None:
         if not (isinstance(tension, list) and len(tension) == 2 and all(map(_is_finite, tension))):
-            raise CdprError("tension: two numbers are expected, the lowest and the highest tension in N")
+            raise CdprError("tension: expected two numbers, the lowest and the highest tension (N)")
         given["tension"] = tension
     if seconds is not None:
         if not (_is_finite(seconds) and 0.0 < seconds <= MOST_SECONDS):
-            raise CdprError(f"seconds: a number above 0 and up to {MOST_SECONDS:g} is expected, got {shown(seconds)}")
+            raise CdprError(f"seconds: expected a number above 0 and up to {MOST_SECONDS:g}, got {shown(seconds)}")
         given["seconds"] = seconds
     return given
 
@@ -226,16 +226,16 @@ def _received(files: Any, body: bytes) -> dict[str, bytes]:
         CdprError: if a name contains folders or sizes do not match.
     """
     if not isinstance(files, list) or len(files) > MOST_FILES:
-        raise CdprError(f"files: {MOST_FILES} files at most are taken, each with its name and size")
+        raise CdprError(f"files: expected at most {MOST_FILES} files, each with its name and size")
     found: dict[str, bytes] = {}
     start = 0
     for each in files:
         name, size = (each.get("name"), each.get("size")) if isinstance(each, dict) else (None, None)
         if not isinstance(name, str) or not _is_plain(name):
-            text = f"a name without folders, of {MOST_NAME} bytes at most, is expected of a file"
+            text = f"file name: expected a name without folders, of at most {MOST_NAME} bytes"
             raise CdprError(f"{text}, got {shown(name)}: rename it")
         if name in found:
-            raise CdprError(f"two files are called {shown(name)}: rename one, or import them one by one")
+            raise CdprError(f"two files are named {shown(name)}: rename one, or import them one by one")
         if type(size) is not int or not 0 <= size <= len(body) - start:
             raise CdprError(f"{name}: the received size differs from the announced one")
         found[name] = body[start : start + size]

@@ -34,10 +34,12 @@ def exported(scenario: Scenario, to: str, options: dict[str, str]) -> tuple[dict
     """
     known = [*TARGETS, PACKAGES]
     if to not in known:
-        raise CdprError(f"to: {did_you_mean(str(to), known)}one of {', '.join(known)} is expected, got {shown(to)}")
+        raise CdprError(
+            f"to: expected one of {', '.join(known)}, got {shown(to)}; {did_you_mean(str(to), known)}".rstrip("; ")
+        )
     takes = TARGETS[to].options if to in TARGETS else ()
     if wrong := [name for name in options if name not in takes]:
-        raise CdprError(f"{to}: {', '.join(wrong)}: is for formats that have such an option")
+        raise CdprError(f"{to}: {', '.join(wrong)}: not an option of this format")
     if to == PACKAGES:
         name = f"{scenario.name}_{PACKAGES}"
         files, omitted = packages(scenario)

@@ -125,10 +125,10 @@ class Server:
         try:
             words = json.loads(text, parse_constant=_no_number)
         except (ValueError, RecursionError) as error:
-            reader.tell(said("error", f"a message that is no JSON: {type(error).__name__}"))
+            reader.tell(said("error", f"expected JSON: {type(error).__name__}"))
             return
         if not isinstance(words, Mapping) or not isinstance(words.get("do"), str):
-            reader.tell(said("error", 'a message is an object with a text "do", such as {"do": "run"}'))
+            reader.tell(said("error", 'expected an object with a text "do", such as {"do": "run"}'))
             return
         self._receive({**words, **({"body": files} if files else {})}, reader)
 
@@ -155,4 +155,4 @@ def _send(window: WebSocket, reader: Reader) -> None:
 
 
 def _no_number(name: str) -> None:
-    raise ValueError(f"{name} is no number")
+    raise ValueError(f"{name} is not a number")

@@ -260,7 +260,7 @@ class Stage:
         place = path.resolve()
         there = [each for each in (path, table_beside(path)) if os.path.lexists(each)]
         if there and place not in self._sessions:
-            raise OutputError(f"'{there[0]}' exists already and is not overwritten: choose another name")
+            raise OutputError(f"'{there[0]}' already exists and is not overwritten: choose another name")
         self._sim.save(path)
         self._sessions.add(place)
         return f"the session is saved: cdpr run {out} repeats it"

@@ -213,7 +213,7 @@ class Driven(Simulation):
             cables = self.so_far().header.cables
             if sorted(names) != sorted(cables) or len(tension) != len(names):
                 raise CdprError(
-                    f"one for each of {', '.join(cables)} is expected, got {shown(names)}, {len(tension)} tensions"
+                    f"expected one for each of {', '.join(cables)}, got {shown(names)}, {len(tension)} tensions"
                 )
             tension = [tension[names.index(cable)] for cable in cables]
         checked(tension, (self.scenario.robot.m,), "tension", finite=True)  # refuse invalid values immediately
@@ -245,7 +245,7 @@ REQUESTS: dict[str, Callable[..., None]] = {
 def _within(name: str, value: float, bounds: tuple[float, float]) -> float:
     least, most = bounds
     if not least <= value <= most:
-        raise CdprError(f"{name}: a number from {least:g} to {most:g} is expected, got {shown(value)}".lstrip(": "))
+        raise CdprError(f"{name}: expected a number from {least:g} to {most:g}, got {shown(value)}".lstrip(": "))
     return float(value)
 
 

@@ -63,7 +63,8 @@ class Foxglove(Sender):
         except (OSError, OverflowError) as error:
             text = getattr(error, "strerror", None) or error
             raise CdprError(
-                f"--live-port: cannot listen at {self.address}: {text}; 0 takes a free port, --live-host another place"
+                f"--live-port: cannot listen at {self.address}: {text}; use --live-port 0 for any free port, or "
+                f"another --live-host"
             ) from None
         self._topics: tuple[Topic, ...] = ()
         self._session = str(time_ns() // 10**6)

@@ -204,7 +204,7 @@ class Client:
         if service >= len(SERVICES):
             text = f"there is no service {service}"
         elif encoding != "json":
-            text = f"the encoding json is expected, got {shown(encoding)}"
+            text = f"expected the encoding json, got {shown(encoding)}"
         elif not self._calls.acquire(blocking=False):
             text = f"{MOST_CALLS} calls wait for the simulation already"
         if text:
@@ -243,7 +243,7 @@ def _number(value: object) -> int:
         ValueError: if it is invalid.
     """
     if type(value) is not int or not 0 <= value < 2**32:
-        raise ValueError(f"a whole number from 0 to {2**32 - 1} is expected, got {shown(value)}")
+        raise ValueError(f"expected a whole number from 0 to {2**32 - 1}, got {shown(value)}")
     return value
 
 
@@ -255,5 +255,5 @@ def _names(message: Content) -> Sequence[str]:
     """
     names = message.get("parameterNames", [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"parameterNames: a list of names is expected, got {shown(names)}")
+        raise ValueError(f"parameterNames: expected a list of names, got {shown(names)}")
     return names

@@ -30,7 +30,7 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
     try:
         message = _json(bounded(data)) if encoding == "json" else decode(KINDS[topic], bounded(data))
         if not isinstance(message, dict):
-            raise ValueError("an object is expected")
+            raise ValueError("expected an object")
         return KNOWN[topic](message)
     except (ValueError, RecursionError) as error:
         raise CdprError(f"{topic}: {error}") from None
@@ -45,7 +45,7 @@ def _json(data: bytes) -> object:
     try:
         return json.loads(data, parse_int=float)  # huge integers would raise Python's error on its digit limit
     except ValueError as error:
-        raise ValueError(f"JSON is expected: {error}") from None
+        raise ValueError(f"expected JSON: {error}") from None
 
 
 def bounded(data: bytes) -> bytes:
@@ -65,7 +65,7 @@ def _target(message: dict[str, Any]) -> Request:
     x, y, z, w = _numbers(_part(pose, "orientation"), "orientation", "xyzw")
     length = math.hypot(x, y, z, w)
     if abs(length - 1.0) > 1e-3:
-        raise ValueError(f"orientation: a quaternion of length 1 is expected, this one has {length:.6g}")
+        raise ValueError(f"orientation: expected a quaternion of norm 1, got norm {length:.6g}")
     values: dict[str, Any] = {"position": _numbers(_part(pose, "position"), "position", "xyz")}
     values["orientation"] = [part / length for part in (w, x, y, z)]
     if "duration" in message:
@@ -83,9 +83,9 @@ def _wrench(message: dict[str, Any]) -> Request:
 def _tension(message: dict[str, Any]) -> Request:
     effort, names = message.get("effort"), message.get("name", [])
     if not isinstance(effort, list):
-        raise ValueError(f"effort: a list of tensions (N) is expected, got {shown(effort)}")
+        raise ValueError(f"effort: expected a list of tensions (N), got {shown(effort)}")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"name: a list of names of cables is expected, got {shown(names)}")
+        raise ValueError(f"name: expected a list of names of cables, got {shown(names)}")
     return Request("tension", {"tension": [_number(value, "effort") for value in effort], "names": names})
 
 
@@ -102,7 +102,7 @@ def _in_world(message: dict[str, Any]) -> None:
     header = message.get("header")
     frame = header.get("frame_id", "") if isinstance(header, dict) else ""
     if frame not in ("", WORLD):
-        raise ValueError(f"header.frame_id: {WORLD!r} is expected, or none, got {shown(frame)}")
+        raise ValueError(f"header.frame_id: expected {WORLD!r}, or none, got {shown(frame)}")
 
 
 def _part(message: dict[str, Any], name: str) -> dict[str, Any]:
@@ -111,7 +111,7 @@ def _part(message: dict[str, Any], name: str) -> dict[str, Any]:
         raise ValueError(f"{name}: required but not given: an object{such}")
     part = message[name]
     if not isinstance(part, dict):
-        raise ValueError(f"{name}: an object is expected, got {shown(part)}")
+        raise ValueError(f"{name}: expected an object, got {shown(part)}")
     return part
 
 
@@ -126,5 +126,5 @@ def _number(value: object, name: str) -> float:
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise ValueError(f"{name}: a finite number is expected, got {shown(value)}")
+        raise ValueError(f"{name}: expected a finite number, got {shown(value)}")
     return number

@@ -81,6 +81,6 @@ def parse_attachment(data: bytes) -> tuple[int, int, bytes]:
         ValueError: if the attachment is invalid.
     """
     if len(data) != _ATTACHMENT.size or data[16] != GID:
-        raise ValueError(f"an attachment of {_ATTACHMENT.size} bytes is expected: number, time and sender")
+        raise ValueError(f"expected an attachment of {_ATTACHMENT.size} bytes: number, time and sender")
     sequence, stamp, _, sender = _ATTACHMENT.unpack(data)
     return sequence, stamp, sender

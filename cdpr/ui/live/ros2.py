@@ -62,14 +62,14 @@ class Ros2(Sender):
         super().__init__(host, port, say, parameters)
         domain = _domain() if domain is None else domain
         if not port:
-            raise CdprError(f"--live-port: the port of a Zenoh router is expected, mostly {ROUTER}, got 0")
+            raise CdprError(f"--live-port: expected the port of a Zenoh router, mostly {ROUTER}, got 0")
         try:
             self._session = zenoh.open(_config(self.address))
         except zenoh.ZError as error:
             raise CdprError(f"--live-host: {self.address}: {' '.join(str(error).split())}") from None
         self.where = f"ROS 2 node /{NAME} (experimental), domain {domain}, Zenoh router at {self.address}"
         if not self.met:
-            self.where += "; none is there yet: ros2 run rmw_zenoh_cpp rmw_zenohd"
+            self.where += "; no router found yet: ros2 run rmw_zenoh_cpp rmw_zenohd"
         self._node = Node(domain, str(self._session.zid()), NAME)
         self._numbers = count(1)
         self._publishers: list[tuple[zenoh.Publisher, bytes, Iterator[int]]] = []
@@ -80,7 +80,9 @@ class Ros2(Sender):
             # Zenoh drops the oldest messages of a flood without the interpreter.
             subscriber = self._session.declare_subscriber(self._node.key(topic, kind), zenoh.handlers.RingChannel(KEPT))
             self._held.append(subscriber)
-            Thread(target=self._listen, args=(topic, subscriber), name=f"cdpr hears {topic}", daemon=True).start()
+            Thread(
+                target=self._listen, args=(topic, subscriber), name=f"cdpr subscribes to {topic}", daemon=True
+            ).start()
         for name in SERVICES:
             self._serve(name, TRIGGER, self._trigger(name))
         for kind, answer in PARAMETER_SERVICES.items():
@@ -183,7 +185,7 @@ def _config(address: str) -> zenoh.Config:
 def _domain() -> int:
     text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
     if not text.isdecimal() or int(text) > MOST_DOMAIN:
-        raise CdprError(f"ROS_DOMAIN_ID: a whole number from 0 to {MOST_DOMAIN} is expected, got {text!r}")
+        raise CdprError(f"ROS_DOMAIN_ID: expected a whole number from 0 to {MOST_DOMAIN}, got {text!r}")
     return int(text)
 
 

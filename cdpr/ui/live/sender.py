@@ -167,9 +167,9 @@ class Sender(ABC):
 
     def _wrong(self, name: str, value: Any) -> str:
         if name not in self.parameters:
-            return f"{name or shown(name)}: there is no such parameter; there are {', '.join(self.parameters)}"
+            return f"{name or shown(name)}: unknown parameter; allowed: {', '.join(self.parameters)}"
         if isinstance(value, bool) != (name == "paused") or not isinstance(value, bool | int | float):
-            return f"{name}: {'true or false' if name == 'paused' else 'a number'} is expected, got {shown(value)}"
+            return f"{name}: expected {'true or false' if name == 'paused' else 'a number'}, got {shown(value)}"
         return ""
 
     def _send(self) -> None:
@@ -211,6 +211,6 @@ def _known(host: str) -> str:
     except (OSError, UnicodeError) as error:
         text = error.strerror if isinstance(error, OSError) else error
         raise CdprError(
-            f"--live-host: the name or number of a machine, such as 127.0.0.1, is expected, got {shown(host)} ({text})"
+            f"--live-host: expected the name or number of a machine, such as 127.0.0.1, got {shown(host)} ({text})"
         ) from None
     return name

@@ -41,7 +41,7 @@ def _asked_once():
 
 @pytest.fixture
 def no_paths(monkeypatch):
-    """For what the poses alone tell: a path takes 400 answers."""
+    """For figures that depend on poses only; a path takes 400 calls."""
     none = {"paths": 0, "with_jump": 0, "largest_N": None}
     monkeypatch.setattr(measures, "jumps", lambda paths, answer: none)
 
@@ -76,7 +76,7 @@ def test_wrong_ok():
 
 
 @pytest.mark.usefixtures("no_paths")
-def test_a_solver_that_ignores_limits_and_says_so_is_not_wrong_but_covers_less():
+def test_a_solver_declared_to_ignore_limits_is_not_wrong_but_covers_less():
     row = measured(cases.PseudoInverse, respects_bounds=False)
     assert row["misclassified"] == 0
     assert row["coverage"] < 0.5
@@ -163,7 +163,7 @@ PATHS = make_paths(wall(), 1, 1)
         (lambda s: 1e-3 * np.sin(1e9 * s), None),  # an iterative solver's noise
     ],
 )
-def test_jumps_are_told_from_steep_curves(curve, jump):
+def test_jumps_are_distinguished_from_steep_curves(curve, jump):
     found = jumps(PATHS, lambda path, s: np.array([100.0, curve(s), 50.0, 0.0]))
     assert found == {"paths": 1, "with_jump": int(jump is not None), "largest_N": jump and pytest.approx(jump)}
 
@@ -191,12 +191,12 @@ def test_the_second_steepest_place_may_be_the_one_that_jumps():
     [
         (cases.Raising, "raised ZeroDivisionError: division by zero at problem 5"),
         (cases.Leaving, "raised SystemExit: bye"),
-        (cases.NotMade, "raised ValueError: no such robot when it was made"),
-        (cases.NoStatus, "returned 17, which is no cdpr.tension.Status"),
+        (cases.NotMade, "raised ValueError: no such robot during construction"),
+        (cases.NoStatus, "returned 17, which is not a cdpr.tension.Status"),
         (cases.Vandal, "raised ValueError: assignment destination is read-only"),
     ],
 )
-def test_a_broken_solver_is_a_row_that_says_so(solver, text):
+def test_a_broken_solver_is_a_row_with_its_error(solver, text):
     found = run([wall()], None, 30, plugins=plugins(plugin(solver), plugin(MinimumNorm, "sound")))
     broken, sound = found["robots"][0]["results"]
     assert broken == {"solver": "fake", "outcome": "failed", "detail": text}
@@ -273,7 +273,7 @@ def test_progress_ends_at_its_total():
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_paths")
-def test_every_installed_solver_is_asked_unless_some_are_named():
+def test_every_installed_solver_is_used_by_default():
     assert [row["name"] for row in run([wall()], None, 2)["solvers"]] == registry().names("solver")
     assert [row["name"] for row in run([wall()], ["qp"], 2)["solvers"]] == ["qp"]
 
@@ -287,7 +287,7 @@ def test_wrong_arguments():
 
 
 @pytest.mark.usefixtures("no_paths")
-def test_what_a_stranger_declares_is_text():
+def test_declarations_of_third_parties_are_escaped():
     found = run([wall()], None, 2, plugins=plugins(plugin(MinimumNorm, colour={1, 2}, exact=True)))
     assert found["solvers"][0]["properties"] == {"colour": "{1, 2}", "exact": True}
     json.dumps(found, allow_nan=False)

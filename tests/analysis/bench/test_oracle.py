@@ -1,4 +1,4 @@
-"""What the benchmark holds for true, against cases worked by hand."""
+"""Oracle of the benchmark against cases worked by hand."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_optima_of_two_opposing_cables():
     assert all(np.isnan(optima[name][1]).all() for name in OBJECTIVES)
 
 
-def test_only_what_is_asked_for_is_optimised():
+def test_only_the_given_goals_are_optimised():
     problems = make_problems(wall(), 3, 1)
     assert consult(problems).optima == {}
     assert list(consult(problems, ["None", "one_norm", "centroid"]).optima) == ["one_norm"]

@@ -1,4 +1,4 @@
-"""Baselines: the same run is the same to the bit, another one is told where and by how much."""
+"""Baselines: equal runs are equal to the bit; differences are reported with place and size."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def kept(home, tmp_path):
 
 
 def edit(home, change):
-    """Change the content of the baseline; return what a check then says."""
+    """Change the content of the baseline; return the output of a check."""
     (path,) = (home / "kept").iterdir()
     data = json.loads(path.read_text())
     change(data)
@@ -48,7 +48,7 @@ def test_the_same_again_is_bit_equal(kept):
     assert (found.name, found.outcome, found.detail) == ("caroca_reference", "bit-equal", "")
 
 
-def test_it_stands_alone(kept):
+def test_it_is_self_contained(kept):
     """Without the scenario's file it is checked by what it holds."""
     shutil.rmtree(kept / "scenarios")
     (found,) = baseline_check.check(kept / "kept")
@@ -72,13 +72,13 @@ def spoil(data, column, by, row=3):
     data["samples"][row][column] += by
 
 
-def test_another_tension_is_told_with_cable_time_and_size(kept):
+def test_another_tension_is_reported_with_cable_time_and_size(kept):
     found = edit(kept, lambda data: spoil(data, 1 + 13 + 4, 0.5))
     assert (found.outcome, found.agrees) == ("differs", False)
     assert "tension of cable_5 differs first at t = 0.012 s, by 5.00e-01 N (allowed 1e-07)" in found.detail
 
 
-def test_another_position_is_told(kept):
+def test_another_position_is_reported(kept):
     found = edit(kept, lambda data: spoil(data, 2, 1e-6, row=-1))
     assert "position differs first at t = 0.1 s, by 1.00e-06 m" in found.detail
 
@@ -111,7 +111,7 @@ def test_bounds_are_those_of_the_file(kept):
     assert edit(kept, change).outcome == "within bounds"
 
 
-def test_a_changed_scenario_is_told_as_that(kept):
+def test_a_changed_scenario_is_reported_as_changed(kept):
     path = kept / "scenarios" / "caroca.yaml"
     path.write_text(path.read_text().replace("kp: 100 ", "kp: 90 "))
     (found,) = baseline_check.check(kept / "kept")
@@ -122,10 +122,10 @@ def test_a_changed_scenario_is_told_as_that(kept):
     )
     path.write_text("robot: 7\n")
     (found,) = baseline_check.check(kept / "kept")
-    assert "has changed and is wrong now" in found.detail
+    assert "has changed and is now invalid" in found.detail
 
 
-def test_another_end_is_told(kept):
+def test_another_end_is_reported(kept):
     assert "was infeasible and is finished" in edit(kept, lambda data: data.update(status="infeasible")).detail
     found = edit(kept, lambda data: data.update(status="finished", count=102))
     assert "had 102 samples and has 101" in found.detail
@@ -142,13 +142,13 @@ def test_a_jumping_solver_is_not_held_to_its_tensions(home, tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda data: data["samples"].pop(3), "indices and samples do not belong together"),
-        (lambda data: data["samples"][3].pop(), "columns and samples do not belong together"),
-        (lambda data: data["samples"][3].append("x"), "samples: 3: 22: a number expected, got 'x'"),
-        (lambda data: data["indices"].reverse(), "indices and samples do not belong together"),
-        (lambda data: data.update(count=7), "indices and samples do not belong together"),
+        (lambda data: data["samples"].pop(3), "the numbers of indices and samples differ"),
+        (lambda data: data["samples"][3].pop(), "the numbers of columns and values in a sample differ"),
+        (lambda data: data["samples"][3].append("x"), "samples: 3: 22: expected a number, got 'x'"),
+        (lambda data: data["indices"].reverse(), "the numbers of indices and samples differ"),
+        (lambda data: data.update(count=7), "the numbers of indices and samples differ"),
         (lambda data: data.update(samples=[], indices=[]), "samples: "),
-        (lambda data: data.update(bounds=None), "bounds: a mapping expected, got null"),
+        (lambda data: data.update(bounds=None), "bounds: expected a mapping, got null"),
         (lambda data: data["bounds"].update(taste=1.0), "not of taste"),
         (lambda data: data["bounds"].update(position=-1.0), "bounds: position: "),
         (lambda data: data.update(columns={}), "columns are those of position, "),
@@ -158,12 +158,12 @@ def test_a_jumping_solver_is_not_held_to_its_tensions(home, tmp_path):
     ],
 )
 def test_a_spoilt_baseline_is_refused(kept, change, said):
-    with pytest.raises(CdprError, match=r"is no baseline that this cdpr can read: .*; save it anew") as caught:
+    with pytest.raises(CdprError, match=r"cannot be read as a baseline: .*; save it again") as caught:
         edit(kept, change)
     assert said in str(caught.value)
 
 
-def test_samples_of_another_robot_are_told(kept):
+def test_samples_of_another_robot_are_reported(kept):
     def change(data):
         data["columns"]["tension"] -= 1
         data["samples"] = [row[:-1] for row in data["samples"]]
@@ -171,7 +171,7 @@ def test_samples_of_another_robot_are_told(kept):
     assert "it has 8 cables, the samples have 7" in edit(kept, change).detail
 
 
-def test_which_samples_are_kept_stands_in_the_file(kept, monkeypatch):
+def test_the_file_contains_the_indices_of_its_samples(kept, monkeypatch):
     """Another number for new baselines leaves older ones as they are."""
     monkeypatch.setattr(baseline, "SAMPLES", 10)
     found = edit(kept, lambda data: spoil(data, 2, 1e-6, row=-1))
@@ -197,14 +197,14 @@ def test_runs_are_not_kept_in_memory(kept, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": 9}', '{"format": 1, "samples": 3}'])
-def test_what_is_no_baseline_is_refused(tmp_path, text):
+def test_invalid_baselines_are_rejected(tmp_path, text):
     (tmp_path / "x.baseline.json").write_text(text)
-    with pytest.raises(CdprError, match=r"x\.baseline\.json: is no baseline"):
+    with pytest.raises(CdprError, match=r"x\.baseline\.json: cannot be read as a baseline"):
         baseline_check.check(tmp_path)
 
 
 def test_none_at_all_is_an_error(tmp_path):
-    with pytest.raises(CdprError, match="holds no baseline"):
+    with pytest.raises(CdprError, match="contains no baseline"):
         baseline_check.check(tmp_path)
 
 
@@ -216,7 +216,7 @@ def test_nothing_is_kept_of_a_run_that_fails(tmp_path):
 
 
 def test_two_of_one_name_are_refused(tmp_path):
-    with pytest.raises(CdprError, match="two baselines would be called"):
+    with pytest.raises(CdprError, match="two baselines would have the name"):
         baseline_check.save([str(SCENARIOS / "caroca.yaml")] * 2, tmp_path / "out", overrides=SHORT)
 
 

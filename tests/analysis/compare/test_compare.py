@@ -1,4 +1,4 @@
-"""What `cdpr compare` judges, and how; here without worker processes."""
+"""Verdicts of `cdpr compare`, without worker processes."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_energy_is_that_which_no_work_explains(run):
     assert difference("energy", run, off(off(run, "cable_work", 0.25), "kinetic", 0.25)).max < 1e-9
 
 
-def test_what_is_not_finite_is_infinite_and_short_runs_count_as_far_as_they_go(run):
+def test_non_finite_errors_are_infinite_and_short_runs_count(run):
     bad = off(run, "position", np.nan, slice(150, 151))
     assert difference("position", run, bad).max == np.inf
     short = dataclasses.replace(bad, rows=bad.rows[:100])
@@ -89,7 +89,7 @@ def _one(run, name, by):
 
 
 def _tilt(run, angle):
-    """What a turn by a small angle about x adds to the attitudes from sample 100 on."""
+    """Attitude change by a small rotation about x, from sample 100 on."""
     q = run.orientation[100:]
     return 0.5 * angle * np.column_stack([-q[:, 1], q[:, 0], -q[:, 3], q[:, 2]])
 
@@ -117,7 +117,7 @@ def test_bounds_go_with_the_size_of_the_robot(gram, name):
     assert QUANTITIES["tension"].allowed(run) < 1e-11
 
 
-def test_what_is_in_a_cable_is_compared_not_only_its_command():
+def test_cable_tensions_are_compared_in_addition_to_commands():
     run = cdpr.simulate(load("winch", {"simulation.duration": 0.05}))
     other = off(run, "cable_tension", 1e-6 * np.eye(8)[3], slice(20, None))
     assert difference("tension", run, other).max == pytest.approx(1e-6)
@@ -153,7 +153,7 @@ ALL = {
         ("point_mass", {}, {"a platform that is not upright (rotation)", "a centre of mass off the origin"}),
     ],
 )
-def test_what_a_scenario_never_excites_is_named(name, changes, happens):
+def test_unexcited_effects_are_listed(name, changes, happens):
     run = cdpr.simulate(load(name, {**SHORT, **changes}))
     assert set(unexcited(run)) == ALL - happens
 
@@ -221,7 +221,7 @@ def test_every_standard_in_a_loop():
         assert figures["agrees"] is (True if outcome == "agrees" else None)
 
 
-def test_engines_that_are_not_installed_are_told(monkeypatch):
+def test_engines_that_are_not_installed_are_reported(monkeypatch):
     """By name they are an error with its remedy; among all they are listed."""
     missing = property(lambda self: ["dartpy"] if self.info.name == "dart" else [])
     monkeypatch.setattr("cdpr.plugins.registry.Registered.missing", missing)
@@ -263,7 +263,7 @@ def test_every_sample_is_compared_whatever_the_log_keeps():
         assert scenario.log_every > 1 == scenario.with_changes(wanted.changes(scenario)).log_every
 
 
-def test_runs_are_read_when_they_are_asked_for(monkeypatch, tmp_path):
+def test_runs_are_read_on_demand(monkeypatch, tmp_path):
     """However many there are, none waits in memory."""
 
     def ended(cases, *, jobs, timeout, done):
@@ -282,7 +282,7 @@ def test_runs_are_read_when_they_are_asked_for(monkeypatch, tmp_path):
 
 
 class Failing(Here):
-    """One backend ends as it is told."""
+    """One backend stops by a signal."""
 
     ends = Made(None, "died", "the process of this case was ended by SIGSEGV\nmore", begun=True)
 
@@ -310,7 +310,7 @@ def test_engines_that_fail(monkeypatch, ends, named, outcome, agrees):
     assert group.agrees is agrees
 
 
-def test_a_judge_that_diverges_judges_nobody():
+def test_a_diverged_reference_judges_no_engine():
     wild = {"controller.kp": 5e6, "controller.kd": 4000.0, "robot.tension.max": 1e7}
     group = comparison("caroca", [ENGINES[0]], wild).groups[0]
     assert group.agrees is False
@@ -342,14 +342,14 @@ def test_finished_runs(folders):
     assert figures["agrees"] is True
 
 
-def test_finished_runs_of_several_solvers_are_told_by_all(folders, tmp_path):
+def test_finished_runs_are_labelled_by_all_solvers(folders, tmp_path):
     cdpr.simulate(load("caroca", SHORT), solver="lp", out=tmp_path / "lp")
     (group,) = compare_finished([str(folders / "judge"), str(tmp_path / "lp")]).figures["groups"]
     assert group["solver"] == "qp, lp"
     assert "solver.type" in group["engines"][0]["reason"]
 
 
-def test_finished_runs_of_other_gains_are_told_not_judged(folders):
+def test_finished_runs_of_other_gains_are_reported_not_judged(folders):
     figures = compare_finished([str(folders / name) for name in ("one", "gains")]).figures
     (row,) = figures["groups"][0]["engines"]
     assert figures["agrees"] is None
@@ -360,7 +360,7 @@ def test_finished_runs_of_other_gains_are_told_not_judged(folders):
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        (["judge"], "one run alone"),
+        (["judge"], "two or more runs, got one"),
         (["judge", "judge"], "given twice"),
         (["judge", "slow"], r"slow: cannot be compared with judge: other control step \(0.002 instead of 0.001\)"),
         (["judge", "robot"], "robot: cannot be compared with judge: other robot"),

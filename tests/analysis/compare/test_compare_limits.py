@@ -19,7 +19,7 @@ def run():
     ("share", "outcome"), [(2.0, "agrees"), (1.0, "disagrees"), (4.0, "agrees"), (1.05, "disagrees")]
 )
 def test_the_limit_of_an_unknown_scheme_is_the_judge(run, share, outcome):
-    """Whatever shrinks with the step is no fault, also faster than declared; what stays is one."""
+    """Differences that shrink with the step are no fault, even faster than declared; constant ones are."""
     runs = [off(run, "position", [1e-4 / share**k, 0, 0]) for k in range(3)]
     assert against_order(runs, [run] * 3, 1, continuous=True).outcome == outcome
 
@@ -39,7 +39,7 @@ def test_an_order_that_is_not_reached_disagrees(run):
     assert verdict.outcome == "disagrees"
 
 
-def test_what_follows_a_failure_of_the_solver_is_not_judged(run):
+def test_samples_after_a_solver_failure_are_not_judged(run):
     """There tensions may jump: the limit is that of the samples before."""
     for first, outcome in ((120, "agrees"), (5, "not judged")):
         lost = off(run, "status", 1, slice(first, None))

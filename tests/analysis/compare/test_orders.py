@@ -1,4 +1,4 @@
-"""What `cdpr compare --refine` measures: the order of each engine; here without worker processes."""
+"""Orders of engines by `cdpr compare --refine`, without worker processes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_orders():
     assert first.truth_error < 0.01 * first.errors[-1]
 
 
-def test_round_off_is_told_where_there_is_nothing_else():
+def test_round_off_is_reported_where_there_is_nothing_else():
     """A loop of so few periods cannot be closed less often."""
     scenario = load("rotated_start", {"simulation.duration": 0.05})
     found = {each.backend: each for each in refine(Here(scenario), field(scenario, [ENGINES[0]]), "qp")}
@@ -45,7 +45,7 @@ def test_the_truth_is_of_the_highest_order_that_the_judge_has():
 
 
 def test_a_step_too_long_is_not_taken_for_round_off():
-    """The engine is 0.2 m from the truth and so sound that nothing else would tell."""
+    """The engine is 0.2 m from the truth, and otherwise so good that no other check finds it."""
     long = {"simulation.control_step": 0.1, "simulation.physics_step": 0.1, "trajectory.duration": 1.0}
     scenario = load("caroca", {**long, "controller.kp": 1.0, "controller.kd": 2.0})
     found = {each.backend: each for each in refine(Here(scenario), field(scenario, [ENGINES[0]]), "qp")}
@@ -74,7 +74,7 @@ def test_a_lost_truth_is_not_taken_for_round_off():
 
 
 def test_orders_are_measured_of_engines_that_ran(monkeypatch):
-    """One that refuses the scenario is told by the comparison, which it does not spoil."""
+    """The comparison reports an engine that rejects the scenario, and continues."""
     monkeypatch.setattr(Losing, "lost", lambda self, wanted: wanted.backend == ENGINES[0])
     scenario = load("caroca", {"simulation.duration": 0.05})
     assert [each.backend for each in refine(Losing(scenario), field(scenario, [ENGINES[0]]), "qp")] == ["reference"]

@@ -70,7 +70,7 @@ def test_a_process_that_died():
 
 
 def test_a_wrong_order(diverged):
-    """Is told and fails nobody: the runs agree."""
+    """It is reported, but is not a failure: the runs agree."""
     sound = cdpr.simulate(load("caroca", {"simulation.duration": 0.1}), backend=ENGINES[0])
     wrong = Measured(
         ENGINES[0], 1, "unlike", "order 0.42 instead of 1", 0.42, 1e-3, (1e-3, 5e-4, 2.5e-4), (4e-5, 3e-5, 2e-5), 1e-9
@@ -90,7 +90,7 @@ def test_a_wrong_order(diverged):
     [("failed", "the truth died: SIGSEGV", False), ("too far", 4 * "0.17 m from the truth, ", True)],
 )
 def test_an_order_that_could_not_be_measured(outcome, reason, agrees):
-    """Its reason stands in the text and on the page, of a run that failed at its top."""
+    """The text and the top of the page of a failed run contain its reason."""
     sound = cdpr.simulate(load("caroca", {"simulation.duration": 0.1}), backend=ENGINES[0])
     found = result(Made(sound, "finished", ""), [Measured(ENGINES[0], 1, outcome, reason)])
     assert found.figures["agrees"] is agrees

@@ -1,4 +1,4 @@
-"""From a study file to a design: what a candidate is, what its figures are, and what is said of mistakes."""
+"""Design files: candidates, their figures, and messages about errors."""
 
 from __future__ import annotations
 
@@ -116,28 +116,32 @@ def test_obstacles_are_what_cables_must_keep_clear_of(tmp_path):
         (
             ", wrench_box: [30, 30, 30, 3, 3, 3]",
             "",
-            r"5:20: figures.volume.volume: wrench-feasible: needs the set of wren",
+            r"5:20: figures.volume.volume: wrench-feasible: requires a set of wren",
         ),
         (
             "{least: ifcow}",
             "{least: ifcow, wrench_box: [1, 1, 1, 1, 1, 1]}",
-            r"clearance.least: ifcow: takes no required",
+            r"clearance.least: ifcow: does not accept required",
         ),
-        ("{least: ifcow}", "{least: static, diameter: 0.1}", r"figures.clearance.least: static takes no diameter"),
+        (
+            "{least: ifcow}",
+            "{least: static, diameter: 0.1}",
+            r"figures.clearance.least: static does not accept diameter",
+        ),
         (
             "{least: ifcow}",
             "{least: stiffness}",
-            r"6:14: figures.clearance: cable 'cable_1' has no axial_stiffness: .*, or the figure axial_stiffness \(N\)",
+            r"6:14: figures.clearance: cable 'cable_1' has no axial_stiffness: .*, or set the figure axial_stiff",
         ),
         (
             "{least: ifcow}",
             "{least: ifcow, extent: x}",
-            r"one of volume, least, mean, extent, key is expected, got least",
+            r"expected one of volume, least, mean, extent, key, got least",
         ),
         ("{least: ifcow}", "{key: platform.shape}", r"6:20: figures.clearance.key: the robot file has no number there"),
         ("{least: ifcow}", "{key: platform..shape}", r"figures.clearance.key.*|a key such as"),
-        ("maximise: volume", "maximise: volum", r"goal.maximise: no figure is called 'volum': did you mean 'volume'"),
-        ("figure: clearance", "figure: room", r"constraints\[0\].figure: no figure is called 'room'"),
+        ("maximise: volume", "maximise: volum", r"goal.maximise: unknown figure 'volum': did you mean 'volume'"),
+        ("figure: clearance", "figure: room", r"constraints\[0\].figure: unknown figure 'room'"),
         ("cables[2].frame[0]", "cables[9].frame[0]", r"14:15: cables: there is no item \[9\]"),
         ("key: platform.mass", "key: platform.mas", r"17:11: platform.mas: unknown key 'mas': did you mean 'mass'"),
         (
@@ -146,16 +150,16 @@ def test_obstacles_are_what_cables_must_keep_clear_of(tmp_path):
             r"17:11: vary\[2\].key: cables\[2\].frame\[0\] is set twice",
         ),
         ("bounds: [5, 40]", "bounds: [40, 5]", r"17:5: vary\[2\]: bounds: the lowest value, 40, must be below 5"),
-        ("name: half width", "name: volume", r"two variables or figures are called 'volume'"),
-        ("name: half width", "name: goal", r"cannot be called goal: the table has such a column"),
-        ("goal: {maximise: volume}", "goal: {}", r"goal: one of maximise and minimise is expected"),
-        ("goal: {maximise: volume}", "", r"one of goal and goals is expected"),
+        ("name: half width", "name: volume", r"two variables or figures are named 'volume'"),
+        ("name: half width", "name: goal", r"cannot be named goal: the table already has this column"),
+        ("goal: {maximise: volume}", "goal: {}", r"goal: expected one of maximise and minimise"),
+        ("goal: {maximise: volume}", "", r"expected one of goal and goals"),
         ("evaluations: 40", "evaluations: 0", r"optimizer.evaluations"),
         ("evaluations: 40", "type: ant_colony", r"optimizer.type"),
         ("robot: ", "robot: no/", r"design.yaml:1:8: robot: "),
     ],
 )
-def test_mistakes_are_told_where_they_are(tmp_path, old, new, message):
+def test_mistakes_are_reported_at_their_position(tmp_path, old, new, message):
     path = write_design(tmp_path)
     text = path.read_text()
     assert old in text
@@ -167,19 +171,19 @@ def test_mistakes_are_told_where_they_are(tmp_path, old, new, message):
 def test_several_goals_want_another_search(tmp_path):
     for kind in ("differential_evolution", "cma"):
         with pytest.raises(
-            ScenarioError, match=rf"optimizer.type: {kind} takes one goal; nsga2 and random take several"
+            ScenarioError, match=rf"optimizer.type: {kind} supports one goal; nsga2 and random support several"
         ):
             design_of(tmp_path, BOX + TWO, f"type: {kind}")
 
 
 def test_a_volume_wants_a_region(tmp_path):
     text = BOX.replace(BOX.splitlines()[1], "poses: [{position: [0, 0, 1]}]")
-    with pytest.raises(ScenarioError, match=r"figures.volume.volume: a volume is of a region, and poses are given"):
+    with pytest.raises(ScenarioError, match=r"figures.volume.volume: a volume requires a region, not poses"):
         design_of(tmp_path, text + ONE)
 
 
 def test_a_number_of_evaluations(tmp_path):
     path = write_design(tmp_path)
     assert cdpr.load_design(path, evaluations=7).section.optimizer.evaluations == 7
-    with pytest.raises(CdprError, match="evaluations: a whole number from 1 to"):
+    with pytest.raises(CdprError, match="evaluations: expected a whole number from 1 to"):
         cdpr.load_design(path, evaluations=0)

@@ -1,4 +1,4 @@
-"""Which candidate is better: Deb's rules, fronts, crowding, and what violates a constraint by how much."""
+"""Ranking of candidates: Deb's rules, fronts, crowding, and sizes of violations."""
 
 from __future__ import annotations
 

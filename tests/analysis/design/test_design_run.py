@@ -1,4 +1,4 @@
-"""Runs of designs: what they leave, that nothing but the seed decides, and that they go on where they were stopped."""
+"""Runs of designs: files, dependence on the seed alone, and continuation after a stop."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def found(tmp_path_factory):
 
 
 def better(a, b):
-    """Whether the goals of one are nowhere worse than those of another, and somewhere better."""
+    """Return True if no goal of one is worse than those of another, and at least one is better."""
     pairs = list(zip(a.score.goals, b.score.goals, strict=True))
     return all(x <= y for x, y in pairs) and any(x < y for x, y in pairs)
 
@@ -55,7 +55,7 @@ def records(folder):
         return list(csv.DictReader(file))
 
 
-def test_what_a_design_leaves(found):
+def test_output_files_of_a_design(found):
     told = json.loads((found.folder / "design.json").read_text())
     assert told == sealed(found.plain())
     rows = records(found.folder)
@@ -73,7 +73,7 @@ def test_what_a_design_leaves(found):
     assert found.improved
 
 
-def test_the_best_robot_is_what_is_said_of_it(found):
+def test_reported_figures_of_the_best_robot_are_reproduced(found):
     robot = cdpr.load_robot(found.folder / "best.yaml")
     where = region(robot, lower=[-2, -1.5, 0], upper=[2, 1.5, 3], cells=4)
     asked = workspace(robot, "wrench-feasible", where, required=box([30, 30, 30, 3, 3, 3]))
@@ -133,7 +133,7 @@ def test_a_resumed_design_is_an_uninterrupted_one(search, goals, tmp_path):
     assert kept(out) == kept(tmp_path / "whole")
 
 
-def test_an_interrupted_design_goes_on(tmp_path):
+def test_an_interrupted_design_continues(tmp_path):
     design = design_of(tmp_path)
     whole = run_design(design, tmp_path / "whole")
 
@@ -148,18 +148,18 @@ def test_an_interrupted_design_goes_on(tmp_path):
     assert kept(run_design(design, tmp_path / "out", resume=True).folder) == kept(whole.folder)
 
 
-def test_what_a_folder_holds_must_be_of_this_design(tmp_path, found):
+def test_the_folder_must_belong_to_the_design(tmp_path, found):
     other = design_of(tmp_path, optimizer="evaluations: 40, seed: 1")
-    with pytest.raises(OutputError, match="holds another design"):
+    with pytest.raises(OutputError, match="contains another design"):
         run_design(other, found.folder, resume=True)
     out = tmp_path / "out"
     out.mkdir()
     (out / "mine.txt").write_text("mine")
-    with pytest.raises(OutputError, match="is not empty and holds no design"):
+    with pytest.raises(OutputError, match="is not empty and contains no design"):
         run_design(other, out)
 
 
-def test_other_versions_do_not_go_on(tmp_path):
+def test_other_versions_do_not_continue(tmp_path):
     design = design_of(tmp_path, optimizer="evaluations: 6")
     run_design(design, tmp_path / "out")
     path = tmp_path / "out" / "design.json"
@@ -177,7 +177,7 @@ def test_a_ledger_of_other_candidates_is_refused(tmp_path):
         row["summary"]["values"][0] += 1e-9
 
     edit_lines(ledger, another, 1)
-    with pytest.raises(LogError, match="evaluation 1 is of another candidate than the search requests now"):
+    with pytest.raises(LogError, match="evaluation 1 belongs to a different candidate than the search requests"):
         run_design(design, tmp_path / "out", resume=True)
     edit_lines(ledger, lambda row: row["summary"].pop("values"), 1)
     with pytest.raises(LogError, match="evaluation 1 cannot be read"):
@@ -248,7 +248,7 @@ def test_the_command_and_its_page(found, tmp_path):
         assert text in page
     assert page.count("<svg") >= 3
     done = cdpr_here("design", found.design.source, "--resume", code=2)
-    assert "--resume continues the folder of --out, which is missing" in done.stderr
+    assert "--resume requires --out, the folder to continue" in done.stderr
     done = cdpr_here("design", found.design.source, "--out", found.folder, code=8)
     assert "--resume continues them" in done.stderr
 
@@ -265,12 +265,12 @@ def test_a_package_that_is_missing(kind, package, tmp_path, monkeypatch):
 
 
 def test_jobs_must_be_some(tmp_path):
-    with pytest.raises(CdprError, match="jobs: a whole number from 1 on is expected, got 0"):
+    with pytest.raises(CdprError, match="jobs: expected a whole number from 1 on, got 0"):
         run_design(design_of(tmp_path), tmp_path / "out", jobs=0)
 
 
 class Spender:
-    """Asks a function of points in the unit cube, as often as it may be."""
+    """Evaluates a function of points in the unit cube until the budget is used."""
 
     def __init__(self, function, most):
         self.function, self.left, self.points, self.scores = function, most, [], []
@@ -307,7 +307,7 @@ def test_a_search_finds_the_corner_of_a_bowl(kind):
 
 @pytest.mark.parametrize("kind", ["differential_evolution", "cma"])
 def test_a_search_leaves_a_plateau(kind):
-    """All of the first candidates are equal, and outside of what is wanted nothing tells where that is."""
+    """All first candidates are equal, and outside the feasible region there is no gradient."""
 
     def plateau(point):
         return 0.0, (-float(max(0.0, point[0] - 0.97)),)

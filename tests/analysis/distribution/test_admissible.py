@@ -108,20 +108,20 @@ def test_it_is_frozen(found):
         (("caroca.yaml", AT), "robot: .* got a str"),
         ((None, [AT]), r"pose: the shape must be \(7,\), got \(1, 7\)"),
         ((None, [np.nan, *AT[1:]]), "pose: all numbers must be finite"),
-        ((None, [0.0] * 7), r"pose: the quaternion has length 0"),
+        ((None, [0.0] * 7), r"pose: expected a quaternion of norm 1, got norm 0"),
         ((None, AT, [1.0]), r"wrench: the shape must be \(6,\), got \(1,\)"),
     ],
 )
-def test_wrong_input_is_told(arguments, text):
+def test_wrong_input_is_reported(arguments, text):
     robot, *others = arguments
     with pytest.raises(CdprError, match=text):
         cdpr.admissible(robot or load("planar"), *others)
 
 
-def test_infinite_limits_are_told():
+def test_infinite_limits_are_reported():
     robot = load("planar")
     cables = tuple(replace(cable, tension_max=np.inf) for cable in robot.cables)
-    with pytest.raises(CdprError, match="limits: an infinite one"):
+    with pytest.raises(CdprError, match="limits: expected finite limits"):
         cdpr.admissible(replace(robot, cables=cables), AT)
 
 

@@ -1,4 +1,4 @@
-"""Problems made to mislead: each is proved to be what it is said to be, in rational arithmetic."""
+"""Adversarial problems: rational arithmetic proves the declared property of each."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_false_certificate_is_refused(families):
 
 
 def test_all_kinds_are_there(families):
-    """What the page says of them is so."""
+    """The description on the page is correct."""
     kinds = " ".join(text for family in families for text in family.kind)
     for word in ("parallel", "opposite", "twins", "nearly parallel", "zero column", "zero row", "dependent rows"):
         assert word in kinds
@@ -76,7 +76,7 @@ def answers(family, status, tension):
     return Answers(np.full(len(family), status, dtype=np.int64), tension, count, count)
 
 
-def test_judged_is_what_the_page_says(families):
+def test_the_page_matches_the_verdict(families):
     family = families[4]
     problems, oracle = hard_problems(family), certified(family)
     said = answers(family, Status.INFEASIBLE, np.full_like(family.low, np.nan))
@@ -94,7 +94,7 @@ def test_judged_is_what_the_page_says(families):
 
 
 class Remembering(MinimumNorm):
-    """Once its work space held a number, it goes on from there."""
+    """If its work space contained a number, it would start from that number."""
 
     def solve(self, W, wrench, t_min, t_max, tension):
         stale = float(self.work[-1].flat[-1])

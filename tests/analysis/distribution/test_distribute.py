@@ -46,7 +46,7 @@ def poses(count, seed=0):
 
 
 @pytest.mark.parametrize("name", ["qp", "lp", "analytic_centre", "pseudo_inverse"])
-def test_rows_are_what_the_solver_says(robot, name):
+def test_rows_equal_answers_of_the_solver(robot, name):
     at = poses(60)
     result = distribute(robot, at, solver=name)
     assert result.tension.shape == (60, 8)
@@ -93,7 +93,7 @@ def test_one_pose_many_wrenches_and_the_reverse(robot):
     assert distribute(robot, np.empty((0, 7))).tension.shape == (0, 8)
 
 
-def test_rows_that_are_not_finite_are_told_and_harm_no_other(robot):
+def test_rows_that_are_not_finite_are_reported_and_harm_no_other(robot):
     at = poses(20)
     clean = distribute(robot, at)
     at[3, 1] = np.nan
@@ -131,17 +131,21 @@ def test_no_solver_is_believed(robot):
 @pytest.mark.parametrize(
     ("arguments", "error", "text"),
     [
-        (([0, 0, 1, 0.5, 0, 0, 0],), CdprError, r"poses\[0\]: the quaternion has length 0.5"),
+        (([0, 0, 1, 0.5, 0, 0, 0],), CdprError, r"poses\[0\]: expected a quaternion of norm 1, got norm 0.5"),
         (([0, 0, 1],), CdprError, r"poses: the shape must be \(7,\) or \(K, 7\)"),
-        (([AT] * 2, np.zeros((3, 6))), CdprError, "rows: poses 2, wrenches 3; give one of each, or as many"),
+        (
+            ([AT] * 2, np.zeros((3, 6))),
+            CdprError,
+            "rows: poses 2, wrenches 3; give either one row or equal numbers of rows",
+        ),
         (([AT] * 2, np.zeros((0, 6))), CdprError, "rows: poses 2, wrenches 0"),
-        ((["a"] * 7,), CdprError, "poses: real numbers are expected, got an array of <U1"),
-        ((np.array(AT) + 0j,), CdprError, "poses: real numbers are expected, got an array of complex128"),
-        (([AT, [0.0]],), CdprError, "poses: numbers are expected: .*inhomogeneous"),
-        ((AT, [True] * 6), CdprError, "wrenches: real numbers are expected, got an array of bool"),
+        ((["a"] * 7,), CdprError, "poses: expected real numbers, got an array of <U1"),
+        ((np.array(AT) + 0j,), CdprError, "poses: expected real numbers, got an array of complex128"),
+        (([AT, [0.0]],), CdprError, "poses: expected numbers: .*inhomogeneous"),
+        ((AT, [True] * 6), CdprError, "wrenches: expected real numbers, got an array of bool"),
     ],
 )
-def test_wrong_input_is_told(robot, arguments, error, text):
+def test_wrong_input_is_reported(robot, arguments, error, text):
     with pytest.raises(error, match=text):
         distribute(robot, *arguments)
 
@@ -151,10 +155,10 @@ def test_wrong_input_is_told(robot, arguments, error, text):
     [
         (
             {"solver": object()},
-            "solver: a solver's name, or a TensionSolver made for this robot, is expected, got a object",
+            "solver: expected the name of a solver, or a TensionSolver of this robot, got a object",
         ),
         ({"solver": TensionSolver}, "got the class TensionSolver"),
-        ({"jobs": 0}, "jobs: a whole number of threads, at least 1, is expected, got 0"),
+        ({"jobs": 0}, "jobs: expected a whole number of threads, at least 1, got 0"),
         ({"jobs": -1}, "got -1"),
         ({"jobs": 1.5}, "got 1.5"),
         ({"jobs": True}, "got True"),
@@ -163,7 +167,7 @@ def test_wrong_input_is_told(robot, arguments, error, text):
         ({"tension_min": [-1.0] * 8}, "tension_min: below zero, but cables cannot push"),
     ],
 )
-def test_wrong_settings_are_told(robot, named, text):
+def test_wrong_settings_are_reported(robot, named, text):
     with pytest.raises(CdprError, match=text):
         distribute(robot, AT, **named)
 
@@ -173,13 +177,13 @@ def test_a_path_is_no_robot():
         distribute("scenarios/robots/caroca.yaml", AT)
 
 
-def test_a_solver_of_another_robot_is_told(robot):
+def test_a_solver_of_another_robot_is_reported(robot):
     other = cdpr.load_robot(ROOT / "scenarios" / "robots" / "planar.yaml")
     with pytest.raises(CdprError, match="solver: was made for a robot with 4 cables and 3 degrees of freedom"):
         distribute(robot, AT, solver=made("qp", other))
     with pytest.raises(CdprError, match="options"):
         distribute(robot, AT, options=np.ones(3))
-    with pytest.raises(CdprError, match="options: are for a solver given by name"):
+    with pytest.raises(CdprError, match="options: allowed only with the name of a solver"):
         distribute(robot, AT, solver=made("qp", robot), options={})
 
 
@@ -208,7 +212,7 @@ def test_statuses_are_integers_that_print_as_names(robot):
 
 @pytest.mark.parametrize("solver", ["qp", "daqp"])
 def test_limits_per_row(robot, solver):
-    """Each row is as if the robot had its limits; one that contradicts itself is told and harms no other."""
+    """Each row acts as if the robot had its limits; a contradictory row is reported and affects no other."""
     at = poses(3) * [0.1, 0.1, 0.5, 1, 1, 1, 1]
     high = np.array([[900.0] * 8, [5.0] * 8, [400.0] * 8])  # the second below the lowest, 50 N
     result = distribute(robot, at, solver=solver, tension_max=high)
@@ -226,7 +230,7 @@ def test_limits_per_row(robot, solver):
     assert none.status == Status.BAD_INPUT
 
 
-def test_unknown_solver_is_told(robot):
+def test_unknown_solver_is_reported(robot):
     with pytest.raises(PluginError, match="did you mean"):
         distribute(robot, poses(1), solver="qpp")
 
@@ -269,7 +273,7 @@ class Careless(TensionSolver):
 
 @pytest.mark.parametrize("name", ["pseudo_inverse", "qp"])
 def test_a_solver_declares_the_same_by_name_and_made(robot, name):
-    """What a solver that looks at no limits leaves of them is clipped, however it is given."""
+    """Answers of a solver that ignores limits are clipped, with limits given in any form."""
     pose, wrench = [0.0, 0.0, 1.5, 1.0, 0.0, 0.0, 0.0], [3000.0, 0.0, 100.0, 0.0, 0.0, 0.0]
     named = distribute(robot, pose, wrench, solver=name)
     given = distribute(robot, pose, wrench, solver=made(name, robot))
@@ -287,7 +291,7 @@ class Doubled(MinimumNorm):
 
 
 @pytest.mark.parametrize("rows", [1, 200])
-def test_a_class_whose_kernel_does_not_speak_for_it_is_asked_itself(robot, rows):
+def test_subclasses_without_a_kernel_are_called(robot, rows):
     poses = np.tile([0.0, 0.0, 1.5, 1.0, 0.0, 0.0, 0.0], (rows, 1))
     plain = distribute(robot, poses, solver=MinimumNorm(robot, QpOptions()))
     doubled = distribute(robot, poses, solver=Doubled(robot, QpOptions()))

@@ -183,7 +183,7 @@ def test_why_there_are_no_static_tensions(anchors, limits, reason):
 
 
 @pytest.mark.parametrize(("duration", "cut"), [(1, True), (7, False)])
-def test_a_motion_that_the_run_does_not_finish_says_so(duration, cut):
+def test_a_motion_that_the_run_does_not_finish_is_reported(duration, cut):
     text = info(SCENARIOS / "cogiro.yaml", "--set", f"simulation.duration={duration}").stdout
     assert f"motion: quintic, {duration} s" in text
     assert ("of the 6 s until it ends: simulation.duration stops it on its way" in text) == cut
@@ -302,7 +302,7 @@ def test_small_tensions_are_not_shown_as_none(tmp_path):
     assert [line.split()[-1] for line in lines if line.startswith("  cable_6")] == ["0.0001"]
 
 
-def test_tensions_are_told_without_their_rounding():
+def test_tensions_are_reported_without_their_rounding():
     told = figures(ROOT / "scenarios" / "robots" / "ipanema_1.yaml")
     told["pose"]["static_tension_N"] = [160.32, *[3.7303e-14] * (told["robot"]["m"] - 1)]  # as solvers leave them
     text = "\n".join(lines(told))

@@ -1,4 +1,4 @@
-"""Eight rows side by side: the same bits and statuses as one after the other, whatever stands among them."""
+"""Eight rows in parallel: the same bits and statuses as one after the other, for any neighbours."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def test_several_chunks_in_threads(robot, always):
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 1.0])
 @pytest.mark.usual("0.1", "1.0")
 def test_rows_at_limits_and_odd_ones_among_others(robot, always, share):
-    """Where a row leaves the common way, neither it nor its neighbours notice who has answered."""
+    """If a row leaves the common path, its result and those of its neighbours are unchanged."""
     count = 400
     rng = np.random.default_rng(int(10 * share))
     at, odd = poses(robot, count), rng.random(count) < share
@@ -252,7 +252,7 @@ def test_cables_over_pulleys(always):
 
 
 class Lying(MinimumNorm):
-    """For eight at once it says that it has answered all, and has written the lowest tensions."""
+    """For eight at once it reports success, and has written the lowest tensions."""
 
     def side_by_side(self, W, wrench, t_min, t_max, tension):
         def solve(place, time):

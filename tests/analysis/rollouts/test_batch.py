@@ -85,7 +85,7 @@ def test_a_lane_ends_with_its_last_sample():
     assert_same(batch, 0, alone(2, **{"controller.kp": GAINS[0]}))
 
 
-def test_a_state_of_a_simulation_goes_on_in_lanes():
+def test_a_state_of_a_simulation_continues_in_lanes():
     simulation = alone(60, BREAK)
     snapshot = simulation.snapshot()
     batch = make(BREAK, vary=None)

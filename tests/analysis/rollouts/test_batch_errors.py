@@ -30,8 +30,8 @@ WRONG = {
     "masked mask": (lambda batch: batch.step(mask=np.ma.masked_equal([True, False], True)), "step: mask: .*masked"),
     "masked lanes": (lambda batch: batch.reset(np.ma.masked_equal([0, 1], 1)), "reset: .*masked"),
     "ragged lanes": (lambda batch: batch.reset([[0], [1, 1]]), "reset: .*inhomogeneous"),
-    "array as column": (lambda batch: batch.column(np.zeros(2)), "no column is named"),
-    "column": (lambda batch: batch.column("positon"), "no column is named 'positon'.*position"),
+    "array as column": (lambda batch: batch.column(np.zeros(2)), "unknown column"),
+    "column": (lambda batch: batch.column("positon"), "unknown column 'positon'.*position"),
 }
 
 
@@ -98,7 +98,7 @@ def test_a_batch_cannot_be_closed_while_a_step_runs(monkeypatch):
     thread.start()
     try:
         assert begun.wait(10.0)
-        with pytest.raises(cdpr.CdprError, match=r"close: .* in the midst of a step"):
+        with pytest.raises(cdpr.CdprError, match=r"close: .* executing a step"):
             batch.close()
     finally:
         going.set()

@@ -77,7 +77,7 @@ def test_controllers(controller, both):
 
 @pytest.mark.parametrize(("name", "solver"), [("caroca", "dykstra"), ("caroca", "centroid"), ("planar", "lp")])
 @pytest.mark.usual("caroca-dykstra", "planar-lp")
-def test_solvers_without_lanes_are_asked_for_each(name, solver, both):
+def test_solvers_without_lanes_are_called_for_each(name, solver, both):
     """On a robot with a guide the solver gets some rows of W, which an act in lanes has selected."""
     one, other, far = both(name, GAINS, **{"simulation.duration": 0.3, "solver.type": solver})
     assert far[-1][1] == 300
@@ -86,7 +86,7 @@ def test_solvers_without_lanes_are_asked_for_each(name, solver, both):
 
 @pytest.mark.parametrize("option", ["about: previous", "change: 5.0"])
 @pytest.mark.usual("change*")
-def test_a_solver_that_follows_is_not_asked_side_by_side(option, both):
+def test_a_solver_that_follows_is_not_called_side_by_side(option, both):
     key, value = option.split(": ")
     given = float(value) if value[0].isdigit() else value
     one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, f"solver.{key}": given})
@@ -105,20 +105,20 @@ def test_limits_in_the_way_of_some(both):
         assert_same_results(one, other)
 
 
-def test_what_happens_at_different_times(both):
+def test_events_at_different_times(both):
     one, other, far = both("cable_break", {"events[0].time": {"uniform": [0.05, 0.25]}}, **{"simulation.duration": 0.4})
     assert len(far) > 1
     assert_same_results(one, other)
 
 
-def test_what_happens_in_each_step_leaves_them_alone_for_longer_and_longer(both):
+def test_frequent_events_increase_the_reporting_interval(both):
     one, other, far = both("external_wrench", GAINS, **{"simulation.duration": 2.5})
     assert far[0][1] > 0
     assert len(far) < 15
     assert_same_results(one, other)
 
 
-def test_some_end_early_and_the_others_go_on(both):
+def test_some_end_early_and_the_others_continue(both):
     n = 9
     vary = {
         "controller.kp": [100.0, 200.0, 300.0, 80.0, 90.0, 1e6, 100.0, 100.0, 120.0],

@@ -101,7 +101,7 @@ OTHERS = {
 
 @pytest.mark.parametrize("name", OTHERS)
 @pytest.mark.usual("anchors")
-def test_what_cannot_be_taken_over_is_built(name, both):
+def test_unusable_parts_are_rebuilt(name, both):
     scenario, vary = OTHERS[name]
     one, other, _ = both(scenario, vary)
     assert_same_results(one, other)

@@ -1,4 +1,4 @@
-"""Rollouts: each case is `simulate` to the bit, what ends early is told, and a folder goes on where it stopped."""
+"""Rollouts: each case equals `simulate` to the bit, early stops are reported, and a folder can be resumed."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_figures_are_those_of_the_summary(name):
     assert [figures["tension_min_N"], figures["tension_max_N"]] == [summary["tension_N"][x] for x in ("min", "max")]
 
 
-def test_what_was_given_from_outside_takes_part(tmp_path):
+def test_external_commands_take_effect(tmp_path):
     with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
         sim.step(20)
         sim.step(10, wrench=[5.0, 0.0, 300.0, 0.0, 0.0, 0.0])
@@ -126,7 +126,7 @@ def test_results(found):
     summary = found.summary()
     assert summary["finished_share"] == 1.0
     assert summary["tension_max_N"]["max"] == found.figures["tension_max_N"].max()
-    with pytest.raises(AttributeError, match="velocity: was not kept; there are position, orientation, tension"):
+    with pytest.raises(AttributeError, match="velocity: unknown column; allowed: position, orientation, tension"):
         found.velocity  # noqa: B018
     with pytest.raises(ValueError, match="read-only"):
         found.position[0] = 0.0
@@ -136,24 +136,24 @@ def test_it_can_be_copied(found):
     twin = pickle.loads(pickle.dumps(found))
     assert np.array_equal(twin.position, found.position)
     assert np.array_equal(copy.copy(found)["tension"], found.tension)
-    with pytest.raises(KeyError, match="velocity: was not kept"):
+    with pytest.raises(KeyError, match="velocity: unknown column"):
         found["velocity"]
 
 
 class Asleep(cdpr.plugins.Controller):
-    """Asks for nothing, in Python."""
+    """Requests no wrench, in Python."""
 
     def control(self, time, state, desired, out):
         out[:] = 0.0
 
 
-def test_what_needs_python_in_each_step_runs_in_one_thread():
+def test_python_parts_run_in_one_thread():
     registry, name = cdpr.load_scenario(CAROCA).plugins.with_class("controller", Asleep)
     scenario = cdpr.load_scenario(CAROCA, controller=name, plugins=registry, overrides=SHORT)
     found = rollout(scenario=scenario, overrides={})
     run = cdpr.simulate(scenario, overrides={"robot.platform.mass": 25.0})
     assert np.array_equal(found.position[1], run.position[::2])
-    with pytest.raises(CdprError, match="threads: 2 are of no use: backend, controller or solver"):
+    with pytest.raises(CdprError, match="threads: 2 threads have no effect: backend, controller or solver"):
         rollout(scenario=scenario, overrides={}, threads=2)
 
 
@@ -169,7 +169,7 @@ def test_draws_are_those_of_a_study_and_more_begin_with_fewer():
     assert many.values[key].tolist() == drawn(Random(**{"uniform": (24.0, 26.0), "count": 4}), f"5 {key}")
 
 
-def test_what_ends_early_is_told_for_each_case():
+def test_early_stops_are_reported_for_each_case():
     vary = {
         "controller.kp": [100.0, 1e6, 100.0, 100.0],
         "robot.platform.mass": [25.0, 25.0, 10000.0, -1.0],
@@ -188,39 +188,39 @@ def test_what_ends_early_is_told_for_each_case():
 
 
 WRONG = {
-    "n": ({"n": 0}, "a whole number of cases from 1 to 100000 is expected, got 0"),
+    "n": ({"n": 0}, "expected a whole number of cases from 1 to 100000, got 0"),
     "negative": ({"n": -1}, "got -1"),
     "no number": ({"n": True}, "got true"),
-    "nothing varied": ({"vary": {}}, "vary: {key: values} of at least one key"),
+    "nothing varied": ({"vary": {}}, "vary: expected {key: values} of at least one key"),
     "unknown key": ({"vary": {"robot.platfrom.mass": [1.0] * 3}}, "case 0: robot.platfrom: "),
-    "no key": ({"vary": {"robot..mass": [1.0] * 3}}, "a key such as simulation.duration"),
-    "too few": ({"vary": {"robot.platform.mass": [1.0, 2.0]}}, "a value for each of the 3 cases is expected, got 2"),
-    "shape": ({"vary": {"initial.position": np.zeros((2, 3))}}, r"expected, got 2 \(shape \(2, 3\)\)"),
+    "no key": ({"vary": {"robot..mass": [1.0] * 3}}, "expected a key such as simulation.duration"),
+    "too few": ({"vary": {"robot.platform.mass": [1.0, 2.0]}}, "expected a value for each of the 3 cases, got 2"),
+    "shape": ({"vary": {"initial.position": np.zeros((2, 3))}}, r"expected .*, got 2 \(shape \(2, 3\)\)"),
     "value's shape": ({"vary": {"initial.position": np.zeros((3, 2))}}, "case 0: initial.position: "),
-    "scalar": ({"vary": {"robot.platform.mass": 25.0}}, "an array of 3 values or a distribution is expected"),
+    "scalar": ({"vary": {"robot.platform.mass": 25.0}}, "expected an array of 3 values or a distribution"),
     "NaN": (
         {"vary": {"robot.platform.mass": [25.0, np.nan, 25.0]}},
-        "numbers are expected, got nan for case 1",
+        "expected finite numbers, got nan for case 1",
     ),
     "distribution": ({"vary": {"robot.platform.mass": {"uniform": [2.0, 1.0]}}}, "the lowest value, 2, must be below"),
     "unknown distribution": ({"vary": {"robot.platform.mass": {"gauss": [2.0, 1.0]}}}, "gauss"),
-    "twice": ({"vary": {"initial": [{}] * 3, "initial.position": [[0, 0, 1]] * 3}}, "says the same or a part of it"),
+    "twice": ({"vary": {"initial": [{}] * 3, "initial.position": [[0, 0, 1]] * 3}}, "overlaps with it"),
     "overridden": ({"vary": {"simulation.duration": [1.0] * 3}}, "have the same samples"),
     "also overridden": ({"overrides": {"robot.platform.mass": 3.0}}, "overrides set robot.platform.mass"),
-    "seed": ({"seed": -1}, "seed: a whole number from 0 to"),
-    "every": ({"every": 0}, "every: a whole number of samples from 1 on"),
+    "seed": ({"seed": -1}, "seed: expected a whole number from 0 to"),
+    "every": ({"every": 0}, "every: expected a whole number of samples"),
     "seconds": ({"every": 0.00015}, "every: "),
-    "column": ({"columns": ["postion"]}, "no column is named 'postion': did you mean"),
-    "threads": ({"threads": 0}, "threads: a whole number from 1 on"),
-    "progress": ({"progress": None}, "progress: a function is expected, got null"),
-    "array of overrides": ({"overrides": np.array(3)}, "overrides: .* are expected, got array"),
+    "column": ({"columns": ["postion"]}, "unknown column 'postion': did you mean"),
+    "threads": ({"threads": 0}, "threads: expected a whole number from 1 on"),
+    "progress": ({"progress": None}, "progress: expected a function, got null"),
+    "array of overrides": ({"overrides": np.array(3)}, "overrides: expected .*, got array"),
     "both": ({"threads": 1, "scheduler": "tcp://127.0.0.1:1"}, "threads does not go with scheduler"),
     "backend": ({"backend": "none_such"}, "none_such"),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_one_error_says_what_is_wrong(name):
+def test_one_clear_error(name):
     given, text = WRONG[name]
     with pytest.raises(CdprError, match=text) as told:
         rollout(**given)
@@ -231,13 +231,13 @@ def test_more_threads_than_a_system_has_are_as_many_as_cases():
     assert len(rollout(threads=10**30).rows) == 3
 
 
-def test_all_that_is_wrong_with_values_is_told_at_once():
+def test_all_errors_of_values_are_reported_together():
     with pytest.raises(ScenarioError) as told:
         rollout(vary={"robot.platform.mass": [np.inf] * 3, "controller.kp": [1.0]})
     assert len(told.value.problems) == 2
 
 
-def test_an_interrupt_keeps_what_is_done_and_the_same_call_goes_on(tmp_path):
+def test_an_interrupt_keeps_finished_cases_and_the_same_call_continues(tmp_path):
     vary = {"controller.kd": {"uniform": [20.0, 30.0]}}
     whole = rollout(40, vary)
 
@@ -261,11 +261,11 @@ def test_a_folder_holds_one_rollout(tmp_path):
     out = tmp_path / "out"
     first = rollout(out=out)
     assert json.loads((out / "rollout.json").read_text())["cases"] == 3
-    with pytest.raises(OutputError, match="holds another rollout, 'caroca' of 3 cases"):
+    with pytest.raises(OutputError, match="contains another rollout, 'caroca' of 3 cases"):
         rollout(2, {"robot.platform.mass": [24.0, 25.0]}, out=out)
     (out / "rows.npy").unlink()  # the result has it mapped
     (out / "rows.npy").write_bytes(b"damaged")
-    with pytest.warns(UserWarning, match=r"rows\.npy: 3 damaged of 3 cases; computing them again: 0, 1, 2"):
+    with pytest.warns(UserWarning, match=r"rows\.npy: 3 damaged of 3 cases; repeating them: 0, 1, 2"):
         again = rollout(out=out)
     assert np.array_equal(again.rows, first.rows)
     (out / "rows.npy").unlink()
@@ -274,7 +274,7 @@ def test_a_folder_holds_one_rollout(tmp_path):
         rollout(out=out)
 
 
-def test_what_failed_is_tried_again(tmp_path):
+def test_failed_cases_are_repeated(tmp_path):
     vary = {"robot.platform.mass": [25.0, -1.0]}
     assert rollout(2, vary, out=tmp_path / "out").status.tolist() == ["finished", "failed"]
     begun = []
@@ -283,7 +283,7 @@ def test_what_failed_is_tried_again(tmp_path):
 
 
 def test_rows_beyond_memory_need_a_folder():
-    with pytest.raises(CdprError, match="GiB of memory: give a folder, out=, thin them by every="):
+    with pytest.raises(CdprError, match="GiB of memory: give a folder, out=, set a larger every="):
         rollout(100_000, {"controller.kp": np.linspace(100, 200, 100_000)}, overrides={}, every=1, columns=ALL)
 
 
@@ -312,7 +312,7 @@ def test_tables(found, tmp_path):
 
 
 def test_a_scenario_whose_other_keys_change_is_checked_as_a_file_is():
-    """What is taken over from the scenario before is what a file with these values gives."""
+    """Values taken from the previous scenario equal those of a file with these values."""
     base = cdpr.load_scenario(CAROCA)
     base.planned  # noqa: B018
     for changes in (

@@ -1,4 +1,4 @@
-"""What cables, drums and motors must bear."""
+"""Requirements on cables, drums and motors."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_the_energy_of_all_cables_is_their_work(run):
     assert found.tension_least == pytest.approx(run.cable_tension.min(axis=0))
 
 
-def test_the_motors_torque_is_what_a_simulated_winch_is_told():
+def test_motor_torque_equals_the_simulated_winch_command():
     """Of `winch` cables the command is a torque over the radius: inertia and friction are in it."""
     run = cdpr.simulate("scenarios/winch.yaml", overrides=SHORT)
     duty = Duty.of_run(run, "run")
@@ -102,7 +102,7 @@ def test_a_run_is_sized_as_its_motion_was_foreseen(foreseen):
         assert getattr(asked, name) == pytest.approx(getattr(done, name), rel=0.01, abs=1.0), name
 
 
-def test_what_was_not_done_does_not_count():
+def test_skipped_commands_are_not_counted():
     robot, time = robot_of("caroca"), np.linspace(0.0, 1.0, 101)
     tension, feasible = np.full((101, robot.m), 100.0), np.ones(101, dtype=bool)
     tension[50], feasible[50] = 9e9, False
@@ -140,8 +140,8 @@ def test_with_one_cable_broken_the_others_hold(foreseen):
     assert not any(each["exceeded"] for each in worst["duties"])  # a broken cable's 0 N is below no limit
 
 
-def test_a_cable_that_breaks_bears_nothing_afterwards():
-    """0 N is no tension that it should have, and no limit is left by it."""
+def test_broken_cables_carry_no_tension():
+    """0 N is not a tension that it should have, and no limit is left by it."""
     scenario = cdpr.load_scenario("scenarios/cable_break.yaml")
     for duty in (Duty.of_scenario(scenario, "foreseen"), Duty.of_run(cdpr.simulate(scenario), "run")):
         lost = np.isnan(duty.tension)
@@ -152,7 +152,7 @@ def test_a_cable_that_breaks_bears_nothing_afterwards():
         assert all(each["tension_least_N"] > 0.0 for each in found["cables"])
 
 
-def test_over_the_workspace_each_corner_is_asked():
+def test_each_corner_is_evaluated_over_the_workspace():
     robot = robot_of("caroca")
     where = region(robot, cells=3)
     duty = over_workspace(robot, where, box([50, 40, 30, 5, 5, 5]), GRAVITY)
@@ -164,13 +164,13 @@ def test_over_the_workspace_each_corner_is_asked():
     found = demands(duty)
     assert np.isfinite(found.tension).all()
     assert np.isnan(found.speed).all()
-    with pytest.raises(CdprError, match="take fewer cells"):
+    with pytest.raises(CdprError, match="choose fewer cells"):
         over_workspace(robot, region(robot, cells=100), box([50, 40, 30, 5, 5, 5]), GRAVITY)
     with pytest.raises(CdprError, match="corners"):
         over_workspace(robot, where, ellipsoid([50, 50, 50, 5, 5, 5]), GRAVITY)
 
 
-def test_limits_that_are_left_are_told():
+def test_exceeded_limits_are_reported():
     robot, time = robot_of("caroca"), np.linspace(0.0, 1.0, 11)
     found = sizing([made(robot, 2.0 * robot.tension_max, np.zeros((11, 8)), time)]).plain()
     assert "pull more than their highest tension" in found["duties"][0]["exceeded"][0]
@@ -208,10 +208,10 @@ def test_the_command(tmp_path):
         (["scenarios/caroca.yaml", "--cells", "5"], 2, "--wrench-box"),
         (["scenarios/caroca.yaml", "--out", "size.txt"], 8, "ends in .html"),
         (["scenarios/caroca.yaml", "--safety", "0.2"], 2, "--safety"),
-        (["."], 2, "holds no"),
+        (["."], 2, "contains no"),
     ],
 )
-def test_what_is_wrong_is_told(words, code, message):
+def test_errors_are_reported(words, code, message):
     told = cli("size", *words)
     assert told.returncode == code
     assert message in told.stderr

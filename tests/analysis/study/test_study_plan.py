@@ -1,4 +1,4 @@
-"""From a study file to its cases: axes, identities, seeds, and what is said of mistakes."""
+"""Study files: cases, axes, identities, seeds, and messages about errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cdpr.scenario import load_scenario
 
 
 def places(tmp_path, axes):
-    """What each case has on each axis."""
+    """Return the values of each case on each axis."""
     return [case.labels for case in load_study(write_study(tmp_path, "axes:\n" + axes)).cases]
 
 
@@ -40,7 +40,7 @@ def test_sources(tmp_path, source, expected):
     assert column(tmp_path, f"{{key: controller.kp, {source}}}") == expected
 
 
-def test_steps_are_what_was_written(tmp_path):
+def test_steps_equal_the_written_values(tmp_path):
     """0.1 + 2 * 0.1 is not 0.3 in floating point."""
     found = column(tmp_path, "{key: controller.kp, range: {start: 0.1, stop: 1.0, step: 0.1}}")
     assert found == [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
@@ -129,7 +129,7 @@ def test_a_type_is_set_before_its_options(tmp_path):
         assert load_scenario(case.scenario, text=case.text).controller_options.kp == 7.0
 
 
-def test_identities_are_stable_and_tell_cases_apart(tmp_path):
+def test_identities_are_stable_and_distinguish_cases(tmp_path):
     two = "axes:\n  - {key: controller.kp, values: [1, 2]}"
     first = load_study(write_study(tmp_path, two))
     more = load_study(write_study(tmp_path, two.replace("[1, 2]", "[2, 3, 1]")))
@@ -175,31 +175,34 @@ def test_every_case_has_a_seed_of_its_own(tmp_path):
     [
         ("axes: [{key: controller.kp, values: [1], range: {start: 1, stop: 2, step: 1}}]", "got values and range"),
         ("axes: [{key: controller.kp}]", "got none"),
-        ("axes: [{values: [1]}]", "one of key and keys is expected"),
-        ("axes: [{name: a, points: {b: 3}}]", "axes[0].points.b: a mapping expected, got 3"),
+        ("axes: [{values: [1]}]", "expected one of key and keys"),
+        ("axes: [{name: a, points: {b: 3}}]", "axes[0].points.b: expected a mapping, got 3"),
         ("axes: [{points: {b: {c: 3}}}]", "an axis of points needs a name"),
-        ("axes: [{key: controller.kp, values: []}]", "axes[0].values: 1 or more items expected, got 0"),
-        ("axes: [{key: controller.kp, values: [1, 2, 1]}]", ":3:44: axes[0].values[2]: the axis holds 1 twice"),
+        ("axes: [{key: controller.kp, values: []}]", "axes[0].values: expected 1 or more items, got 0"),
+        ("axes: [{key: controller.kp, values: [1, 2, 1]}]", ":3:44: axes[0].values[2]: the axis contains 1 twice"),
         ("axes: [{key: controller.kp, valeus: [1]}]", "unknown key 'valeus': did you mean 'values'?"),
         ("axes: [{key: controller.kp, linspace: {start: 1, stop: 2, count: 1}}]", "count: must be at least 2, got 1"),
         ("axes: [{key: controller.kp, logspace: {start: 0, stop: 2, count: 3}}]", "greater than 0, got 0"),
         ("axes: [{key: controller.kp, range: {start: 1, stop: 2, step: -1}}]", "do not lead from 1 to 2"),
         ("axes: [{key: controller.kp, random: {normal: [0, 0], count: 3}}]", "deviation must be greater than 0"),
         ("axes: [{key: controller.kp, random: {uniform: [2, 1], count: 3}}]", "must be below the highest, 1"),
-        ("axes: [{key: controller.kp, values: [.nan]}]", "controller.kp: a finite number expected"),
+        ("axes: [{key: controller.kp, values: [.nan]}]", "controller.kp: expected a finite number"),
         ("axes: [{key: controller.kp, values: [null]}]", "axes[0].values[0]: no value is given"),
-        ("axes: [{key: 'a[', values: [1]}]", "a key such as simulation.duration"),
+        ("axes: [{key: 'a[', values: [1]}]", "expected a key such as simulation.duration"),
         ("axes: [{key: controller.kp, values: [1]}, {key: controller.kp, values: [2]}]", "two axes set controller.kp"),
-        ("axes: [{name: status, key: controller.kp, values: [1]}]", "cannot be called status"),
-        ("axes: [{name: samples, key: simulation.duration, values: [1]}]", "cannot be called samples"),
+        ("axes: [{name: status, key: controller.kp, values: [1]}]", "cannot be named status"),
+        ("axes: [{name: samples, key: simulation.duration, values: [1]}]", "cannot be named samples"),
         ("axes: [{key: controller.kp, range: {start: 0.0, stop: 1.0, step: 1.0e-320}}]", "at most 100000"),
         ("axes: [{key: controller.kp, range: {start: 1, stop: 1" + 100 * "0" + ", step: 1}}]", "range.stop: must lie"),
         ("axes: [{key: controller.kp, logspace: {start: 1.0e-320, stop: 1, count: 3}}]", "too far apart"),
         ("axes: [{key: controller.kp, random: {log_uniform: [1.0e-320, 1], count: 3}}]", "too far apart"),
-        ("axes: [{zip: [{key: a, values: [1]}, {key: b, values: [1, 2]}]}]", "equal length expected, got 1, 2 values"),
+        (
+            "axes: [{zip: [{key: a, values: [1]}, {key: b, values: [1, 2]}]}]",
+            "expected axes of equal length, got 1, 2 values",
+        ),
         (
             "axes: [{zip: [{key: a, values: [1, 1]}, {key: b, values: [2, 2]}]}]",
-            "zip: the axis holds 1, 2 twice",
+            "zip: the axis contains 1, 2 twice",
         ),
         ("blocks: [{name: a}, {name: a}]", "blocks[1].name: another block has this name"),
         ("blocks: [{name: a, scenario: nowhere.yaml}]", "study.yaml:3:30: blocks[0].scenario: there is no file"),
@@ -219,7 +222,7 @@ def test_mistakes_in_the_file(tmp_path, text, said):
     assert str(tmp_path) in str(error.value)
 
 
-def test_mistakes_in_cases_are_told_once_with_the_first_case(tmp_path):
+def test_mistakes_in_cases_are_reported_once_with_the_first_case(tmp_path):
     text = """axes:
   - {key: controller.kd, values: [1, 2, 3]}
   - {key: controller.kp, values: [1, -1]}
@@ -235,7 +238,7 @@ def test_mistakes_in_cases_are_told_once_with_the_first_case(tmp_path):
     assert "(case 1 and 5 more: " in unknown
 
 
-def test_a_missing_plugin_is_told_before_anything_runs(tmp_path):
+def test_a_missing_plugin_is_reported_before_anything_runs(tmp_path):
     path = write_study(tmp_path, "axes: [{key: simulation.backend, values: [reference, mujocco]}]")
     with pytest.raises(PluginError, match=r"did you mean 'mujoco'.*\(case 2: simulation.backend 'mujocco'\)"):
         load_study(path)

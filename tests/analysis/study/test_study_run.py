@@ -43,7 +43,7 @@ axes:
 
 @pytest.fixture(scope="module")
 def computed(tmp_path_factory):
-    """A study that was run once, by two workers; what was said meanwhile."""
+    """A finished study of two workers, and its messages."""
     folder = tmp_path_factory.mktemp("study")
     said = []
     results = run_study(load_study(write_study(folder, KINDS)), folder / "out", jobs=2, say=said.append)
@@ -156,11 +156,11 @@ def test_a_folder_belongs_to_one_study(results, tmp_path):
         run_study(other, tmp_path / "out")
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "letter").touch()
-    with pytest.raises(OutputError, match="is not empty and holds no study"):
+    with pytest.raises(OutputError, match="is not empty and contains no study"):
         run_study(results.study, tmp_path / "full")
 
 
-def test_who_comes_second_sees_what_the_first_wrote(results, tmp_path, monkeypatch):
+def test_the_second_process_uses_files_of_the_first(results, tmp_path, monkeypatch):
     """The folder was empty when it looked, and holds another study when it has the lock."""
     other = load_study(write_study(tmp_path, KINDS.replace("[20, 30]", "[20, 40]")))
 
@@ -174,7 +174,7 @@ def test_who_comes_second_sees_what_the_first_wrote(results, tmp_path, monkeypat
 
 
 @pytest.mark.parametrize("line", ["{", '{"key": "a"}', "[]", '{"key": "a", "status": 1, "message": "", "folder": ""}'])
-def test_a_spoilt_ledger_is_told(results, tmp_path, line):
+def test_a_corrupt_ledger_is_reported(results, tmp_path, line):
     with (tmp_path / "out" / "cases.jsonl").open("a") as file:
         file.write(line + "\n")
     with pytest.raises(LogError, match=r"cases\.jsonl:7: cannot be read .*remove that line"):
@@ -185,7 +185,7 @@ def test_the_reason_is_the_first_line():
     assert Outcome("a", "died", "by SIGSEGV\nFatal Python error", "").reason == "by SIGSEGV"
 
 
-def test_other_versions_are_told(results, tmp_path):
+def test_other_versions_are_reported(results, tmp_path):
     ledger = tmp_path / "out" / "cases.jsonl"
     numpy = json.loads(ledger.read_text().splitlines()[0])["versions"]["numpy"]
     edit_lines(ledger, lambda row: row["versions"].update(numpy="1.0"), 0, 1)
@@ -195,7 +195,7 @@ def test_other_versions_are_told(results, tmp_path):
     assert f"numpy 1.0, here {numpy} (2 cases)" in said[0]
 
 
-def test_runs_that_miss_their_wrench_are_told(tmp_path):
+def test_runs_that_miss_their_wrench_are_reported(tmp_path):
     heavy = "axes: [{key: robot.platform.mass, values: [150, 10000]}]\n"
     results = run_study(load_study(write_study(tmp_path, heavy)), tmp_path / "out")
     assert results.strained == 1
@@ -309,7 +309,7 @@ def test_a_file_that_an_axis_names_is_read_again(tmp_path):
         StudyFolder(out, load_study(path, ended=ended(out)))
 
 
-def test_results_that_vanish_meanwhile_are_told(tmp_path):
+def test_results_that_vanish_meanwhile_are_reported(tmp_path):
     path, out = write_study(tmp_path, "axes:\n  - {key: controller.kp, values: [100, 200]}"), tmp_path / "out"
     study = load_study(path)
     folder = StudyFolder(out, study)

@@ -51,7 +51,7 @@ def place(robot):
 
 @pytest.fixture(scope="module")
 def whole(robot, place, tmp_path_factory):
-    """A folder that nobody stopped."""
+    """A folder of an uninterrupted run."""
     folder = tmp_path_factory.mktemp("whole") / "w"
     workspace_in_chunks(robot, "static", place, folder, jobs=1, pieces=1)
     return folder
@@ -62,7 +62,7 @@ def chunks(robot, place, folder, **given):
 
 
 def stopped_after(count, robot, place, folder, **given):
-    """Stop once so many chunks are there, as Ctrl-C does."""
+    """Stop after this number of chunks, as Ctrl-C does."""
 
     def progress(done, total):
         if done >= count * PIECE:
@@ -131,7 +131,7 @@ SHAPES = [(7, 6, 5), (1, 30, 20), (40, 1, 1), (1, 1, 9), (20, 1, 30), (2, 50, 3)
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.4, 0.6, 0.8, 1.0])
 def test_components_against_scipy(shape, share):
-    """Told in parts of any length."""
+    """Written in parts of any length."""
     rng = np.random.default_rng(0)
     table = rng.random(shape) < share
     counted, cells, at = Connected(shape), table.ravel(), 0
@@ -142,7 +142,7 @@ def test_components_against_scipy(shape, share):
     assert counted.pieces == ndimage.label(table)[1]
 
 
-def test_components_are_told(robot, place):
+def test_components_are_reported(robot, place):
     found = workspace(robot, "static", region(robot, cells=8))
     assert found.summary()["components"] == ndimage.label(found.inside)[1] == 1
     inside = np.zeros(found.inside.shape, dtype=bool)
@@ -156,7 +156,7 @@ def test_components_are_told(robot, place):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_it_goes_on_where_it_stopped(robot, place, whole, tmp_path, jobs):
+def test_it_continues_where_it_stopped(robot, place, whole, tmp_path, jobs):
     folder = tmp_path / "w"
     stopped_after(1, robot, place, folder)
     assert [file.name for file in (folder / CHUNKS).iterdir()] == ["000000.npz"]
@@ -164,7 +164,7 @@ def test_it_goes_on_where_it_stopped(robot, place, whole, tmp_path, jobs):
     with pytest.raises(LogError, match="is not finished: 1 of 3 chunks exist"):
         load_workspace(folder)
     first = chunk_path(folder, 0).stat().st_ino
-    with pytest.raises(OutputError, match="holds 1 of 3 chunks of this workspace: continue by --resume"):
+    with pytest.raises(OutputError, match="contains 1 of 3 chunks of this workspace: continue by --resume"):
         chunks(robot, place, folder)
     seen = []
     chunks(robot, place, folder, resume=True, jobs=jobs, progress=lambda done, total: seen.append(done))
@@ -182,7 +182,7 @@ def test_it_may_resume_what_never_began(robot, place, whole, tmp_path):
     assert content(tmp_path / "w") == content(whole)
 
 
-def test_a_chunk_ends_once_nobody_waits(robot, place):
+def test_a_chunk_ends_without_waiting_clients(robot, place):
     task = Task(robot, "static", Question(), place, "all", 1)
     with pytest.raises(Interrupted):
         run_chunk(Chunk(task, 0, range(10)), lambda: True)
@@ -224,7 +224,7 @@ def test_a_torn_line_of_the_ledger_is_computed_again(robot, place, whole, tmp_pa
     assert content(folder) == content(whole)
 
 
-def test_another_workspace_is_refused_and_what_differs_is_said(robot, place, tmp_path):
+def test_another_workspace_is_rejected_with_the_difference(robot, place, tmp_path):
     folder = tmp_path / "w"
     stopped_after(1, robot, place, folder)
     before = content(folder) if (folder / SUMMARY).exists() else (folder / LEDGER_NAME).read_bytes()
@@ -243,7 +243,7 @@ def test_another_workspace_is_refused_and_what_differs_is_said(robot, place, tmp
         "cells of a chunk is 65536 there, 131072 here": lambda: chunks(robot, place, folder, resume=True, pieces=2),
     }
     for text, call in cases.items():
-        with pytest.raises(OutputError, match=f"holds another workspace: {text}.*; choose another --chunks"):
+        with pytest.raises(OutputError, match=f"contains another workspace: {text}.*; choose another --chunks"):
             call()
     assert (folder / LEDGER_NAME).read_bytes() == before
 
@@ -261,7 +261,7 @@ def test_versions_that_may_compute_other_bits_are_refused(robot, place, tmp_path
     with pytest.raises(OutputError, match=r"versions.numpy is .0\.1. there"):
         chunks(robot, place, folder, resume=True)
     (folder / MANIFEST).write_text(text[:50])
-    with pytest.raises(LogError, match=r"workspace\.json: is no workspace in chunks that can be read"):
+    with pytest.raises(LogError, match=r"workspace\.json: cannot be read as a workspace in chunks"):
         chunks(robot, place, folder, resume=True)
 
 
@@ -279,15 +279,17 @@ def test_two_at_once_are_refused(robot, place, tmp_path):
 
 def test_folders_that_are_taken_are_refused(robot, place, tmp_path):
     (tmp_path / "mine").write_text("x")
-    with pytest.raises(OutputError, match="exists, is not empty and holds no workspace; choose another --chunks"):
+    with pytest.raises(OutputError, match="exists, is not empty and contains no workspace; choose another --chunks"):
         chunks(robot, place, tmp_path)
     with pytest.raises(OutputError, match="is a file, not a folder; choose another --chunks"):
         chunks(robot, place, tmp_path / "mine")
 
 
-def test_what_memory_or_the_disk_does_not_hold_is_told(robot, place, whole, tmp_path, monkeypatch):
+def test_insufficient_memory_or_disk_is_reported(robot, place, whole, tmp_path, monkeypatch):
     monkeypatch.setattr(chunk_files, "MEMORY", 0.0)
-    with pytest.raises(LogError, match=r"cells need .* GiB of memory.*summary\.json has its figures, and fewer"):
+    with pytest.raises(
+        LogError, match=r"cells need .* GiB of memory.*summary\.json contains its figures; choose fewer"
+    ):
         load_workspace(whole)
     huge = region(robot, cells=[10**7, 3000, 3000])
     with pytest.raises(CdprError, match="which a table in memory holds; in chunks"):
@@ -318,12 +320,12 @@ def test_commands_read_folders(whole, robot, tmp_path):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--resume"], "--resume goes with --chunks"),
-        (["--scheduler", "tcp://127.0.0.1:9"], "--scheduler goes with --chunks"),
-        (["--chunks", "w", "--method", "octree"], "--chunks goes with --method grid, not octree"),
+        (["--resume"], "--resume requires --chunks"),
+        (["--scheduler", "tcp://127.0.0.1:9"], "--scheduler requires --chunks"),
+        (["--chunks", "w", "--method", "octree"], "--chunks requires --method grid, got octree"),
         (["--chunks", "w", "--out", "w.npz"], "--out does not go with --chunks"),
         (["--chunks", "w", "--jobs", "2", "--scheduler", "tcp://127.0.0.1:9"], "--jobs does not go with --scheduler"),
-        (["--chunks", ""], "a name is expected"),
+        (["--chunks", ""], "expected a name"),
     ],
 )
 def test_options_that_do_not_go_together(tmp_path, options, text):
@@ -332,7 +334,7 @@ def test_options_that_do_not_go_together(tmp_path, options, text):
     assert not list(tmp_path.iterdir())
 
 
-def test_an_interrupted_command_says_what_goes_on(tmp_path, monkeypatch):
+def test_an_interrupted_command_prints_how_to_continue(tmp_path, monkeypatch):
     def interrupted(*given):
         raise KeyboardInterrupt
 
@@ -347,8 +349,8 @@ def test_an_interrupted_command_says_what_goes_on(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_killed_and_interrupted_commands_go_on(tmp_path):
-    """SIGKILL, then Ctrl-C, which says what goes on; the bits are those of a run that nobody stopped."""
+def test_killed_and_interrupted_commands_continue(tmp_path):
+    """SIGKILL, then Ctrl-C, which prints how to continue; the bits are those of an uninterrupted run."""
     folder = tmp_path / "w"
     line = [sys.executable, "-m", "cdpr", "workspace", "static", str(CAROCA), "--cells", "170", "--chunks"]
     for count, number in enumerate((signal.SIGKILL, signal.SIGINT), 1):

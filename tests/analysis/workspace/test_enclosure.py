@@ -18,7 +18,7 @@ PLACES = st.tuples(*[st.sampled_from([-1.0, -0.5, 0.0, 0.3, 1.0])] * 4)
 
 
 def value(model, place):
-    """What a model says at a place of the box, with its rest taken up by the last of these numbers."""
+    """Return the value of a model at a place of the box; the last of these numbers takes its remainder."""
     c, x, y, z, r = map(Fraction, model)
     a, b, d, e = map(Fraction, place)
     return c + x * a + y * b + z * d + r * e

@@ -61,7 +61,7 @@ def test_boxes_are_cut_at_the_border_of_the_region():
     assert found.corners.max() == 2.0
 
 
-def test_what_is_not_star_shaped_is_told():
+def test_non_star_shaped_regions_are_reported():
     found = shape_of(lambda p: 0.3 - np.abs(np.linalg.norm(p[:, :2], axis=1) - 1.2), cube(), home=(1.2, 0.0, 0.0))
     assert found.seen < 0.7
     ring = shape_of(lambda p: 0.3 - np.abs(np.linalg.norm(p[:, :2], axis=1) - 1.2), cube())
@@ -156,7 +156,7 @@ def test_rays_of_several_attitudes_and_threads(over, tmp_path):
     assert np.array_equal(read.detail.free, found.detail.free)
 
 
-def test_what_rays_and_hulls_are_not_for():
+def test_unsupported_uses_of_rays_and_hulls():
     robot = robot_of("cogiro")
     place = region(robot, cells=3)
     with pytest.raises(CdprError, match="rays are for ifcow"):

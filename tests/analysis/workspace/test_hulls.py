@@ -90,7 +90,7 @@ def test_a_hull_is_that_of_another_program(seed, kind):
     assert above.max() <= 1.001 * hull.FLAT * size
 
 
-def test_what_lies_on_faces_and_within_is_left_out():
+def test_points_on_faces_and_inside_are_omitted():
     corners, triangles = convex_hull(box(7) * [2.0, 1.0, 0.5])
     assert len(corners) == 8
     assert len(triangles) == 12
@@ -106,7 +106,7 @@ def test_what_lies_on_faces_and_within_is_left_out():
         (prism(200, 1.0), "more than 256 corners"),
     ],
 )
-def test_what_is_no_hull_is_told(points, said):
+def test_invalid_hulls_are_reported(points, said):
     with pytest.raises(ValueError, match=said):
         convex_hull(points)
 
@@ -208,7 +208,7 @@ def test_it_is_found_from_other_folders(folder):
     assert again.obstacles[0].shape.corners == loaded.obstacles[0].shape.corners
 
 
-def test_a_workspace_asks_for_it(folder):
+def test_a_workspace_requires_it(folder):
     words = ("workspace", "ifcow", folder / "s.yaml", "--cable-diameter", "0.01", "--cells", "6", "--json")
     told = json.loads(cli(*words).stdout)
     assert any(name.endswith("and obstacle 1") for name in told["outside_by"])
@@ -218,13 +218,13 @@ def test_a_workspace_asks_for_it(folder):
     ("name", "content", "said"),
     [
         ("none.stl", None, r"world.obstacles\[0\].mesh: there is no file"),
-        ("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n", "is no obstacle: it has no volume"),
+        ("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n", "is not an obstacle: it has no volume"),
         ("fine.obj", "".join(f"v {x} {y} {z}\n" for x, y, z in prism(150, 1.0).tolist()), "has more than 256 corners"),
-        ("a.ply", "ply\n", "a mesh is expected in a file that ends with .stl or .obj"),
-        ("bad.obj", "v 0 0\n", "three numbers are expected"),
+        ("a.ply", "ply\n", "expected a mesh file that ends with .stl or .obj"),
+        ("bad.obj", "v 0 0\n", "expected three numbers"),
     ],
 )
-def test_what_is_no_obstacle_is_told_with_its_place(folder, name, content, said):
+def test_invalid_obstacles_are_reported_with_their_position(folder, name, content, said):
     if content is not None:
         (folder / "parts" / name).write_text(content)
     (folder / "s.yaml").write_text(SCENARIO.replace("tool.stl", name))

@@ -35,7 +35,7 @@ def middles(found):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_all_kinds_are_kept_and_asked_again_as_they_were(tmp_path, kind):
+def test_all_kinds_are_stored_and_evaluated_again(tmp_path, kind):
     robot = robot_of("caroca")
     found = workspace(robot, kind, region(robot, cells=6), **ASKED.get(kind, {}))
     found.save(tmp_path / "w.npz")
@@ -59,8 +59,8 @@ def test_inside_is_from_a_value_on(kind, level):
     assert found.summary()["at_least"] == level
 
 
-def test_what_limits_a_margin_is_the_direction_in_which_it_is_least():
-    """Where only a force upwards is too much, that is the direction."""
+def test_the_limiting_direction_has_the_smallest_margin():
+    """If only an upward force is too large, the direction is upward."""
     robot = robot_of("planar_point_mass")
     strong = workspace(robot, "wrench-feasible", region(robot, cells=12), required=box([0, 0, 400, 0, 0, 0]))
     told = strong.summary()["outside_by"]
@@ -68,7 +68,7 @@ def test_what_limits_a_margin_is_the_direction_in_which_it_is_least():
     assert max(told, key=told.get) in ("+z", "-z")
 
 
-def test_what_is_in_the_way_is_told_by_its_name():
+def test_blocking_files_are_named():
     robot = robot_of("caroca")
     found = workspace(robot, "ifcow", region(robot, cells=10), diameter=0.01)
     among = clearance(robot, diameter=0.01)
@@ -122,12 +122,12 @@ world:
         ("{sphere: 0.2}", "position"),
         (
             "{sphere: 0.2, box: [1, 1, 1], position: [0, 0, 0]}",
-            "exactly one of box, sphere, cylinder, mesh is",
+            "expected exactly one of box, sphere, cylinder, mesh",
         ),
         ("{sphere: -1, position: [0, 0, 0]}", "sphere"),
     ],
 )
-def test_bad_obstacles_are_told_with_their_line(tmp_path, obstacle, said):
+def test_bad_obstacles_are_reported_with_their_line(tmp_path, obstacle, said):
     (tmp_path / "caroca.yaml").write_text(CAROCA.read_text())
     text = "robot: caroca.yaml\nsimulation: {duration: 0.1}\nworld:\n  obstacles:\n  - "
     (tmp_path / "s.yaml").write_text(f"{text}{obstacle}\n")
@@ -165,7 +165,7 @@ def test_of_two(two, how, meant):
     assert again.inside.sum() == (both.inside & ~first.inside).sum()
 
 
-def test_what_does_not_fit_is_told(two):
+def test_mismatches_are_reported(two):
     robot = robot_of("caroca")
     static = load_workspace(two / "static.npz")
     with pytest.raises(CdprError, match="different cells"):
@@ -173,27 +173,30 @@ def test_what_does_not_fit_is_told(two):
     turned = region(robot, cells=10, orientations=[1.0, 0.0, 0.0, 1e-4] / np.linalg.norm([1.0, 0.0, 0.0, 1e-4]))
     with pytest.raises(CdprError, match="different attitudes"):
         combine(static, "and", workspace(robot, "static", turned))
-    with pytest.raises(CdprError, match="how: one of and, or, minus is expected, got 'xor'"):
+    with pytest.raises(CdprError, match="how: expected one of and, or, minus, got 'xor'"):
         combine(static, "xor", static)
     done = cli("workspace", "compare", two / "ifcow.npz")
     assert (done.returncode, done.stderr.splitlines()[-1]) == (
         2,
-        "ifcow: is nothing that linear programs answer; they do static, wrench-feasible, dynamic, closure",
+        "ifcow: not supported by the oracle of linear programs; allowed: static, wrench-feasible, dynamic, closure",
     )
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["ifcow"], "cable 'cable_1' has no diameter: give the robot cable.diameter, or say --cable-diameter (m)"),
+        (["ifcow"], "cable 'cable_1' has no diameter: give the robot cable.diameter, or set --cable-diameter (m)"),
         (["stiffness"], "cable 'cable_1' has no axial_stiffness: give the robot cable.axial_stiffness"),
-        (["stiffness", "--axial-stiffness", "1e5", "--direction", "up"], "direction: one of x, y, z, rx, ry, rz is"),
+        (
+            ["stiffness", "--axial-stiffness", "1e5", "--direction", "up"],
+            "direction: expected one of x, y, z, rx, ry, rz",
+        ),
         (["stiffness", "--axial-stiffness", "0"], "--axial-stiffness"),
         (["static", "--cable-diameter", "0.01"], "No such option"),
-        (["static", "--at-least", "nan"], "at_least: a finite number is expected, got nan"),
+        (["static", "--at-least", "nan"], "at_least: expected a finite number, got nan"),
     ],
 )
-def test_bad_words_are_told(words, said):
+def test_invalid_words_are_reported(words, said):
     kind, *rest = words
     done = cli("workspace", kind, CAROCA, "--cells", "3", *rest)
     assert done.returncode == 2
@@ -201,18 +204,18 @@ def test_bad_words_are_told(words, said):
     assert "Traceback" not in done.stderr
 
 
-def test_parts_of_questions_that_a_kind_does_not_ask_for_are_told():
+def test_unsupported_arguments_of_a_kind_are_reported():
     robot = robot_of("caroca")
-    with pytest.raises(CdprError, match="static: takes no diameter; that is for ifcow"):
+    with pytest.raises(CdprError, match="static: does not accept diameter; only ifcow"):
         workspace(robot, "static", region(robot, cells=3), diameter=0.01)
-    with pytest.raises(CdprError, match="diametre: is no part of a question; there are required, gravity, "):
+    with pytest.raises(CdprError, match="diametre: unknown argument; allowed: required, gravity, "):
         workspace(robot, "ifcow", region(robot, cells=3), diametre=0.01)
 
 
-def test_a_file_of_an_older_format_is_told(tmp_path, two):
+def test_a_file_of_an_older_format_is_reported(tmp_path, two):
     with np.load(two / "static.npz") as kept:
         parts = dict(kept)
     parts["about"] = np.array(str(parts["about"]).replace(FORMAT, "cdpr workspace 1"))
     np.savez(tmp_path / "old.npz", **parts)
-    with pytest.raises(LogError, match="is no workspace that can be read"):
+    with pytest.raises(LogError, match="cannot be read as a workspace"):
         load_workspace(tmp_path / "old.npz")

@@ -1,4 +1,4 @@
-"""Workspaces of which only cells that decide are asked."""
+"""Workspaces that evaluate only the deciding cells."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_volumes_of_fine_grids_at_80_000_poses(name):
 
 
 @pytest.mark.parametrize("name", ["cogiro", "caroca"])
-def test_clearances_are_never_told_wrong(name):
+def test_clearances_are_never_reported_wrongly(name):
     """They change by no more than a metre per metre: what is thin is found as well."""
     grid, tree = both(name, "ifcow", 60, diameter=0.02)
     assert np.array_equal(grid.inside, tree.inside)
@@ -85,7 +85,7 @@ def asked_of(place, value):
     normal=st.tuples(*[st.floats(-1, 1)] * 3),
     offset=st.floats(-1, 1),
 )
-def test_a_plane_is_told_exactly_whatever_the_cells(shape, normal, offset):
+def test_planes_are_exact_for_any_cells(shape, normal, offset):
     place = plain(shape)
     ask, calls = asked_of(place, lambda at: at @ np.array(normal) - offset)
     found, asked = octree(ask, place, 0.0, None, lambda done, of: None)
@@ -100,7 +100,7 @@ def test_a_plane_is_told_exactly_whatever_the_cells(shape, normal, offset):
     centre=st.tuples(*[st.floats(0, 1)] * 3),
     radius=st.floats(0.01, 0.5),
 )
-def test_where_the_slope_is_known_small_things_are_not_missed(shape, centre, radius):
+def test_known_slopes_detect_small_regions(shape, centre, radius):
     place = plain(shape)
 
     def away(at):
@@ -127,14 +127,14 @@ def test_progress_ends_with_all_cells():
     assert told[-1] == (place.cells, place.cells)
 
 
-def test_a_method_that_is_none_is_told():
+def test_an_unknown_method_is_reported():
     robot = robot_of("caroca")
-    with pytest.raises(CdprError, match="method: one of grid, octree"):
+    with pytest.raises(CdprError, match="method: expected one of grid, octree"):
         workspace(robot, "static", region(robot, cells=4), method="tree")
 
 
 @pytest.mark.slow
-def test_the_command_says_what_was_asked_and_compare_what_was_told_wrong(tmp_path):
+def test_output_of_the_command_and_wrong_cells_in_compare(tmp_path):
     file = tmp_path / "w.npz"
     command = "workspace", "static", "caroca", "--cells", "40", "--method", "octree", "--out", str(file)
     told = cli(*command)
@@ -147,7 +147,7 @@ def test_the_command_says_what_was_asked_and_compare_what_was_told_wrong(tmp_pat
     assert told["told_wrong"] == 0
 
 
-def test_a_cell_that_is_told_wrong_is_counted():
+def test_a_cell_that_is_reported_wrongly_is_counted():
     robot = robot_of("caroca")
     found = workspace(robot, "static", region(robot, cells=40), method="octree")
     found.inside[~found.evaluated] ^= True

@@ -1,4 +1,4 @@
-"""What `cdpr info` says of a motion: the least margin, clearance and stiffness on its way."""
+"""Analysis of a motion by `cdpr info`: least margin, clearance and stiffness along it."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_beyond_the_workspace_the_margin_is_below_zero():
 
 
 @pytest.mark.slow
-def test_info_tells_them():
+def test_info_reports_them():
     done = cli("info", SCENARIOS / "winch.yaml", "--set", "robot.cable.diameter=0.004", "--json")
     told = json.loads(done.stdout)["motion"]["least"]
     lines = cli("info", SCENARIOS / "winch.yaml", "--set", "robot.cable.diameter=0.004").stdout
@@ -71,7 +71,7 @@ def test_info_tells_them():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["planar", "point_mass", "spherical", "thesis", "cogiro_pulleys"])
-def test_every_kind_of_robot_is_told_of(name):
+def test_every_kind_of_robot_is_reported(name):
     done = cli("info", SCENARIOS / f"{name}.yaml")
     assert done.returncode == 0
     assert "Traceback" not in done.stderr

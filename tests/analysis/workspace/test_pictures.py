@@ -101,12 +101,12 @@ def test_the_command(tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--slice", "up=1"], "such as z=1.0 is expected (m), got 'up=1'"),
-        (["--slice", "z"], "such as z=1.0 is expected"),
-        (["--out", "page.svg"], "page.svg: --out: the name of a page that ends in .html is expected"),
+        (["--slice", "up=1"], "expected an axis and a position (m), such as z=1.0, got 'up=1'"),
+        (["--slice", "z"], "such as z=1.0, got 'z'"),
+        (["--out", "page.svg"], "page.svg: --out: expected the name of a page that ends in .html"),
     ],
 )
-def test_bad_words_are_told(tmp_path, static, words, said):
+def test_invalid_words_are_reported(tmp_path, static, words, said):
     static.about["source"] = {"robot": (ROBOTS / "caroca.yaml").read_text(), "changes": [], "file": "caroca.yaml"}
     static.save(tmp_path / "w.npz")
     done = cli("workspace", "plot", tmp_path / "w.npz", *words)
@@ -118,4 +118,4 @@ def test_without_the_robot_in_it_a_file_cannot_be_drawn(tmp_path, robot):
     workspace(robot, "static", region(robot, cells=3)).save(tmp_path / "w.npz")
     done = cli("workspace", "plot", tmp_path / "w.npz")
     assert done.returncode == 2
-    assert "does not hold the robot" in done.stderr
+    assert "does not contain the robot" in done.stderr

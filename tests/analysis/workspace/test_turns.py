@@ -72,7 +72,7 @@ def test_the_command_and_what_is_refused():
     point, robot = robot_of("point_mass"), robot_of("cogiro")
     with pytest.raises(CdprError, match="this robot does not turn"):
         workspace(point, "static", region(point, cells=3), method="turns")
-    with pytest.raises(CdprError, match="one of rx, ry, rz is expected"):
+    with pytest.raises(CdprError, match="expected one of rx, ry, rz"):
         workspace(robot, "static", region(robot, cells=3), method="turns", about="yaw")
     two = region(robot, cells=3, orientations=[[1.0, 0, 0, 0], [0.0, 0, 0, 1]])
     with pytest.raises(CdprError, match="turns begin in one attitude"):

@@ -117,7 +117,7 @@ def test_with_its_payload_the_platform_is_at_the_limit(name):
 
 
 @pytest.mark.parametrize("name", SIX)
-def test_where_the_platform_is_held_it_has_a_payload_and_nowhere_else(name):
+def test_only_feasible_poses_have_a_payload(name):
     robot = robot_of(name)
     place = region(robot, cells=7)
     np.testing.assert_array_equal(workspace(robot, "payload", place).inside, workspace(robot, "static", place).inside)
@@ -190,7 +190,7 @@ def test_locked_cables_are_given_and_the_others_bound_the_rest():
 
 
 @pytest.mark.slow
-def test_where_w_lacks_rank_there_is_no_margin_and_a_solver_says_whether_the_platform_is_held():
+def test_rank_deficient_poses_have_no_margin_and_use_a_solver():
     robot = robot_of("crossed")
     pose = robot.home[None] if robot.home is not None else poses_of(robot, 1)
     robot = robot_of("caroca")
@@ -262,12 +262,12 @@ def test_several_attitudes_are_all_or_any_of_them():
         (lambda r: region(r, orientations=[[2, 0, 0, 0]]), "unit quaternions"),
         (lambda r: workspace(r, "statik", region(r)), "did you mean 'static'"),
         (lambda r: workspace(r, "dynamic", region(r), required=sets.box([1] * 6)), "accelerations"),
-        (lambda r: workspace(r, "static", region(r), required=sets.box([1] * 6)), "takes no required"),
+        (lambda r: workspace(r, "static", region(r), required=sets.box([1] * 6)), "does not accept required"),
         (lambda r: sets.box([1, 1, 1, 1, 1, -1]), "at least 0"),
         (lambda r: sets.vertices(np.zeros((0, 6))), "corner"),
     ],
 )
-def test_bad_input_is_told(do, words):
+def test_bad_input_is_reported(do, words):
     with pytest.raises(CdprError, match=words):
         do(robot_of("cogiro"))
 
@@ -280,7 +280,7 @@ def test_a_held_direction_is_not_looked_along():
 
 
 @pytest.mark.slow
-def test_the_command_writes_a_file_that_another_asks_about(tmp_path):
+def test_the_command_writes_a_file_for_compare(tmp_path):
     out = tmp_path / "w.npz"
     done = cli(
         "workspace",

@@ -34,7 +34,7 @@ def volume(corners, triangles):
 
 
 def closed(triangles):
-    """Whether each edge is passed as often in the one direction as in the other."""
+    """Return True if each edge is passed equally often in both directions."""
     edges = Counter(itertools.chain.from_iterable(itertools.pairwise([*t, t[0]]) for t in triangles.tolist()))
     return all(edges[b, a] == count for (a, b), count in edges.items())
 
@@ -76,7 +76,7 @@ def test_a_full_box_is_that_box():
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.5, 1.2])
-def test_whatever_the_cells_the_surface_is_closed(radius):
+def test_the_surface_is_closed_for_any_cells(radius):
     _, triangles = surface(ball((7, 5, 9), radius))
     assert closed(triangles)
 
@@ -177,7 +177,7 @@ def test_vtu(tmp_path, name, kind, corners):
 
 
 def test_only_proofs_have_boxes(tmp_path, cogiro):
-    with pytest.raises(CdprError, match="boxes that --method certify proves"):
+    with pytest.raises(CdprError, match="boxes of --method certify"):
         export(cogiro, tmp_path / "w.vtu")
 
 
@@ -240,6 +240,6 @@ def test_the_command_and_its_errors(tmp_path, cogiro):
     assert (done.returncode, done.stdout) == (0, f"{tmp_path / 'new' / 'w.vti'}\n")
     done = cli("workspace", "export", tmp_path / "w.npz", "--out", tmp_path / "w.stl")
     assert done.returncode == 2
-    assert done.stderr.strip() == f"{tmp_path / 'w.stl'}: a name that ends in .vti, .vtu, .ply, .csv is expected"
+    assert done.stderr.strip() == f"{tmp_path / 'w.stl'}: expected a name that ends in .vti, .vtu, .ply, .csv"
     with pytest.raises(OutputError):
         export(cogiro, tmp_path / "no such folder" / "w.csv")

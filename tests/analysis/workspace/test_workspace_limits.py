@@ -71,7 +71,7 @@ def test_closure_does_not_depend_on_limits():
 
 
 @pytest.mark.slow
-def test_what_lies_in_the_range_of_a_matrix_without_rank_is_feasible():
+def test_wrenches_in_the_range_of_rank_deficient_matrices_are_feasible():
     """Four cables in a plane, of a point that may leave it: wrenches in the plane are exerted, no others are."""
     robot = flat()
     place = Region(np.array([-1.0, -0.5, 0.5]), np.array([1.0, 0.5, 1.5]), (4, 1, 4), UPRIGHT)
@@ -124,7 +124,7 @@ def test_infinite_values_of_an_octree_are_silent(recwarn):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["about", "inside", "orientations", "lower", "value", "x", "box_level"])
-def test_a_changed_file_is_told(tmp_path, name):
+def test_a_changed_file_is_reported(tmp_path, name):
     robot = robot_of("planar")
     workspace(robot, "static", region(robot, cells=4), method="certify", undecided=0.5).save(tmp_path / "w.npz")
     with np.load(tmp_path / "w.npz") as kept:
@@ -136,7 +136,7 @@ def test_a_changed_file_is_told(tmp_path, name):
     else:
         parts[name] = parts[name].astype(float) + 0.5
     np.savez(tmp_path / "changed.npz", **parts)
-    with pytest.raises(LogError, match=r"is no workspace that can be read \(it was changed since it was written"):
+    with pytest.raises(LogError, match=r"cannot be read as a workspace \(it has changed since it was written"):
         load_workspace(tmp_path / "changed.npz")
 
 

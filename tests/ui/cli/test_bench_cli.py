@@ -47,7 +47,7 @@ def printed(figures):
 
 @pytest.fixture(scope="module", autouse=True)
 def _short_paths():
-    """Of a path as many answers as show that it is asked: what they tell is tested in test_bench_measures.py."""
+    """Enough answers of a path to show that it is used; test_bench_measures.py tests the result."""
     with mock.patch.object(measures, "STEPS", 30):
         yield
 
@@ -78,7 +78,7 @@ def test_table():
 
 @pytest.mark.slow
 def test_problems_made_to_mislead_have_tables_of_their_own(tmp_path):
-    """Also on the page, which states the band; and something is told before anything is done."""
+    """Also on the page, which states the band; a message comes before the work."""
     result = solvers(POINT, "--poses", "5", "--solvers", "qp", "--adversaries", "9", "--out", tmp_path)
     assert result.stdout.count("adversaries, ") == len(adversaries.SIZES)
     assert "0%" in result.stderr
@@ -152,7 +152,7 @@ def test_figures_are_pictures_of_their_own(zoo, tmp_path):
         assert all(word in words for word in (ODD, "jumping", "failed", "unsupported", "coverage", "microseconds"))
 
 
-def test_rows_that_say_why(zoo):
+def test_rows_with_a_reason(zoo):
     text = printed(zoo)
     assert "raising failed: raised ZeroDivisionError: division by zero at problem 5" in text
     assert "not asked: solver 'absent' needs no_such_package, which is not installed: pip install 'cdpr[none]'" in text
@@ -160,7 +160,7 @@ def test_rows_that_say_why(zoo):
     assert ODD in text
 
 
-def test_interrupted_run_is_written_and_said(monkeypatch, tmp_path):
+def test_interrupted_runs_are_written_and_reported(monkeypatch, tmp_path):
     found = plugins(plugin(cases.MinimumNorm, "a"), plugin(cases.Interrupted, "b"))
     monkeypatch.setattr(benchmark, "registry", lambda: found)
     result = solvers(POINT, "--poses", "20", "--out", tmp_path, code=130)

@@ -43,7 +43,7 @@ def test_it_prints_a_summary_and_the_folder_last(tmp_path):
 
 
 @pytest.mark.core
-def test_json_is_all_that_stands_on_stdout(tmp_path):
+def test_stdout_contains_only_json(tmp_path):
     done = cdpr_here("run", CAROCA, *SHORT, "--backend", "mujoco", "--out", "here", "--json", cwd=tmp_path)
     figures = json.loads(done.stdout)
     assert figures["status"] == "finished"
@@ -60,7 +60,7 @@ def test_the_resolved_scenario_runs_to_the_same_bits(tmp_path):
     assert (tmp_path / "a/log.mcap").read_bytes() == (tmp_path / "b/log.mcap").read_bytes()
 
 
-def test_keys_that_the_run_does_not_use_are_told(tmp_path):
+def test_keys_that_the_run_does_not_use_are_reported(tmp_path):
     done = cdpr_here("run", CAROCA, *SHORT, "--set", "robot.cables[0].linear_density=0.05", cwd=tmp_path)
     assert "not used by this run: robot.cables[*].linear_density" in done.stdout
 
@@ -101,7 +101,7 @@ def test_a_run_needs_no_matplotlib(tmp_path):
     assert 'role="img" aria-label="Cable tensions"' in report.read_text()
 
 
-def test_python_writes_nothing_unless_told(tmp_path, monkeypatch):
+def test_python_writes_no_files_by_default(tmp_path, monkeypatch):
     import cdpr as package
 
     monkeypatch.chdir(tmp_path)

@@ -77,12 +77,12 @@ def test_a_pipe_gets_the_same_text_without():
         ("solver qp: DISAGREE: so\n", "DISAGREE", 31),
     ],
 )
-def test_what_is_coloured(text, part, colour):
+def test_coloured_words(text, part, colour):
     assert f"\x1b[{colour}m{part}\x1b[0m" in coloured(text)
 
 
 @pytest.mark.parametrize("text", ["  infeasible steps    0 of 4001\n", '{"status": "finished"}\n', "mass: 12 kg\n"])
-def test_what_is_not(text):
+def test_negative_cases(text):
     assert all(f"\x1b[{colour}m" not in coloured(text) for colour in (31, 32, 33))
 
 

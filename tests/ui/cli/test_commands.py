@@ -101,7 +101,7 @@ def test_a_study_takes_keys_for_all_its_cases(tmp_path):
         ("controller.kpp=3", "--set controller.kpp=3: controller.kpp: unknown key 'kpp': did you mean 'kp'?"),
     ],
 )
-def test_what_a_study_cannot_set(tmp_path, change, said):
+def test_keys_that_a_study_cannot_set(tmp_path, change, said):
     study(tmp_path, "--dry-run")
     with pytest.raises(ScenarioError) as caught:
         load_study(tmp_path / "s.yaml", overrides=[change])
@@ -117,7 +117,7 @@ class Idle(Controller):
 """
 
 
-def test_what_goes_on_is_the_whole_command(tmp_path, monkeypatch):
+def test_the_continuation_repeats_the_whole_command(tmp_path, monkeypatch):
     def interrupted(*arguments, **more):
         raise KeyboardInterrupt
 

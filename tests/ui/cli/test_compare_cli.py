@@ -29,7 +29,7 @@ def compared(tmp_path_factory):
     return json.loads(done.stdout), folder
 
 
-def test_json_tells_all(compared):
+def test_json_is_complete(compared):
     figures, folder = compared
     assert figures["agrees"] is True
     assert figures["judge"] == {"backend": "reference", "order": 4}
@@ -75,7 +75,7 @@ def test_runs_are_kept_and_can_be_compared_again(compared):
     runs = [compared[1] / "runs" / name for name in ("reference_qp", f"{ENGINES[0]}_qp")]
     said = cdpr_here("compare", *runs, code=7).stdout  # a gate must not take for agreement what nobody judged
     assert said.startswith("not judged: caroca")
-    assert f"{ENGINES[0]}_qp: not judged: no other run has its scheme" in " ".join(said.split())
+    assert f"{ENGINES[0]}_qp: not judged: no other run has the same scheme" in " ".join(said.split())
 
 
 @pytest.mark.slow
@@ -91,7 +91,7 @@ def test_a_folder_that_is_taken_is_refused(compared):
 
 @pytest.mark.slow
 def test_an_interrupt_leaves_the_folder_to_the_next_comparison(tmp_path, monkeypatch):
-    """Whether it was there before or not."""
+    """With and without an existing folder."""
 
     def interrupted(cases, *, done, **options):
         for case in cases[:1]:
@@ -106,7 +106,7 @@ def test_an_interrupt_leaves_the_folder_to_the_next_comparison(tmp_path, monkeyp
                 folder.mkdir()
             done = cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", folder, code=130)
         assert not done.stdout
-        told = f"interrupted after 1 of 3 runs: nothing of the comparison is kept, and {folder} can be used again"
+        told = f"interrupted after 1 of 3 runs: no result of the comparison is stored, and {folder} can be used again"
         assert done.stderr.splitlines()[-1] == told
         assert [path.name for path in tmp_path.iterdir()] == [folder.name] * (folder.name == "there")
         cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", folder)
@@ -141,7 +141,7 @@ def test_a_folder_of_others_is_not_emptied_by_an_interrupt(tmp_path):
 @pytest.mark.slow
 @pytest.mark.usefixtures("traps_plugin")
 def test_a_trap_ends_with_seven(tmp_path):
-    """In workers, too; the page says who and why first."""
+    """In workers, too; the top of the page states plugin and reason."""
     options = ("--set", f"backend_options.traps.engine={ENGINES[0]}", "--set", "backend_options.traps.trap=lag")
     words = ("compare", CAROCA, "--backends", "traps", *options, *SHORT, "--out", str(tmp_path / "out"))
     done = cdpr_here(*words, code=7)
@@ -160,11 +160,11 @@ def test_a_trap_ends_with_seven(tmp_path):
         (("missing.yaml",), 2, "missing.yaml"),
         ((CAROCA, "--set", "simulation.duration=-1"), 2, "simulation.duration"),
         ((str(SCENARIOS), "--refine"), 2, "finished runs cannot be changed"),
-        ((str(SCENARIOS),), 2, "one run alone"),
+        ((str(SCENARIOS),), 2, "two or more runs, got one"),
         ((CAROCA, str(SCENARIOS)), 2, "is not a run: give either one SCENARIO"),
     ],
 )
-def test_what_cannot_be_compared(arguments, code, said):
+def test_incomparable_runs_are_rejected(arguments, code, said):
     with pytest.raises(CdprError, match=said) as caught:
         command.main(list(arguments), standalone_mode=False)
     assert caught.value.exit_code == code

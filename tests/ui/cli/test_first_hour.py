@@ -1,4 +1,4 @@
-"""`cdpr new` writes what runs as it is; `cdpr doctor` tells what works."""
+"""`cdpr new` writes files that run; `cdpr doctor` reports the installation."""
 
 from __future__ import annotations
 
@@ -153,14 +153,14 @@ def test_a_scenario_of_a_tiny_robot_moves_a_tenth_of_it(here):
     assert scenario.trajectory.to.position == (1e-4, 1e-4, 5e-4)  # hangs from anchors of one height
 
 
-def test_names_can_be_typed_as_they_are_told(here):
+def test_printed_names_can_be_typed(here):
     assert "next: cdpr info 'a b.yaml'" in CliRunner().invoke(cli, ["new", "robot", "a b.yaml"]).stderr
 
 
-def test_what_is_there_stays(here):
+def test_existing_files_are_kept(here):
     run("new", "robot")
     before = (here / "robot.yaml").read_text()
-    assert "exists already and is not overwritten" in run("new", "robot", "--planar", code=ExitCode.NOT_WRITABLE)
+    assert "already exists and is not overwritten" in run("new", "robot", "--planar", code=ExitCode.NOT_WRITABLE)
     assert (here / "robot.yaml").read_text() == before
     assert "there is no folder 'no/such'" in run("new", "robot", "no/such/folder.yaml", code=ExitCode.NOT_WRITABLE)
     assert load_robot("-", text=run("new", "robot", "-")).m == 8
@@ -172,12 +172,12 @@ def test_what_is_there_stays(here):
     [
         ("--frame 4,3", "three lengths (m)"),
         ("--frame a,b,c", "three lengths (m)"),
-        ("--mass -1", "mass: from 1e-09 to 1e+06 kg is expected, got -1 kg"),
+        ("--mass -1", "mass: expected 1e-09 to 1e+06 kg, got -1 kg"),
         ("--mass nan", "got nan kg"),
         ("--mass 1e300", "got 1e+300 kg"),
         (
             "--frame 1e9,1e9,1e9",
-            "from 0.0001 to 2000 m is expected, got 1e+09 m; lengths are in metres",
+            "expected 0.0001 to 2000 m, got 1e+09 m; lengths are in metres",
         ),
         ("--frame 1e-6,1e-6,1e-6 --platform 1e-7,1e-7,1e-7", "got 1e-06 m"),
         ("--frame inf,1,1", "got inf m"),
@@ -200,7 +200,7 @@ def test_sizes_that_cannot_be(here, words, told):
     assert not list(here.iterdir())
 
 
-def test_sizes_as_if_in_millimetres_are_told(here):
+def test_sizes_as_if_in_millimetres_are_reported(here):
     done = cdpr_here("new", "robot", *shlex.split("--frame 2000,1500,1250 --platform 200,150,100"), cwd=here)
     assert "lighter than air; lengths are in metres" in done.stderr
     assert "warning" not in cdpr_here("new", "robot", "good.yaml", cwd=here).stderr
@@ -211,7 +211,7 @@ def test_sizes_are_those_of_the_robot_that_is_named(here):
     assert "there is no file" in run("new", "scenario", "--robot", "nowhere.yaml", code=ExitCode.BAD_INPUT)
 
 
-def test_a_scenario_without_a_move_says_so(here):
+def test_a_scenario_without_a_move_is_reported(here):
     """Four cables hold the weight of a box at home, and nothing against pushes."""
     run("new", "robot", "r.yaml", "--straight", "--frame", "4,3,2.5", "--platform", "0.4,0.3,0.2")
     text = (here / "r.yaml").read_text()
@@ -280,7 +280,7 @@ def test_the_doctor_on_the_command_line(here):
     assert set(told["found"][0]) == {"group", "name", "state", "text", "remedy"}
 
 
-def test_the_doctor_tells_what_is_missing_and_what_to_install(monkeypatch):
+def test_the_doctor_reports_missing_packages_with_a_remedy(monkeypatch):
     """As if nothing but cdpr were there."""
     version = health.importlib.metadata.version
 
@@ -300,7 +300,7 @@ def test_the_doctor_tells_what_is_missing_and_what_to_install(monkeypatch):
     assert tools["C++ compiler"].state == tools["browser"].state == "missing"
 
 
-def test_the_doctor_tells_what_does_not_load(monkeypatch, here):
+def test_the_doctor_reports_broken_packages(monkeypatch, here):
     found = registry()
     entry = found.plugins["solver"]["qp"]
     spoilt = replace(entry, info=replace(entry.info, factory="there_is_no_such_module:Solver"))
@@ -312,7 +312,7 @@ def test_the_doctor_tells_what_does_not_load(monkeypatch, here):
     assert run("doctor", code=ExitCode.PLUGIN).splitlines()[-1] == "1 do not work"
 
 
-def test_the_doctor_tells_what_cannot_be_written(monkeypatch, here):
+def test_the_doctor_reports_unwritable_folders(monkeypatch, here):
     monkeypatch.setenv("HOME", str(here / "nowhere"))
     wrong = {one.name: one for one in health.folders() if one.state == "wrong"}
     assert set(wrong) == {"home"}

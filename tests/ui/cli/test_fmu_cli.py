@@ -159,7 +159,7 @@ def test_check(here, cdpr):
     assert "n/a     signals         no robot was given" in done.stdout
 
 
-def test_what_cannot_be_opened(here, cdpr):
+def test_files_that_cannot_be_opened(here, cdpr):
     (here / "a.fmu").write_text("no zip")
     for command in (["info", "a.fmu"], ["check", "a.fmu"], ["map", "a.fmu", CAROCA], ["trust", "a.fmu"]):
         done = cdpr("fmu", *command, code=2)
@@ -168,7 +168,7 @@ def test_what_cannot_be_opened(here, cdpr):
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_map_prints_what_a_scenario_can_say(here, cdpr, fmi):
+def test_map_prints_scenario_signals(here, cdpr, fmi):
     """Pasted, it gives the same mapping, although nothing is left to find."""
     from cdpr.fmu.read.archive import open_archive
     from cdpr.fmu.read.mapping import map_signals
@@ -196,8 +196,8 @@ def test_map_prints_what_a_scenario_can_say(here, cdpr, fmi):
 
 
 @pytest.mark.parametrize("command", ["check", "map"])
-def test_what_the_scenario_says_of_the_signals_is_followed(here, cdpr, command):
-    """Pose and twist of another author; one scenario says what is what, another has a mistake."""
+def test_signals_of_the_scenario_are_used(here, cdpr, command):
+    """Pose and twist of another author; one scenario assigns them, another has a mistake."""
     rest = {name: row for name, row in PLANT.items() if name != "position"}
     more = [variable(3, "A", 90, "output", shape=(3,), unit="m"), variable(3, "B", 91, "output", shape=(3,), unit="m")]
     make_fmu(here / "a.fmu", description(3, [*signals(3, rest), *more]))
@@ -209,7 +209,7 @@ def test_what_the_scenario_says_of_the_signals_is_followed(here, cdpr, command):
     good = cdpr("fmu", command, "a.fmu", "good.yaml", code=2 if command == "check" else 0)
     assert ("passed  signals" if command == "check" else "position: B") in good.stdout
     bad = cdpr("fmu", command, "a.fmu", "bad.yaml", code=2)
-    assert "signals.outputs.position: 'C' is no output with 3 numbers" in bad.stdout + bad.stderr
+    assert "signals.outputs.position: no output with 3 numbers is named 'C'" in bad.stdout + bad.stderr
     other = cdpr("fmu", command, "a.fmu", CAROCA, code=2)
     assert "signals.outputs.position: needed, but there is no output" in other.stdout + other.stderr
 
@@ -220,12 +220,12 @@ def test_map_leaves_to_the_user_what_is_not_certain(here, cdpr):
     make_fmu(here / "a.fmu", description(3, [*signals(3, rest), *more]))
     done = cdpr("fmu", "map", "a.fmu", CAROCA, code=2)
     assert "        # position:  # not found; needed" in done.stdout.splitlines()
-    assert "signals.outputs.position: may be pos or r; say which under signals.outputs" in done.stderr
+    assert "signals.outputs.position: ambiguous: pos or r; choose one under signals.outputs" in done.stderr
     assert "signals.inputs: cable_tension (8 numbers) or command (8 numbers) is needed" in done.stderr
     assert "position" not in yaml.safe_load(done.stdout)["backend_options"]["fmu"]["signals"]["outputs"]
 
 
-def test_a_controller_is_told_from_a_plant(here, cdpr):
+def test_a_controller_is_distinguished_from_a_plant(here, cdpr):
     table = {"position": ("input", 3, "m"), "desired_position": ("input", 3, "m"), "wrench": ("output", 6, None)}
     make_fmu(here / "a.fmu", description(3, signals(3, table)))
     printed = yaml.safe_load(cdpr("fmu", "map", "a.fmu", CAROCA).stdout)
@@ -252,7 +252,7 @@ def test_trust(here, cdpr):
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("path", sorted((ROOT / "scenarios/robots").glob("*.yaml")), ids=lambda path: path.stem)
 @pytest.mark.usual("*-3", "caroca-2")
-def test_what_cdpr_exports_maps_by_itself(here, path, fmi):
+def test_exports_of_cdpr_are_mapped_automatically(here, path, fmi):
     from cdpr.fmu.export import Plant, fmu_bytes
     from cdpr.fmu.read.archive import open_archive
     from cdpr.fmu.read.mapping import map_signals
@@ -279,7 +279,7 @@ def test_help_names_the_commands(cdpr):
 
 
 def test_commands_that_load_a_scenario_take_its_plugins(here, cdpr):
-    """What they tell whoever names an unknown one works."""
+    """The suggested correction of an unknown name works."""
     (here / "mine.py").write_text(
         "from cdpr.plugins import TensionSolver\n\n\nclass Mine(TensionSolver):\n"
         "    def solve(self, W, wrench, t_min, t_max, tension):\n        return 0\n"

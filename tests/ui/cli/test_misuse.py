@@ -1,4 +1,4 @@
-"""What callers give by mistake, or at the same time: told, not ignored."""
+"""Mistakes and concurrent calls of users: reported, not ignored."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def robot():
 
 
 @pytest.mark.parametrize("wrong", [[1], [("simulation.duration", 0.1)], [SHORT, None], 5])
-def test_overrides_that_are_none_are_told(wrong):
-    with pytest.raises(cdpr.CdprError, match=r"^overrides: .* are expected, got "):
+def test_invalid_overrides_are_reported(wrong):
+    with pytest.raises(cdpr.CdprError, match=r"^overrides: expected .*, got "):
         load_scenario(SCENARIOS / "planar.yaml", overrides=wrong)
 
 
@@ -38,15 +38,15 @@ def test_overrides_may_come_from_a_generator():
 
 
 def test_masked_numbers_are_no_numbers(robot):
-    with pytest.raises(cdpr.CdprError, match=r"^poses: some values are masked"):
+    with pytest.raises(cdpr.CdprError, match=r"^poses: masked values are not supported"):
         cdpr.distribute(robot, np.ma.array(POSE, mask=[0, 0, 1, 0, 0, 0, 0]))
     whole = cdpr.distribute(robot, np.ma.array(POSE))  # nothing is masked
     np.testing.assert_array_equal(whole.tension, cdpr.distribute(robot, POSE).tension)
 
 
 @pytest.mark.parametrize("wrong", ["about", [1]])
-def test_options_that_are_no_mapping_are_told(robot, wrong):
-    with pytest.raises(cdpr.CdprError, match=r"^options: a mapping"):
+def test_options_that_are_no_mapping_are_reported(robot, wrong):
+    with pytest.raises(cdpr.CdprError, match=r"^options: expected a mapping"):
         cdpr.distribute(robot, POSE, options=wrong)
 
 

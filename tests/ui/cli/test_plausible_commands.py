@@ -1,4 +1,4 @@
-"""Commands tell what is seldom meant, once, and refuse it where they are asked to be strict."""
+"""Commands report suspicious values once, and reject them with --strict."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WRONG = ("--set", "initial.position=[3.6,0,1.2]")
 
 
 @pytest.mark.parametrize("command", ["validate", "run", "info"])
-def test_commands_tell_and_refuse(command, tmp_path):
+def test_commands_report_and_reject(command, tmp_path):
     short = ("--set", "simulation.duration=0.01", "--no-report") if command == "run" else ()
     done = cdpr_here(command, CAROCA, *WRONG, *short, cwd=tmp_path)
     assert done.stderr.startswith(
@@ -47,7 +47,7 @@ def test_warnings_in_json(tmp_path):
     assert row["rows"] == [warning]
 
 
-def test_an_event_after_the_end_is_told_once(tmp_path):
+def test_an_event_after_the_end_is_reported_once(tmp_path):
     late = ("--set", "events=[{type: cable_break, time: 9, cable: 1}]")
     done = cdpr_here("validate", CAROCA, *late, "--json", cwd=tmp_path)
     (row,) = json.loads(done.stdout)
@@ -56,7 +56,7 @@ def test_an_event_after_the_end_is_told_once(tmp_path):
     assert done.stderr.count("events[0]: happens at 9 s, after the end") == 1
 
 
-def test_compare_tells_and_refuses(tmp_path):
+def test_compare_reports_and_rejects(tmp_path):
     done = cdpr_here("compare", CAROCA, *WRONG, "--strict", "--out", tmp_path / "it", cwd=tmp_path, code=2)
     assert "initial.position: lies outside the frame" in done.stderr
     assert (done.stdout, list(tmp_path.iterdir())) == ("", [])  # nothing has run
@@ -64,7 +64,7 @@ def test_compare_tells_and_refuses(tmp_path):
     assert "leave out" in done.stderr
 
 
-def test_a_platform_that_ends_far_away_is_told(tmp_path):
+def test_a_platform_that_ends_far_away_is_reported(tmp_path):
     from cdpr import simulate
 
     run = simulate(CAROCA, overrides={"simulation.duration": 0.01})

@@ -1,4 +1,4 @@
-"""A stranger's words (names of files, robots, plugins, variables) reach the terminal as text that it does not obey."""
+"""Foreign text (names of files, robots, plugins, variables) reaches the terminal without control characters."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ XML = "x\x9b2J\u202ey"
 
 @pytest.fixture
 def said(monkeypatch, capfd, tmp_path):
-    """Run `cdpr ...` and return all that it says, which a terminal would only show."""
+    """Run `cdpr ...` and return its complete output, including parts that only a terminal shows."""
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments, code):

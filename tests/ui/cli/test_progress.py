@@ -1,4 +1,4 @@
-"""What a long command tells on stderr, and what ends it."""
+"""Progress of long commands on stderr, and their end."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_a_file_gets_a_line_now_and_then_and_a_terminal_one_that_goes(clock, mon
 
 @pytest.fixture
 def handlers():
-    """Whatever the tests themselves were started with, all signals are heard."""
+    """All signals arrive, for any signal mask of the test process."""
     before = {number: signal.signal(number, signal.default_int_handler) for number in STOPPING}
     yield
     for number, handler in before.items():
@@ -111,7 +111,7 @@ def test_an_ignored_signal_stays_ignored(handlers):
     assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
 
 
-def test_what_a_library_makes_of_an_interrupt_is_one(handlers):
+def test_interrupts_converted_by_libraries_are_recognised(handlers):
     def command(*, interrupted):
         with terminating():
             try:

@@ -83,7 +83,7 @@ def test_set(folder):
     assert result.stdout == "scenarios/caroca.yaml: ok (scenario, 8 cables, 2 s)\n"
     result = run(validate, "--set", "simulation.duration=abc", "scenarios/caroca.yaml")
     assert result.exit_code == 2
-    assert result.stderr == "--set simulation.duration=abc: simulation.duration: a number expected (s), got 'abc'\n"
+    assert result.stderr == "--set simulation.duration=abc: simulation.duration: expected a number (s), got 'abc'\n"
     result = run(validate, "--set", "platform.mass=-1", "scenarios/robots/caroca.yaml")
     assert result.stderr.startswith("--set platform.mass=-1: platform.mass: must be greater than 0")
 

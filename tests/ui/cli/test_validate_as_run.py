@@ -28,14 +28,14 @@ START = {"initial": {"position": [0, 0, 1.2]}, "simulation.duration": 4.0}
 
 REJECTED = [
     ("caroca", START | {"trajectory": TURN, "events": [TARGET | {"time": 1.0, "limits": QUICK}]}, "angular_limits are"),
-    ("caroca", START | {"trajectory": FAST, "events": [TARGET | {"time": 1.5, "limits": SLOW}]}, "no quintic keeps"),
+    ("caroca", START | {"trajectory": FAST, "events": [TARGET | {"time": 1.5, "limits": SLOW}]}, "no quintic"),
     ("caroca", {"controller": {"type": "cable_length", "kp": [1, 2]}}, "kp has 2 values, the robot 8 cables"),
     ("winch", {"simulation.physics_step": 0.02, "simulation.control_step": 0.02}, "physics_step 0.02 s is too long"),
 ]
 
 
 @pytest.mark.parametrize(("name", "changes", "text"), REJECTED, ids=[text for *_, text in REJECTED])
-def test_what_a_run_rejects_is_rejected(name, changes, text):
+def test_commands_rejected_by_a_run(name, changes, text):
     scenario = load_scenario(SCENARIOS / f"{name}.yaml", overrides=changes)
     with pytest.raises(CdprError, match=text) as stop:
         build(scenario)

@@ -25,7 +25,7 @@ def runs(tmp_path_factory):
 
 
 def shown(tmp_path, *arguments):
-    """What the page of these arguments shows, and its text."""
+    """Return the content of the page of these arguments, and its text."""
     page = tmp_path / "page.html"
     done = cdpr_here("view", *arguments, "--no-open", "--out", page)
     assert done.stdout.strip() == str(page)
@@ -36,7 +36,7 @@ def shown(tmp_path, *arguments):
 
 
 def stills(text):
-    """What stands on paper in the place of what plays."""
+    """Printed content in place of the player."""
     return re.findall(r'<div class="scroll static">(<svg.*?</svg>)\s*</div>', text, re.DOTALL)
 
 
@@ -60,7 +60,7 @@ def test_several_runs_over_one_another_with_their_differences(runs, tmp_path):
     assert float(told[1].replace("−", "-")) == pytest.approx(apart, rel=1e-3)
 
 
-def test_a_robot_stands_still(tmp_path):
+def test_a_robot_is_at_rest(tmp_path):
     data, text = shown(tmp_path, SCENARIOS / "robots" / "cogiro.yaml", "--pose", "0,0,2")
     (scene,) = data["scenes"]
     assert scene["time"]["n"] == 1
@@ -81,7 +81,7 @@ def test_a_scenario_moves_without_being_simulated(tmp_path):
     assert all("tension (N)" in still or "(m)" in still for still in stills(text)[1:])
 
 
-def test_a_motion_that_is_not_feasible_says_so_and_shades_where(tmp_path):
+def test_infeasible_motions_are_reported_and_shaded(tmp_path):
     cut = "events=[{type: cable_break, time: 1, cable: 1}, {type: cable_break, time: 1, cable: 3}]"
     data, text = shown(tmp_path, SCENARIOS / "planar.yaml", "--set", cut)
     (shade,) = data["shades"]
@@ -99,7 +99,7 @@ def test_a_motion_that_is_not_feasible_says_so_and_shades_where(tmp_path):
     assert "Not feasible" not in whole
 
 
-def test_what_cannot_be_shown_is_told(runs, tmp_path):
+def test_unsupported_displays_are_reported(runs, tmp_path):
     done = cdpr_here("view", runs / "one", "--pose", "0,0,1", "--no-open", code=2)
     assert "finished runs cannot be changed: leave out --pose and --set" in done.stderr
     done = cdpr_here("view", tmp_path / "nothing.yaml", "--no-open", code=2)
@@ -116,7 +116,7 @@ def test_robots_and_scenarios_go_one_at_a_time(runs):
     assert str(runs) not in done.stderr
 
 
-def test_pages_that_nobody_keeps_do_not_pile_up(runs, tmp_path, monkeypatch):
+def test_unused_pages_are_removed(runs, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     pages = {cdpr_here("view", runs / name, "--no-open").stdout.strip() for name in ("one", "other")}
@@ -129,7 +129,7 @@ def test_only_a_page_is_written_over(tmp_path):
     robot.write_text((SCENARIOS / "robots" / "cogiro.yaml").read_text())
     before = robot.read_bytes()
     done = cdpr_here("view", robot, "--no-open", "--out", robot, code=8)
-    assert "robot.yaml' exists already and is no page that cdpr wrote: it is not overwritten" in done.stderr
+    assert "robot.yaml' already exists and is not a page that cdpr wrote: it is not overwritten" in done.stderr
     assert robot.read_bytes() == before
     for _ in range(2):
         cdpr_here("view", robot, "--no-open", "--out", tmp_path)
@@ -138,7 +138,7 @@ def test_only_a_page_is_written_over(tmp_path):
 
 @pytest.mark.parametrize("others", ["begins", "holds one of ours", "names another"])
 def test_pages_of_others_stay(tmp_path, others):
-    """A page that somebody wrote begins as ours do, may show one of ours, and says of whom it is, or not."""
+    """A page of another author begins like ours, may show one of ours, and may name its author."""
     page = tmp_path / "notes.html"
     cdpr_here("view", SCENARIOS / "robots" / "cogiro.yaml", "--no-open", "--out", page)
     ours = page.read_text()
@@ -154,6 +154,6 @@ def test_pages_of_others_stay(tmp_path, others):
     )
     before = page.read_bytes()
     done = cdpr_here("view", SCENARIOS / "robots" / "cogiro.yaml", "--no-open", "--out", page, code=8)
-    assert "notes.html' exists already and is no page that cdpr wrote" in done.stderr
+    assert "notes.html' already exists and is not a page that cdpr wrote" in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert page.read_bytes() == before

@@ -1,4 +1,4 @@
-"""What the command line says where input is allowed but not meant, or written as in other lands and programs."""
+"""Messages of the command line about suspicious input, or input in the form of other countries and programs."""
 
 from __future__ import annotations
 
@@ -45,16 +45,16 @@ def notes(changes, path=CAROCA):
 @pytest.mark.parametrize("command", OUTS)
 def test_an_empty_name_of_results_is_refused(command, tmp_path):
     done = cdpr_here(*command.split(), *OUTS[command], "--out", "", cwd=tmp_path, code=2)
-    assert done.stderr.count("a name is expected, got an empty one") == 1
+    assert done.stderr.count("expected a name, got an empty one") == 1
     assert "--out" in done.stderr
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("value", ["1,5", "-1,5", "1,5e3"])
-def test_a_decimal_comma_is_told_how_to_write(value):
+def test_a_decimal_comma_is_reported_with_the_correct_form(value):
     meant = value.replace(",", ".")
     with pytest.raises(
-        ScenarioError, match=rf"mass: a number expected \(kg\), got '{value}'; write {meant}, with a point"
+        ScenarioError, match=rf"mass: expected a number \(kg\), got '{value}'; write {meant}, with a point"
     ):
         load_scenario(CAROCA, overrides=[f"robot.platform.mass={value}"])
     for other in ("robot.platform.mass=a,5", f"robot.platform.center_of_mass={value}"):
@@ -72,7 +72,7 @@ def test_a_decimal_comma_is_told_how_to_write(value):
         ("events", [{"type": "sine", "time": 0, "force": [1, 0, 0], "frequency": 1, "phase": 90}]),
     ],
 )
-def test_degrees_are_told(key, value):
+def test_degrees_are_reported(key, value):
     note, *_ = notes({key: value})  # so turned, cables may touch besides
     assert note.startswith("warning: ")
     assert key in note
@@ -90,7 +90,7 @@ def test_degrees_are_told(key, value):
         {"initial.angular_velocity": [0, 0, 20.0]},
     ],
 )
-def test_what_may_turn_more_than_once_is_not_told(changes):
+def test_several_turns_are_not_reported(changes):
     if "trajectory" in changes:
         changes = changes | {"initial.position": [0.3, 0, 1.2]}
     assert notes(changes) == []
@@ -102,7 +102,7 @@ def test_a_copy_that_is_right_is_not_warned_of():
     assert wrong.with_changes({"initial.orientation.rpy": [0, 0, math.pi]}).warnings == ()
 
 
-def test_commands_tell_degrees(tmp_path):
+def test_commands_print_degrees(tmp_path):
     robot = tmp_path / "robot.yaml"
     text = (SCENARIOS / "robots" / "caroca.yaml").read_text()
     robot.write_text(
@@ -128,12 +128,12 @@ HELD = [
 
 
 @pytest.mark.parametrize(("path", "load_", "told"), HELD)
-def test_a_wrench_that_the_guide_takes_is_told(path, load_, told):
+def test_a_wrench_that_the_guide_takes_is_reported(path, load_, told):
     found = notes({"events": [{"type": "wrench", "time": 0.0, **load_}]}, path)
     assert len(found) == (told is not None)
     if told:
         assert found[0].startswith("warning: ")
-        assert f"events[0]: {told}, which the guide takes entirely: it has no effect" in found[0]
+        assert f"events[0]: {told}, where the guide holds the platform: it has no effect" in found[0]
 
 
 def test_the_guide_takes_it_indeed():
@@ -145,7 +145,7 @@ def test_the_guide_takes_it_indeed():
     assert plain.position.tobytes() == pushed.position.tobytes()
 
 
-def test_robots_with_few_cables_are_told():
+def test_robots_with_few_cables_are_reported():
     robot = load_robot(SCENARIOS / "robots" / "planar.yaml")
     assert few_cables(robot) == ""
     three, two = (replace(robot, cables=robot.cables[:m]) for m in (3, 2))
@@ -160,7 +160,7 @@ def test_robots_with_few_cables_are_told():
     assert "3 cables for 3 degrees of freedom: cables only pull" in cdpr_here("info", name).stdout
 
 
-def test_a_mistake_in_a_robot_file_is_told_once(tmp_path):
+def test_a_mistake_in_a_robot_file_is_reported_once(tmp_path):
     (tmp_path / "robots").mkdir()
     for name in ("caroca.yaml", "robots/caroca.yaml"):
         shutil.copy(SCENARIOS / name, tmp_path / name)
@@ -177,7 +177,7 @@ def test_a_mistake_in_a_robot_file_is_told_once(tmp_path):
     assert [len(row["problems"]) for row in rows] == [1, 1, 1]  # each file has its own
 
 
-def test_an_inertia_without_value_is_told_once():
+def test_an_inertia_without_value_is_reported_once():
     with pytest.raises(ScenarioError) as caught:
         load_scenario(CAROCA, overrides={"robot.platform.inertia": None})
     (line,) = caught.value.problems
@@ -187,7 +187,7 @@ def test_an_inertia_without_value_is_told_once():
 def test_file_names_after_set_start_at_the_scenario(tmp_path):
     assert cdpr_here("validate", CAROCA, "--set", "robot=robots/nine.yaml", cwd=tmp_path).stdout.count("9 cables")
     for command in ("run", "validate", "compare"):
-        assert "start, as those in the file, at the folder of the file" in " ".join(
+        assert "are relative to the folder of the file" in " ".join(
             cdpr_here(command, "--help").stdout.split()
         )
 

@@ -32,10 +32,10 @@ def test_fields_are_on_the_page():
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("leave it out (--set), or not", "leave it out (in the form), or not"),
+        ("remove it (--set), or not", "remove it (in the form), or not"),
         ("ideal (--set robot.cable.model=ideal, of a robot file cable.model=ideal)", "ideal (in the form)"),
         ("to the import (--tension MIN,MAX)", "to the import (the fields Tension limits)"),
-        ("allow more (--seconds N; in Python seconds=N)", "allow more (the field CPU time)"),
+        ("increase the limit (--seconds N; in Python seconds=N)", "increase the limit (the field CPU time)"),
         ("choose another --out or remove it", "choose another place or remove it"),
         ("a file (--settings)", "a file (--settings)"),
     ],

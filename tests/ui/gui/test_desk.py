@@ -59,7 +59,7 @@ def test_undo_and_redo_and_revert(folder: Path) -> None:
     editor.undo()
     editor.undo()
     assert editor.texts() == first
-    with pytest.raises(CdprError, match="nothing more to undo"):
+    with pytest.raises(CdprError, match="no change to undo"):
         editor.undo()
     editor.redo()
     editor.redo()
@@ -83,7 +83,7 @@ def test_choices_of_the_command_line_are_edits_that_are_not_saved(folder: Path) 
     assert (folder / "caroca.yaml").read_text() == (SCENARIOS / "caroca.yaml").read_text()
 
 
-def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) -> None:
+def test_failed_writes_are_rejected_without_effect(folder: Path) -> None:
     editor = Editor(str(folder / "caroca.yaml"))
     before = editor.texts()
     for edit in (
@@ -154,7 +154,7 @@ def test_a_cable_comes_and_goes_with_its_limits(folder: Path) -> None:
     assert editor.scenario().robot.m == 8
 
 
-def test_what_was_edited_is_had_again_after_another_file(folder: Path) -> None:
+def test_edits_survive_opening_another_file(folder: Path) -> None:
     editor = Editor(str(folder / "caroca.yaml"))
     editor.edit("robot.platform.mass", 140)
     edited = editor.texts()
@@ -173,7 +173,7 @@ def test_what_was_edited_is_had_again_after_another_file(folder: Path) -> None:
     assert editor.scenario().robot.platform.mass == 21
 
 
-def test_applied_says_whether_what_runs_is_what_is_shown(folder: Path) -> None:
+def test_applied_state_of_the_form(folder: Path) -> None:
     editor = Editor(str(folder / "caroca.yaml"))
     assert not editor.form()["applied"]
     editor.apply()
@@ -231,9 +231,7 @@ def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:
         ("thesis", {}, ["controller.kp=[1, 2, 3, 4, 5, 6]", "initial.orientation={rpy_deg: [0, 0, 5]}"]),
     ],
 )
-def test_what_is_typed_comes_to_the_same_as_when_it_is_run(
-    name: str, chosen: dict[str, str | None], sets: list[str]
-) -> None:
+def test_typed_commands_equal_the_program(name: str, chosen: dict[str, str | None], sets: list[str]) -> None:
     changes = typed(chosen, sets)
     assert Editor(name, changes).scenario() == load_scenario(name, overrides=changes)
 
@@ -250,7 +248,7 @@ def test_a_robot_that_is_wrong_can_be_opened_and_mended(folder: Path) -> None:
     assert editor.scenario().robot.platform.mass == 150
 
 
-def test_a_robot_file_that_is_no_yaml_is_told_at_its_name(folder: Path) -> None:
+def test_a_robot_file_that_is_no_yaml_is_reported_at_its_name(folder: Path) -> None:
     robot = folder / "robots/caroca.yaml"
     text = robot.read_text()
     robot.write_text(text.replace("mass: 150", "mass: [150"))

@@ -1,4 +1,4 @@
-"""What the desk writes, and where: files keep what was not edited, and nobody's are written over."""
+"""Files written by the editor: unedited content is kept, and files of others are not overwritten."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def folder(tmp_path: Path) -> Path:
     return caroca_in(tmp_path)
 
 
-def test_what_others_changed_is_not_written_over(folder: Path) -> None:
+def test_external_changes_are_not_overwritten(folder: Path) -> None:
     desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("simulation.duration", 3)
     (folder / "caroca.yaml").write_text((folder / "caroca.yaml").read_text() + "# mine\n")
@@ -45,7 +45,7 @@ def test_what_others_changed_is_not_written_over(folder: Path) -> None:
     assert desk.texts()[0]["text"].endswith("# mine\n")
 
 
-def test_what_may_not_be_written_stays(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_protected_files_are_unchanged(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("simulation.duration", 3)
     monkeypatch.setattr("os.access", lambda name, mode: False)  # whoever tests may be root
@@ -87,9 +87,7 @@ def test_a_file_keeps_its_line_ends_its_rights_and_its_link(folder: Path) -> Non
     assert {path.name for path in folder.iterdir()} == {"caroca.yaml", "link.yaml", "robots"}
 
 
-def test_saved_elsewhere_all_names_lead_to_the_same_files(
-    folder: Path, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_files_saved_elsewhere_keep_their_references(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     (folder / "path.csv").write_text("t,x,y,z\n0,0,0,1.2\n2,0.2,0,1.2\n4,0,0,1.2\n")
     (folder / "robots/box.stl").write_text(STL)
     desk = Editor(str(folder / "caroca.yaml"))
@@ -148,7 +146,7 @@ def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest
     assert load_scenario("scenario.yaml").robot.platform.mass == 25
 
 
-def test_a_robot_alone_stands_in_a_scenario_at_its_home(folder: Path) -> None:
+def test_a_robot_without_scenario_holds_its_home_pose(folder: Path) -> None:
     desk = Editor(str(folder / "robots/caroca.yaml"))
     scenario = desk.scenario()
     assert scenario.initial.position == (0.0, 0.0, 1.2)

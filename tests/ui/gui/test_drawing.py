@@ -1,4 +1,4 @@
-"""What scenes and frames of the window tell of the robot's geometry."""
+"""Geometry of the robot in scenes and frames of the window."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cdpr.scenario import load_scenario
 from cdpr.ui.gui.drawing import Drawing
 
 
-def test_the_scene_tells_how_the_base_is_turned():
+def test_the_scene_contains_the_rotation_of_the_base():
     """So that a point which is dragged in the world is written as the file has it."""
     turned = {"robot.frame": {"position": [1.0, 0.0, 0.0], "orientation": {"rpy_deg": [20.0, 0.0, 90.0]}}}
     plain, moved = (cdpr.load_scenario("caroca", overrides=changes) for changes in ({}, turned))

@@ -34,7 +34,7 @@ events:
 """
 
 
-def test_a_number_changes_where_it_stands() -> None:
+def test_a_number_changes_at_its_position() -> None:
     assert set_value(TEXT, ("simulation", "duration"), 5) == TEXT.replace("4.0   # s", "5   # s")
     assert set_value(TEXT, ("world", "gravity", 2), -9.8) == TEXT.replace("-9.81", "-9.8")
 
@@ -82,7 +82,7 @@ def test_a_shared_value_changes_where_it_is_changed_alone() -> None:
     assert set_value(text, ("b",), 5) == "a: &d {r: 0.1}  # one\nb: 5\nc: *d\n"
 
 
-def test_what_is_not_there_is_refused() -> None:
+def test_missing_items_are_rejected() -> None:
     with pytest.raises(CdprError, match=r"there is no events\[7\]"):
         set_value(TEXT, ("events", 7, "time"), 1)
     with pytest.raises(CdprError, match="not valid YAML"):
@@ -127,7 +127,7 @@ class Writer:
         return f"  # comment {self.comments} {{[\"'"
 
     def block(self, value: Any, indent: int) -> str:
-        """What follows a colon or a dash, with its line end."""
+        """Text after a colon or a dash, with its line end."""
         pad = " " * indent
         if isinstance(value, dict) and value and self.pick("block", "flow") == "block":
             rows = [f"{pad}{flow(key)}:{self.own(item, indent)}" for key, item in value.items()]
@@ -173,7 +173,7 @@ class Writer:
 
 
 class Sharing(Writer):
-    """Names some values, and says aliases for their like."""
+    """Names some values, and uses aliases for equal ones."""
 
     def block(self, value: Any, indent: int) -> str:
         text = super().block(value, indent)

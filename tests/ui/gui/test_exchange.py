@@ -1,4 +1,4 @@
-"""Import and export by the socket of a window: what comes in, what goes out, and that neither harms what is edited."""
+"""Import and export by the socket of a window, without damage to the edited file."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def command(*words):
     subprocess.run([sys.executable, "-m", "cdpr", "export", CAROCA, *words], check=True, capture_output=True)
 
 
-def test_what_is_uploaded_is_shown_then_written_and_opened(looker, tmp_path):
+def test_uploads_are_shown_written_and_opened(looker, tmp_path):
     upload(looker, FILES, trajectory="way.yaml")
     shown = answer(looker, "import")
     (source,) = shown["sources"]
@@ -108,12 +108,12 @@ def test_what_is_uploaded_is_shown_then_written_and_opened(looker, tmp_path):
     out.mkdir()
     (out / "crane_way.yaml").write_text("# hours of work\n")
     looker.send(do="take", out=str(out), open="crane_way.yaml")
-    assert f"'{out}/crane_way.yaml' exists already and is not overwritten: choose another folder" in failed(
+    assert f"'{out}/crane_way.yaml' already exists and is not overwritten: choose another folder" in failed(
         looker, "take"
     )
     assert [path.name for path in out.iterdir()] == ["crane_way.yaml"]
     looker.send(do="take", out=str(out / "new"), open="nowhere.yaml")
-    assert "open: one of crane.yaml, crane_way.yaml is expected" in failed(looker, "take")
+    assert "open: expected one of crane.yaml, crane_way.yaml" in failed(looker, "take")
     looker.send(do="take", out=str(out / "new"), open="crane_way.yaml")  # nothing is lost
     form = looker.get("form", lambda form: form["file"] != str(CAROCA))
     assert answer(looker, "take")["text"] == f"imported: {out}/new/crane.yaml, {out}/new/crane_way.yaml"
@@ -123,7 +123,7 @@ def test_what_is_uploaded_is_shown_then_written_and_opened(looker, tmp_path):
     looker.send(do="undo")
     assert looker.get("form")["file"] == str(CAROCA)
     looker.send(do="take", out=str(out / "again"), open="crane.yaml")
-    assert "there is nothing to write" in failed(looker, "take")
+    assert "no imported data to write" in failed(looker, "take")
 
 
 @pytest.mark.slow
@@ -142,13 +142,13 @@ def test_of_a_folder_all_that_can_be_read_is_shown(looker, tmp_path):
     assert cdpr.load_robot(tmp_path / "out" / "crane.yaml").m == 4
 
 
-def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
+def test_imported_data_belongs_to_its_window(window, looker, tmp_path):
     with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
         other = Looker(opened)
         upload(other, {"crane.yaml": ROBOT})
         answer(other, "import")
         looker.send(do="take", out=str(tmp_path / "out"), open="crane.yaml")
-        assert "there is nothing to write" in failed(looker, "take")
+        assert "no imported data to write" in failed(looker, "take")
     assert not (tmp_path / "out").exists()
     looker.send(do="yaml")
     looker.get("yaml")
@@ -160,26 +160,26 @@ def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
     ("words", "said"),
     [
         ({}, "choose files, or enter a path"),
-        ({"path": 3}, "the name of a file is expected, got 3"),
+        ({"path": 3}, "expected the name of a file, got 3"),
         ({"path": "nowhere.sdf"}, "there is no file 'nowhere.sdf'"),
-        ({"path": "nowhere.sdf", "force": True}, "import: 'force' is not known"),
-        ({"path": "nowhere.sdf", "cable_set": [1]}, "cable_set: a name is expected, got"),
-        ({"path": "nowhere.sdf", "tension": 5}, "tension: two numbers are expected"),
-        ({"path": "nowhere.sdf", "tension": ["", 5]}, "tension: two numbers are expected"),
+        ({"path": "nowhere.sdf", "force": True}, "import: unknown argument 'force'"),
+        ({"path": "nowhere.sdf", "cable_set": [1]}, "cable_set: expected a name, got"),
+        ({"path": "nowhere.sdf", "tension": 5}, "tension: expected two numbers"),
+        ({"path": "nowhere.sdf", "tension": ["", 5]}, "tension: expected two numbers"),
         ({"path": "nowhere.sdf", "tension": [5, 1]}, "tension: expected 0 <= MIN < MAX"),
-        ({"path": "nowhere.sdf", "seconds": 0}, "seconds: a number above 0"),
-        ({"path": "nowhere.sdf", "seconds": "x"}, "seconds: a number above 0"),
-        ({"files": {"a": 1}}, "100 files at most are taken"),
-        ({"files": [{}] * 101}, "100 files at most are taken"),
-        ({"files": [1]}, "a name without folders, of 255 bytes at most, is expected of a file, got null"),
+        ({"path": "nowhere.sdf", "seconds": 0}, "seconds: expected a number above 0"),
+        ({"path": "nowhere.sdf", "seconds": "x"}, "seconds: expected a number above 0"),
+        ({"files": {"a": 1}}, "at most 100 files"),
+        ({"files": [{}] * 101}, "at most 100 files"),
+        ({"files": [1]}, "file name: expected a name without folders, of at most 255 bytes, got null"),
         ({"files": [{"name": "a.xml", "size": 1}]}, "a.xml: the received size differs from the announced one"),
         ({"files": [{"name": "a.xml", "size": -1}]}, "a.xml: the received size differs from the announced one"),
-        ({"files": [{"name": "a.xml", "size": 0}, {"name": "a.xml", "size": 0}]}, "two files are called 'a.xml'"),
+        ({"files": [{"name": "a.xml", "size": 0}, {"name": "a.xml", "size": 0}]}, "two files are named 'a.xml'"),
         ({"files": [{"name": "a.xml", "size": 0}], "trajectory": "../b"}, "'../b' is not among the files"),
-        ({"files": [{"name": "a.xml", "size": 0}], "trajectory": "a.xml"}, "a trajectory alone is no robot"),
+        ({"files": [{"name": "a.xml", "size": 0}], "trajectory": "a.xml"}, "expected a robot with the trajectory"),
     ],
 )
-def test_what_makes_no_sense_is_told(looker, words, said):
+def test_invalid_input_is_reported(looker, words, said):
     looker.send(do="import", **words)
     assert said in failed(looker, "import")
 
@@ -201,18 +201,18 @@ def test_limits_that_a_file_has_not_are_given(looker):
 )
 def test_names_that_could_lead_anywhere_are_refused(looker, name):
     looker.send(do="import", files=[{"name": name, "size": 0}])
-    assert "a name without folders, of 255 bytes at most, is expected" in failed(looker, "import")
+    assert "expected a name without folders, of at most 255 bytes" in failed(looker, "import")
 
 
-def test_more_than_was_said_is_refused(looker):
+def test_excess_bytes_are_rejected(looker):
     looker.socket.send(b'{"do": "import", "files": [{"name": "a.xml", "size": 1}]}\nab')
     assert "received more data than announced" in failed(looker, "import")
     looker.socket.send(b'{"do": "undo"}\nab')
-    assert "'body' is not known" in looker.get("message")["text"]
+    assert "unknown argument 'body'" in looker.get("message")["text"]
 
 
 @pytest.mark.parametrize("message", [b" " * (MOST_BYTES + 1), b" " * (MOST_BYTES + 1) + b"\n{}"])
-def test_what_is_said_of_files_is_short(window, message):
+def test_file_messages_are_short(window, message):
     with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
         opened.send(message)
         with pytest.raises(ConnectionClosedError, match="1009"):
@@ -220,7 +220,7 @@ def test_what_is_said_of_files_is_short(window, message):
 
 
 @pytest.mark.slow
-def test_what_is_exported_is_what_the_command_writes(looker, tmp_path):
+def test_exports_of_the_window_equal_those_of_the_command(looker, tmp_path):
     looker.send(do="export", to="sdf", style="legs", version="1.6")
     file = answer(looker, "export")
     command("--to", "sdf", "--style", "legs", "--sdf-version", "1.6", "--out", tmp_path / "out")
@@ -248,7 +248,7 @@ def test_packages_come_as_an_archive(looker, tmp_path):
         assert {name: archive.read(name) for name in archive.namelist()} == written
 
 
-def test_what_the_form_says_is_exported_saved_or_not(looker):
+def test_exports_use_unsaved_form_values(looker):
     looker.send(do="edit", path="robot.platform.mass", value=141.5)
     looker.send(do="export", to="urdf")
     assert b'<mass value="141.5" />' in b64decode(answer(looker, "export")["content"])
@@ -263,21 +263,21 @@ def test_what_the_form_says_is_exported_saved_or_not(looker):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ({}, "to: one of mjcf, sdf, urdf, ros2 is expected, got ''"),
-        ({"to": "sfd"}, "to: did you mean 'sdf'"),
-        ({"to": ["sdf"]}, "ros2 is expected, got a list of 1"),
-        ({"to": "urdf", "style": "legs"}, "urdf: style: is for formats that have such an option"),
-        ({"to": "sdf", "style": "wheels"}, "style: one of platform, legs is expected, got 'wheels'"),
-        ({"to": "sdf", "version": 2}, "version: one of 1.9, 1.6 is expected, got 2"),
-        ({"to": "sdf", "out": "/tmp/a"}, "export: 'out' is not known"),
+        ({}, "to: expected one of mjcf, sdf, urdf, ros2, got ''"),
+        ({"to": "sfd"}, "did you mean 'sdf'"),
+        ({"to": ["sdf"]}, "mjcf, sdf, urdf, ros2, got a list of 1"),
+        ({"to": "urdf", "style": "legs"}, "urdf: style: not an option of this format"),
+        ({"to": "sdf", "style": "wheels"}, "style: expected one of platform, legs, got 'wheels'"),
+        ({"to": "sdf", "version": 2}, "version: expected one of 1.9, 1.6, got 2"),
+        ({"to": "sdf", "out": "/tmp/a"}, "export: unknown argument 'out'"),
     ],
 )
-def test_exports_that_make_no_sense_are_told(looker, words, said):
+def test_invalid_exports_are_reported(looker, words, said):
     looker.send(do="export", **words)
     assert said in failed(looker, "export")
 
 
-def test_what_is_left_out_and_what_a_format_cannot_say_is_told(looker):
+def test_omitted_and_unsupported_content_is_reported(looker):
     looker.send(do="open", name=str(CAROCA.with_name("winch.yaml")))
     looker.send(do="export", to="urdf")
     name = answer(looker, "export")["name"]
@@ -289,7 +289,7 @@ def test_what_is_left_out_and_what_a_format_cannot_say_is_told(looker):
     assert "MJCF has no winches and no elastic cables" in failed(looker, "export")
 
 
-def test_an_import_is_given_up_and_one_goes_on_at_a_time(looker, window, tmp_path, monkeypatch):
+def test_imports_can_be_cancelled_and_run_one_at_a_time(looker, window, tmp_path, monkeypatch):
     stuck = tmp_path / "stuck"
     stuck.write_text("#!/bin/sh\nexec sleep 600\n")
     stuck.chmod(0o755)
@@ -315,11 +315,11 @@ def test_an_import_is_given_up_and_one_goes_on_at_a_time(looker, window, tmp_pat
 @pytest.mark.parametrize(
     ("script", "said"),
     [
-        ("kill -SEGV $$", "crane.yaml: the process that reads it was ended by SIGSEGV: nothing"),
+        ("kill -SEGV $$", "crane.yaml: the process that reads it was ended by SIGSEGV; nothing"),
         ("exit 3", "ended with exit code 3"),
     ],
 )
-def test_what_crashes_ends_no_window(looker, tmp_path, monkeypatch, script, said):
+def test_crashes_do_not_end_the_window(looker, tmp_path, monkeypatch, script, said):
     broken = tmp_path / "broken"
     broken.write_text(f"#!/bin/sh\n{script}\n")
     broken.chmod(0o755)
@@ -328,7 +328,7 @@ def test_what_crashes_ends_no_window(looker, tmp_path, monkeypatch, script, said
     assert said in failed(looker, "import")
 
 
-def test_what_takes_too_long_is_given_up(looker, monkeypatch):
+def test_slow_requests_are_abandoned(looker, monkeypatch):
     monkeypatch.setattr("cdpr.ui.gui.incoming.SECONDS", 0.01)
     upload(looker, {"crane.yaml": ROBOT})
     assert failed(looker, "import") == "crane.yaml: reading it takes more than 0.01 s, and was stopped"
@@ -341,7 +341,7 @@ def test_a_trajectory_that_comes_with_one_robot_is_its(looker):
     assert [each["name"] for each in source["files"]] == ["crane.yaml", "crane_way.yaml"]
 
 
-def test_faults_of_ours_are_told_and_the_terminal_has_more(tmp_path, monkeypatch):
+def test_internal_errors_are_reported_with_details_in_the_terminal(tmp_path, monkeypatch):
     broken = tmp_path / "broken"
     broken.write_text("""#!/bin/sh\ncat > /dev/null\necho '{"fault": "KeyError: 1", "trace": "Traceback: of it"}'\n""")
     broken.chmod(0o755)
@@ -376,9 +376,9 @@ def test_long_texts_are_not_shown_and_are_written_all_the_same(monkeypatch, tmp_
 
 
 @pytest.mark.slow
-def test_what_makes_no_sense_is_told_in_a_sentence(looker):
+def test_invalid_input_gives_one_clear_error(looker):
     looker.send(do="export", to="sdf", style=["legs"])
-    assert "style: one of platform, legs is expected, got a list of 1" in failed(looker, "export")
+    assert "style: expected one of platform, legs, got a list of 1" in failed(looker, "export")
     looker.send(do="import", path="x" * 5000)
     assert "name too long" in failed(looker, "import")
 

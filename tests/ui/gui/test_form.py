@@ -1,4 +1,4 @@
-"""The form: a field for everything that may be said, with what is said, its unit, and its problem."""
+"""Form: a field for every key, with value, unit and problem."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def caroca() -> Editor:
     return Editor("caroca")
 
 
-def test_what_the_thesis_window_edits_has_its_field(caroca: Editor) -> None:
+def test_all_keys_of_the_thesis_window_have_fields(caroca: Editor) -> None:
     found = fields(caroca)
     assert [tab["label"] for tab in caroca.form()["tabs"]] == ["Robot", "Motion", "Control", "Events", "Simulation"]
     assert {
@@ -91,7 +91,7 @@ def test_cables_are_a_table(caroca: Editor) -> None:
     assert row["cells"]["tension.max"] == {"value": 10000.0, "given": False}
 
 
-def test_what_is_not_given_shows_what_is_in_force() -> None:
+def test_omitted_keys_show_their_effective_values() -> None:
     found = fields(Editor("seven"))
     assert found["initial.position"]["value"] == [0.0, 0.0, 1.5]
     assert not found["initial.position"]["given"]
@@ -109,7 +109,7 @@ def test_plugins_are_choices_and_bring_their_options(caroca: Editor) -> None:
     assert values(found["backend_options.mujoco.integrator"]["choices"]) == ["euler", "rk4"]
 
 
-def test_what_is_missing_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_parts_are_reported_with_their_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     import cdpr.plugins.registry as module
 
     monkeypatch.setattr(module, "_found", lambda name: name != "mujoco")
@@ -119,7 +119,7 @@ def test_what_is_missing_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch
 
 
 def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
-    """But for those that need a file, which say so in its field."""
+    """Except those that need a file, which have a hint in their field."""
     desk = Editor("caroca")
     desk.edit("robot.cable.diameter", 0.01)
     for event in EVENTS:
@@ -153,7 +153,7 @@ def test_another_form_keeps_what_it_takes() -> None:
         desk.edit("trajectory", "cirle")
 
 
-def test_problems_stand_under_the_field_of_their_value() -> None:
+def test_problems_are_under_the_field_of_their_value() -> None:
     desk = Editor("caroca")
     for path, value in (
         ("robot.platform.mass", "heavy"),
@@ -188,7 +188,7 @@ def test_an_unknown_key_has_a_field_and_can_be_removed() -> None:
     assert not desk.form()["problems"]
 
 
-def test_what_is_seldom_meant_is_a_warning() -> None:
+def test_suspicious_values_are_warnings() -> None:
     desk = Editor("caroca")
     desk.edit("world.gravity[2]", 9.81)
     desk.edit("robot.cable.linear_density", 0.05)
@@ -251,7 +251,7 @@ def test_every_field_takes_back_what_it_shows(name: str) -> None:
             assert desk.texts() == before, each["path"]
 
 
-def test_what_is_believed_of_a_cable_and_makes_no_sense_is_shown() -> None:
+def test_invalid_nominal_values_of_a_cable_are_shown() -> None:
     desk = Editor("believed")
     desk.edit("believed.cables", [3, *({"diameter": 0.01} for _ in range(7))])
     first, second = fields(desk)["believed.cables"]["rows"][:2]

@@ -22,7 +22,7 @@ def test_it_names_no_other_place():
     assert not re.findall(r"\b(?:src|href)=\"(?!data:,\")", document())
 
 
-def test_every_colour_that_is_asked_for_is_said():
+def test_every_used_colour_is_described():
     asked, said = (set(re.findall(pattern, document())) for pattern in (r"var\((--\w+)", r"(--\w+):"))
     assert asked <= said | {"--light", "--dark"}
 
@@ -32,7 +32,7 @@ def test_all_scripts_and_styles_are_in_it():
     assert sorted(STYLES) == sorted(path.name for path in FOLDER.glob("*.css"))
 
 
-def test_html_is_only_made_of_what_stands_in_the_scripts():
+def test_html_is_built_only_from_the_scripts():
     for path in [*FOLDER.glob("*.js"), *(PLAYER / name for name in DRAWING)]:
         text = path.read_text(encoding="utf-8")
         assert not re.findall(r"outerHTML|insertAdjacentHTML|document\.write|\beval\b|new Function", text), path.name
@@ -40,7 +40,7 @@ def test_html_is_only_made_of_what_stands_in_the_scripts():
             assert re.fullmatch(r"('[^'$]*'\s*\+?\s*)+", made), path.name  # constant texts, nothing put into them
 
 
-def test_a_window_is_told_what_stands_for_what_and_what_can_be_opened():
+def test_windows_receive_key_names_and_files():
     told = hello()
     assert {"colours", "axes", "cables", "states", "ramp", "dashes", "examples"} <= told.keys()
     kinds = {(each["kind"], each["label"]): each["name"] for each in told["examples"]}

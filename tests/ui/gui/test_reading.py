@@ -37,7 +37,7 @@ HOSTILE = {
     "b.sdf": (ENTITIES.encode(), "b.sdf:1: it declares the entity 'a': entities are not resolved"),
     "c.yaml": (SUCCESSOR.encode().replace(b"Grey", b"\xff\xfe"), "c.yaml:2:29: not UTF-8 text (byte 0xff)"),
     "d.yaml": (SUCCESSOR.encode() + b"#" * 300_000, "d.yaml:1:1: larger than 256 KiB"),
-    "e.xml": (b"<bodies_system>" + b"<a>" * 100, "within each other, are no robot"),
+    "e.xml": (b"<bodies_system>" + b"<a>" * 100, "or nested more than 64 deep"),
     "f.yaml": (archive(), "f.yaml: unknown format; supported are CASPR"),
 }
 
@@ -59,7 +59,7 @@ def test_hostile_files_end_in_one_message_each(tmp_path, monkeypatch):
     assert str(tmp_path) not in json.dumps(message)
     with pytest.raises(CdprError, match=r"a\.zip: unknown format"):
         read({"a.zip": archive()})
-    with pytest.raises(CdprError, match=r"none of these files has an ending that is known: \.xml"):
+    with pytest.raises(CdprError, match=r"none of these files has a supported format: \.xml"):
         read({"a.zip": archive(), "b.zip": archive()})
     assert list(tmp_path.iterdir()) == []
 
@@ -88,7 +88,7 @@ def test_python_files_that_come_along_are_not_run(tmp_path):
 
 
 @pytest.mark.slow
-def test_what_is_shown_and_made_is_limited(monkeypatch):
+def test_displays_and_outputs_are_limited(monkeypatch):
     monkeypatch.setattr("cdpr.ui.gui.incoming.MOST_LINES", 2)
     (message,) = read({"crane.yaml": SUCCESSOR.encode()})
     assert message["sources"][0]["left_out"][2:] == ["and 5 more"]
@@ -101,18 +101,18 @@ def test_what_is_shown_and_made_is_limited(monkeypatch):
 
 
 def run(program, asked):
-    """What a process answers that begins with a program."""
+    """Answers of a process that starts with a program."""
     code = f"import os; from cdpr.ui.gui import reading; {program}; reading.main(os.getppid())"
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, input=json.dumps(asked), capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
 
-def test_what_it_prints_is_no_answer():
+def test_printed_output_is_not_an_answer():
     assert run("reading._answer = lambda asked: {'said': print('x')}", {}) == {"said": None}
 
 
-def test_faults_of_ours_are_told(monkeypatch):
+def test_internal_errors_are_reported(monkeypatch):
     def fails(error):
         def import_any(path):
             raise error

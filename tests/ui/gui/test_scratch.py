@@ -30,7 +30,7 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_what_a_killed_window_left_is_removed_and_nothing_else(place):
+def test_only_files_of_killed_windows_are_removed(place):
     (place / "cdpr-gui-file").write_text("mine\n")
     (place / "mine").mkdir()
     (place / "cdpr-gui-link").symlink_to(place / "mine")

@@ -1,4 +1,4 @@
-"""The page and the sockets of `cdpr gui`: who is let in, what windows see, what they may say."""
+"""Page and sockets of `cdpr gui`: access control, data for windows, and their requests."""
 
 from __future__ import annotations
 
@@ -121,8 +121,8 @@ def test_a_form_is_edited_applied_and_undone(looker):
     [
         ("{", "no JSON"),
         ("[" * 100_000, "no JSON"),
-        ("[]", "a message is an object"),
-        ('{"do": 1}', "a message is an object"),
+        ("[]", "expected an object"),
+        ('{"do": 1}', "expected an object"),
         ('{"do": "run", "fast": NaN}', "no JSON"),
         ('{"do": "step", "n": 1e400}', "whole number"),
         ('{"do": "__init__"}', "not an allowed request"),
@@ -134,7 +134,7 @@ def test_a_form_is_edited_applied_and_undone(looker):
         (b"\xff\xfe", "no JSON"),
     ],
 )
-def test_what_makes_no_sense_is_answered_with_one_message(window, text, says):
+def test_invalid_requests_get_one_message(window, text, says):
     with look(window) as opened:
         opened.send(text)
         told = Looker(opened).get("message")
@@ -144,7 +144,7 @@ def test_what_makes_no_sense_is_answered_with_one_message(window, text, says):
     assert "internal error" not in told["text"]
 
 
-def test_what_is_too_long_closes_that_window_alone(window, looker):
+def test_oversized_messages_close_only_their_window(window, looker):
     with look(window) as other:
         other.send("x" * (MOST_BYTES + 1))
         with pytest.raises(ConnectionClosedError, match="1009"):
@@ -161,7 +161,7 @@ def status_of(address, **headers):
         return error.code, error.headers, error.read().decode()
 
 
-def test_the_page_asks_for_nothing_else(window):
+def test_the_page_makes_no_other_requests(window):
     status, headers, text = status_of(window.address)
     assert status == 200
     assert text.startswith("<!DOCTYPE html>")
@@ -171,7 +171,7 @@ def test_the_page_asks_for_nothing_else(window):
     assert not re.search(r"""(src|href)=["']?(https?:)?//""", text)
 
 
-def test_who_is_let_in(window):
+def test_admitted_clients(window):
     address, port = window.address, window.address.split(":")[2].split("/")[0]
     assert status_of(address.partition("?")[0])[0] == 403
     assert status_of(address + "x")[0] == 403
@@ -207,7 +207,7 @@ def served(**options):
     return Server(lambda: "page", Broadcast(), lambda words, reader: None, **options)
 
 
-def test_the_port_that_is_told_is_the_real_one():
+def test_the_printed_port_is_the_real_one():
     first = served(port=0)
     try:
         assert f":{first.port}/" in first.address
@@ -236,7 +236,7 @@ def test_everywhere_means_old_addresses_too():
         server.close()
 
 
-def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
+def test_a_stalled_window_does_not_slow_others_or_the_exit():
     board = Broadcast()
     server = Server(lambda: "page", board, lambda words, reader: None, port=0)
     host, port = "127.0.0.1", server.port
@@ -256,7 +256,7 @@ def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
 
 
 @sampled(1, "number", [signal.SIGINT, signal.SIGTERM])
-def test_the_command_ends_as_it_is_told(number):
+def test_the_command_stops_on_signals(number):
     command = [sys.executable, "-m", "cdpr", "gui", CAROCA, "--no-open", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         address = process.stdout.readline().strip()
@@ -267,7 +267,7 @@ def test_the_command_ends_as_it_is_told(number):
     assert (process.returncode, out, err) == ({signal.SIGINT: 130, signal.SIGTERM: 143}[number], "", "")
 
 
-def test_without_the_extra_it_says_what_to_install(monkeypatch):
+def test_the_missing_extra_is_named(monkeypatch):
     for name in [
         name for name in sys.modules if name.startswith(("websockets", "cdpr.ui.gui.server", "cdpr.ui.gui.window"))
     ]:
@@ -285,8 +285,8 @@ def test_a_file_that_is_not_there_opens_nothing():
     assert result.output == ""
 
 
-def test_what_needs_no_window_imports_none():
-    """The command itself, and its help, are light; nothing else knows of sockets."""
+def test_commands_without_a_window_do_not_import_it():
+    """The command and its help are light; no other part uses sockets."""
     program = (
         "import sys; from click.testing import CliRunner; from cdpr.ui.cli import cli; import cdpr; "
         "assert CliRunner().invoke(cli, ['gui', '--help']).exit_code == 0; "

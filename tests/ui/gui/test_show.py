@@ -1,4 +1,4 @@
-"""The thread that owns the simulation: what it shows, what it is told, how it ends."""
+"""Thread that owns the simulation: displays, requests, end."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_run_from_its_beginning_to_its_end():
 
 
 def test_frames_are_of_one_row():
-    """Whatever the thread does meanwhile: each frame is found, whole, among the rows of the run."""
+    """For any activity of the thread, each frame is found complete among the rows of the run."""
     moving = scenario(trajectory={"type": "quintic", "duration": 0.3, "to": {"position": [1.1, 0.4, 1.6]}})
     run = cdpr.simulate(moving)
     with staged(moving) as it:
@@ -82,7 +82,7 @@ def test_real_time_pause_and_steps():
         it.do("speed", value=-1)
         told = it.said()
         assert [level for level, _ in told] == ["error"] * 7
-        assert "a whole number from 1 to 10000 is expected, got 0" in told[0][1]
+        assert "expected a whole number from 1 to 10000, got 0" in told[0][1]
 
 
 def test_a_run_is_seen_from_its_first_moment():
@@ -94,7 +94,7 @@ def test_a_run_is_seen_from_its_first_moment():
         assert first["t"] < 0.3  # s; it would be more if it waited as long as when nothing runs
 
 
-def test_what_is_done_is_seen_and_told():
+def test_actions_are_shown_and_reported():
     with staged(scenario(**{"simulation.duration": 0.5})) as it:
         it.phase("ready")
         it.do("step", n=20)
@@ -135,7 +135,7 @@ def test_what_is_done_is_seen_and_told():
         assert it.board.latest("frame")["force"] == [0.0, 0.0, 0.0]
 
 
-def test_what_happened_last_is_told_however_much_did(monkeypatch):
+def test_the_latest_events_are_always_shown(monkeypatch):
     assert stage.MOST == 200
     monkeypatch.setattr(stage, "MOST", 20)  # as of 200, in a tenth of the time
     with staged(scenario()) as it:
@@ -177,15 +177,15 @@ def shared():
         ("set", {"key": 3, "value": 1}, "key"),
         ("fly", {}, "'fly' is not an allowed request"),
         ("save_session", {"out": "name.txt"}, "ends in .yaml"),
-        ("save_session", {"out": 3}, "the name of a file is expected"),
-        ("save_session", {"out": "a\0b.yaml"}, "the name of a file is expected"),
-        ("save_session", {"out": "\ud800.yaml"}, "the name of a file is expected"),
-        ("save_run", {"out": "a\0b"}, "the name of a folder is expected"),
-        ("save_run", {"out": "\ud800"}, "the name of a folder is expected"),
-        ("save_run", {"out": 3}, "the name of a folder is expected"),
+        ("save_session", {"out": 3}, "expected the name of a file"),
+        ("save_session", {"out": "a\0b.yaml"}, "expected the name of a file"),
+        ("save_session", {"out": "\ud800.yaml"}, "expected the name of a file"),
+        ("save_run", {"out": "a\0b"}, "expected the name of a folder"),
+        ("save_run", {"out": "\ud800"}, "expected the name of a folder"),
+        ("save_run", {"out": 3}, "expected the name of a folder"),
     ],
 )
-def test_what_is_refused_is_told_and_nothing_has_happened(shared, do, arguments, says):
+def test_rejections_have_no_side_effects(shared, do, arguments, says):
     shared.do(do, **arguments)
     ((level, text),) = shared.said()
     assert level == "error"
@@ -194,7 +194,7 @@ def test_what_is_refused_is_told_and_nothing_has_happened(shared, do, arguments,
     assert shared.log == []
 
 
-def test_a_target_outside_the_frame_is_told_of_and_gone_to():
+def test_a_target_outside_the_frame_is_reported_and_reached():
     with staged(scenario()) as it:
         it.phase("ready")
         it.do("step", n=2)
@@ -206,7 +206,7 @@ def test_a_target_outside_the_frame_is_told_of_and_gone_to():
         assert "new target" in it.board.latest("status")["events"][-1]["text"]
 
 
-def test_what_windows_ask_for_waits_in_no_endless_line():
+def test_the_request_queue_of_windows_is_bounded():
     with staged(scenario()) as it:
         it.phase("ready")
         it.show._jobs.put(lambda: time.sleep(0.2))
@@ -233,7 +233,7 @@ def test_it_closes_whatever_it_does():
         it.show.nothing()
         assert it.phase("failed").keys() == known
         it.do("run")
-        assert "nothing is simulated" in it.said()[0][1]
+        assert "not simulated: correct the errors" in it.said()[0][1]
     with staged():
         pass
     with staged(scenario()):

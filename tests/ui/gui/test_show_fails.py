@@ -1,4 +1,4 @@
-"""The thread that owns the simulation when a run, a plugin or our own code fails: told, and all stays usable."""
+"""Failures of a run, a plugin or cdpr in the thread that owns the simulation: reported, and all stays usable."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cdpr.ui.gui.broadcast import encoded
 
 @pytest.mark.slow
 def test_a_run_that_ends_badly_leaves_all_usable():
-    """No tensions hold the platform at such limits, and the scenario says to stop then."""
+    """No tensions hold the platform at such limits, and the scenario stops in this case."""
     strict = scenario(**{"solver.infeasible": "stop"})
     with staged(strict) as it:
         it.phase("ready")
@@ -79,8 +79,8 @@ def test_a_plugin_that_raises_is_a_status(now):
         assert [told for told in it.said() if told[1] != status["text"]] == []
 
 
-def test_an_option_without_a_limit_is_told():
-    """JSON has no number for it, and a window whose messages cannot be written would hear no more."""
+def test_an_option_without_a_limit_is_reported():
+    """JSON has no number for it, and a window whose messages cannot be written would receive no more."""
     found, name = scenario().plugins.with_class("controller", Raising)
     with staged(scenario().with_changes({"controller": {"type": name}}, plugins=found)) as it:
         status = it.phase("ready")
@@ -89,7 +89,7 @@ def test_an_option_without_a_limit_is_told():
 
 
 @pytest.mark.slow
-def test_a_plugin_that_asks_for_the_end_ends_nothing():
+def test_plugins_cannot_stop_the_process():
     found, name = scenario().plugins.with_class("controller", Raising)
     bad = scenario().with_changes({"controller": {"type": name, "quits": True}}, plugins=found)
     with staged(bad) as it:
@@ -102,7 +102,7 @@ def test_a_plugin_that_asks_for_the_end_ends_nothing():
 
 
 @pytest.mark.slow
-def test_a_fault_of_ours_is_told_and_the_thread_lives(monkeypatch):
+def test_an_internal_error_is_reported_and_the_thread_survives(monkeypatch):
     with staged(scenario()) as it:
         it.phase("ready")
         monkeypatch.setattr(it.show, "_pause", lambda: {}["nothing"])

@@ -62,7 +62,7 @@ def test_a_run_is_saved_as_it_would_have_logged(tmp_path):
 
 @pytest.mark.parametrize("backend", ["reference", pytest.param("mujoco", marks=pytest.mark.slow)])
 def test_a_session_repeats_to_the_bit(backend, tmp_path, no_report):
-    """What a person does while it runs in real time, at whatever samples that falls."""
+    """Actions of a user during a real-time run, at any samples."""
     pytest.importorskip({"reference": "numpy"}.get(backend, backend))
     live = scenario(**{"simulation.backend": backend, "simulation.duration": 5.0})  # no end while something compiles
     with staged(live) as it:
@@ -104,14 +104,14 @@ def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
         it.do("save_session", out=str(session))
         assert "exists already" in it.said()[-1][1]
     assert [level for level, _ in told] == ["error", "error", "info", "info"]
-    assert "mine.yaml' exists already and is not overwritten" in told[0][1]
-    assert "given_outside.csv' exists already" in told[1][1]
+    assert "mine.yaml' already exists and is not overwritten" in told[0][1]
+    assert "given_outside.csv' already exists" in told[1][1]
     assert mine.read_text() == "# hours of work\n"
     assert not (tmp_path / "given.yaml").exists()
     assert load_scenario(session).simulation.steps == 4
 
 
-def test_what_is_being_written_is_written_to_its_end(tmp_path, monkeypatch):
+def test_started_writes_are_completed(tmp_path, monkeypatch):
     begun, written = Event(), []
 
     def report(run, folder, touch):

@@ -1,4 +1,4 @@
-"""Who may watch and steer a run over the Foxglove server, and what clients may send."""
+"""Access control of the Foxglove server, and requests of clients."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def refused(url, status, names=NAMES[:1], **options):
         joined(url, names, **options).__enter__()
 
 
-def test_web_pages_and_strangers_do_not_steer():
+def test_web_pages_and_unknown_clients_cannot_steer():
     with running(0.2, held=True) as (link, found, said):
         bare = f"ws://127.0.0.1:{link.port}"
         for origin in (None, "https://evil.example", "null", bare.replace("ws", "http"), PAGE):
@@ -78,7 +78,7 @@ def test_both_names_of_the_protocol_are_the_same_protocol():
         refused(link.url, 400, None)
 
 
-def test_programs_may_join_without_a_token_where_the_user_says_so():
+def test_programs_may_connect_without_a_token_if_allowed():
     with closing(foxglove.Foxglove(port=0, programs=True)) as link:
         bare = f"ws://127.0.0.1:{link.port}"
         for url, origin in ((bare, None), (link.url, None), (link.url, PAGE)):
@@ -87,9 +87,9 @@ def test_programs_may_join_without_a_token_where_the_user_says_so():
         for origin in (PAGE, "null", "http://127.0.0.1", ""):
             refused(bare, 403, additional_headers={"Origin": origin})
     result = CliRunner().invoke(cli, ["run", str(FILE), "--live", "ros2", "--live-no-token"])
-    assert "--live-no-token goes with --live foxglove" in result.output
+    assert "--live-no-token requires --live foxglove" in result.output
     result = CliRunner().invoke(cli, ["run", str(FILE), "--live-no-token"])
-    assert "--live-no-token goes with --live" in result.output
+    assert "--live-no-token requires --live" in result.output
 
 
 def test_a_token_may_stay_the_same(monkeypatch):
@@ -113,7 +113,7 @@ def test_a_token_may_stay_the_same(monkeypatch):
         ("::", "[::1]", socket.gethostname()),
     ],
 )
-def test_where_it_listens(host, local, named):
+def test_listening_address(host, local, named):
     said = []
     with closing(foxglove.Foxglove(host=host, port=0, say=said.append)) as link:
         assert link.url.startswith(f"ws://{named}:{link.port}/?token=")

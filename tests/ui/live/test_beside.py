@@ -1,4 +1,4 @@
-"""What stands beside a simulation to which something is done: its logs and files, branches, observers, threads."""
+"""Logs, files, branches, observers and threads of a simulation with external actions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import cdpr
 from cdpr.plugins import Controller
 
 
-def test_a_branch_of_a_log_goes_on_in_another_folder(tmp_path):
+def test_a_branch_of_a_log_continues_in_another_folder(tmp_path):
     with cdpr.Simulation(CAROCA, overrides={**QUIET, **PLANNED}, out=tmp_path / "run") as sim:
         sim.step(5)
         here = sim.snapshot()
@@ -90,8 +90,8 @@ def test_a_simulation_cannot_be_copied():
         lambda: cdpr.run_study(None, 5),
     ],
 )
-def test_what_is_no_name_is_told(call):
-    with pytest.raises(cdpr.CdprError, match=r"is expected, (got|not) (5|None)"):
+def test_invalid_names_are_reported(call):
+    with pytest.raises(cdpr.CdprError, match=r"expected .*, (got|not) (5|None)"):
         call()
 
 
@@ -111,7 +111,9 @@ def test_a_branch_that_has_no_folder_changes_nothing(tmp_path):
 def test_observers_only_look_on(tmp_path):
     with quiet() as sim:
         sim.observe(lambda row: sim.push([1, 0, 0]))
-        with pytest.raises(cdpr.CdprError, match=r"an observer raised CdprError: push: the simulation is in the midst"):
+        with pytest.raises(
+            cdpr.CdprError, match=r"an observer raised CdprError: push: the simulation is executing a step"
+        ):
             sim.step(3)
         assert (sim.run().status, len(sim.run().rows)) == ("failed", 1)
 
@@ -129,7 +131,7 @@ def test_threads_wait_for_each_other():
         thread.start()
         assert entered.wait(10.0)
         for call in (sim.step, lambda: sim.push([1, 0, 0]), sim.snapshot, sim.run, sim.reset, lambda: sim.until(1)):
-            with pytest.raises(cdpr.CdprError, match="in the midst of a step"):
+            with pytest.raises(cdpr.CdprError, match="executing a step"):
                 call()
         go_on.set()
         thread.join()
@@ -151,7 +153,7 @@ def test_a_plugin_that_does_not_take_what_it_declares():
     with cdpr.Simulation(CAROCA, controller=Stubborn, overrides=QUIET) as sim:
         sim.step(3)
         with pytest.raises(
-            cdpr.PluginError, match=r"^set: controller\.kp: Stubborn declares changeable options and has no method"
+            cdpr.PluginError, match=r"^set: controller\.kp: Stubborn declares changeable options but has no method"
         ):
             sim.set("controller.kp", 3)
         sim.step(3)
@@ -182,14 +184,14 @@ def test_a_saved_scenario_finds_its_files_from_elsewhere(tmp_path):
             lambda lines: [lines[0].replace("fx", "gx"), *lines[1:]],
             r"_outside\.csv:1:1: .*the columns must be t,until,fx",
         ),
-        (lambda lines: [lines[0], lines[1].replace("1500.0", "nan")], r"csv:2:1: .*a finite number is expected"),
-        (lambda lines: [lines[0], lines[1] + ",7"], r"csv:2:1: .*16 cells are expected, got 17"),
+        (lambda lines: [lines[0], lines[1].replace("1500.0", "nan")], r"csv:2:1: .*expected a finite number"),
+        (lambda lines: [lines[0], lines[1] + ",7"], r"csv:2:1: .*expected 16 cells, got 17"),
         (lambda lines: [*lines, lines[1]], r"csv:3:1: .*t must be at least 0\.003"),
         (lambda lines: [lines[0].replace("cable_1", "cable_x"), lines[1]], "is of a robot with the cables cable_x"),
-        (lambda lines: [lines[0], lines[1].rstrip(",") + ",1" * 8], r"csv:2:1: .*a wrench is expected, or"),
+        (lambda lines: [lines[0], lines[1].rstrip(",") + ",1" * 8], r"csv:2:1: .*expected a wrench, or"),
     ],
 )
-def test_a_table_that_is_wrong_is_told(tmp_path, change, text):
+def test_a_table_that_is_wrong_is_reported(tmp_path, change, text):
     with quiet() as sim:
         sim.step(3, wrench=[0, 0, 1500, 0, 0, 0])
         sim.save(tmp_path / "session.yaml")

@@ -1,4 +1,4 @@
-"""The loop of a live simulation, with a link that asks at given samples: no server, no thread, no wall clock."""
+"""Loop of a live simulation, with a link that sends requests at given samples: no server, thread or clock."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ REST = [400.0, 401.0, 402.0, 403.0, 404.0, 405.0, 406.0, 407.0]  # N, each anoth
 
 
 class Script:
-    """A link that asks for one thing after another, each once a sample is shown, or a later one: (sample, request)."""
+    """Link that sends one request after another, each once a sample is shown, or a later one: (sample, request)."""
 
     def __init__(self, asked):
         self.requests = Requests()
@@ -58,7 +58,7 @@ def driven(asked, duration=0.1):
 
 @pytest.fixture(autouse=True)
 def every_slice_is_shown(monkeypatch):
-    """Of a run that is faster than real time only some are: here time stands still but for who waits."""
+    """A run faster than real time shows only some samples: here time advances only for waiting calls."""
     clock = iter(range(10**9))
     monkeypatch.setattr(live, "monotonic", lambda: float(next(clock)))
 
@@ -92,7 +92,7 @@ def test_names_that_are_not_the_cables_are_refused(names, count):
     assert np.array_equal(run.rows, cdpr.simulate(scenario(0.1)).rows)
 
 
-def test_what_is_begun_anew_forgets_what_was_asked_for():
+def test_restarts_drop_pending_requests():
     asked = [(9, Request("tension", {"tension": REST})), (19, wrench(10.0, 0.0, 0.0)), (39, Request("reset"))]
     run, link = driven(asked)
     assert link.said == []
@@ -119,14 +119,14 @@ def test_a_target_far_away_is_warned_of_once_and_followed():
     assert sum(event.kind == "target" for event in run.events) == 4
 
 
-def test_where_a_wrench_may_hold_it_a_target_far_away_is_not_warned_of():
+def test_external_wrenches_suppress_the_warning_of_distant_targets():
     far = Request("target", {"position": [9.0, 0.0, 1.0], "orientation": [1.0, 0.0, 0.0, 0.0]})
     _, link = driven([(9, wrench(10.0, 0.0, 0.0)), (29, far)])
     assert link.said == []
 
 
 class Waiting(Requests):
-    """Requests that never come: who waits for them lets the clock go on."""
+    """Requests that never come: waiting for them advances the clock."""
 
     def __init__(self):
         super().__init__()
@@ -146,8 +146,8 @@ def test_it_goes_so_many_times_as_fast_as_the_clock(monkeypatch, speed):
     assert link.requests.now == pytest.approx(0.2 / speed, abs=1.5 * SLICE / speed)
 
 
-def test_what_was_lost_is_not_made_up_in_a_rush(monkeypatch):
-    """A machine that slept goes on at the pace that was asked for."""
+def test_lost_time_is_not_caught_up(monkeypatch):
+    """After a suspension of the machine the run continues at the requested speed."""
     link = Script([])
     link.requests = Waiting()
     monkeypatch.setattr(live, "monotonic", lambda: link.requests.now)
@@ -235,5 +235,5 @@ def test_messages_are_of_the_world():
     wanted = {"force": [1.0, 2.0, 3.0], "moment": [4.0, 5.0, 6.0]}
     assert stamped(WRENCH, wrench=push).values == wanted
     assert stamped(WRENCH, "", wrench=push).values == wanted
-    with pytest.raises(CdprError, match="'world' is expected, or none, got 'platform'"):
+    with pytest.raises(CdprError, match="expected 'world', or none, got 'platform'"):
         stamped(WRENCH, "platform", wrench=push)

@@ -1,4 +1,4 @@
-"""A running simulation over Foxglove's WebSocket: what is shown is what is logged, what is asked for is checked."""
+"""Running simulation over Foxglove's WebSocket: shown data equals logged data, requests are checked."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def running(*words, **values):
     return live_client.running(partial(foxglove.Foxglove, port=0), *words, **values)
 
 
-def test_what_is_shown_is_what_is_recorded():
+def test_shown_values_equal_recorded_values():
     with running(0.5, held=True) as (link, found, _), client(link) as seen:
         seen.subscribe(POSE, "/tf", "/clock")
         assert seen.call("/cdpr/resume")["success"]
@@ -84,7 +84,7 @@ def test_all_topics_of_a_log_are_there():
     assert {POSE, "/tf", "/clock", "/cdpr/cable_states", "/cdpr/platform/twist"} <= names
 
 
-def test_what_is_asked_for_is_an_event():
+def test_requests_are_events():
     pose = {"pose": {"position": {"x": 0.2, "y": 0.1, "z": 1.3}, "orientation": UPRIGHT}, "duration": 0.4}
     push = {"wrench": {"force": {"x": 10.0}, "torque": {"z": 1.0}}}
     with running(1.5, held=True) as (link, found, said), client(link) as seen:
@@ -106,16 +106,16 @@ def test_what_is_asked_for_is_an_event():
 
 BAD = {
     "no JSON": (WRENCH, b"{", "/cdpr/wrench: "),
-    "a list": (WRENCH, [], "/cdpr/wrench: an object is expected"),
+    "a list": (WRENCH, [], "/cdpr/wrench: expected an object"),
     "no wrench": (WRENCH, {}, "/cdpr/wrench: wrench: required but not given: an object"),
-    "NaN": (WRENCH, b'{"wrench": {"force": {"x": NaN}, "torque": {}}}', "force.x: a finite number is expected"),
+    "NaN": (WRENCH, b'{"wrench": {"force": {"x": NaN}, "torque": {}}}', "force.x: expected a finite number"),
     "a text": (
         WRENCH,
         {"wrench": {"force": {"x": "1"}, "torque": {}}},
-        "a finite number is expected, got '1'",
+        "expected a finite number, got '1'",
     ),
     "huge": (WRENCH, {"wrench": {"force": {"x": 1e300}, "torque": {}}}, "wrench: "),
-    "no quaternion": (TARGET, {"pose": {"position": {}, "orientation": {}}}, "a quaternion of length 1 is expected"),
+    "no quaternion": (TARGET, {"pose": {"position": {}, "orientation": {}}}, "expected a quaternion of norm 1"),
     "far": (TARGET, {"pose": {"position": {"x": 1e9}, "orientation": UPRIGHT}}, "target: "),
     "at once": (TARGET, {"pose": {"position": {}, "orientation": UPRIGHT}, "duration": 0.0}, "target: "),
     "too few": (TENSION, {"effort": [1.0]}, "tension: "),
@@ -127,7 +127,7 @@ BAD = {
 }
 
 
-def test_what_makes_no_sense_is_told_and_changes_nothing():
+def test_invalid_input_is_reported_without_effect():
     with running(0.2, held=True) as (link, found, said), client(link) as seen:
         for number, (topic, content, _) in enumerate(BAD.values()):
             seen.publish(topic, content)
@@ -140,11 +140,11 @@ def test_what_makes_no_sense_is_told_and_changes_nothing():
     for topic, _, text in BAD.values():
         assert any(text in each for each in said), (topic, text, said)
     assert "/cdpr/wrench: messages must be JSON or CDR, not 'protobuf'" in said
-    assert "/cdpr/wrench: plain CDR is expected" in said
-    assert "speed: a number from 0.001 to 1e+06 is expected, got -1.0" in said
-    assert "paused: true or false is expected, got 3" in said
+    assert "/cdpr/wrench: expected plain CDR" in said
+    assert "speed: expected a number from 0.001 to 1e+06, got -1.0" in said
+    assert "paused: expected true or false, got 3" in said
     assert "controller.kp: set: value: must be at least 0 (1/s^2), got -5.0" in said
-    assert any(each.startswith("mass: there is no such parameter; there are paused, speed, ") for each in said)
+    assert any(each.startswith("mass: unknown parameter; allowed: paused, speed, ") for each in said)
     plain = cdpr.simulate(cdpr.load_scenario(FILE, overrides={"simulation.duration": 0.2}))
     assert np.array_equal(found["run"].rows, plain.rows)
 
@@ -181,7 +181,7 @@ def test_it_can_be_held_stepped_and_begun_anew():
     assert said == []
 
 
-def test_who_comes_while_it_stands_still_sees_where():
+def test_late_clients_see_the_state_of_a_paused_run():
     with running(0.2, held=True) as (link, found, _), client(link) as seen:
         assert seen.call("/cdpr/step")["success"]
         assert seen.call("/cdpr/step")["success"]
@@ -198,8 +198,8 @@ def test_a_log_is_not_begun_anew(tmp_path):
         answer = seen.call("/cdpr/reset")
         assert seen.call("/cdpr/resume")["success"]
     assert not answer["success"]
-    assert "what is logged stays" in answer["message"]
-    assert any("reset: what is logged stays" in text for text in said)
+    assert "not possible with a log on disk" in answer["message"]
+    assert any("reset: not possible with a log on disk" in text for text in said)
     assert len(cdpr.simulate(cdpr.load_scenario(FILE, overrides={"simulation.duration": 0.5})).rows) == 501
     assert found["run"].status == "finished"
 
@@ -215,7 +215,7 @@ def test_a_client_that_reads_nothing_does_not_slow_it():
     assert took < 5.0
 
 
-def test_who_sets_what_nobody_takes_yet_holds_nobody_up():
+def test_setting_a_parameter_before_the_run_does_not_block():
     with closing(foxglove.Foxglove(port=0)) as link, client(link) as one, client(link) as other:
         for _ in range(20):
             one.set("speed", 2.0)  # no simulation has begun: each would wait for an answer
@@ -227,7 +227,7 @@ def test_who_sets_what_nobody_takes_yet_holds_nobody_up():
 
 
 @pytest.mark.slow
-def test_who_subscribes_while_parameters_change_locks_nothing_up():
+def test_subscribing_while_parameters_change_causes_no_deadlock():
     words = [sys.executable, str(ROOT / "tests" / "support" / "live_race.py"), "0.5"]
     path = {**os.environ, "PYTHONPATH": str(ROOT / "tests")}
     done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=RUN_TIMEOUT, env=path)
@@ -235,7 +235,7 @@ def test_who_subscribes_while_parameters_change_locks_nothing_up():
     assert int(done.stdout) > 10
 
 
-def test_who_subscribes_to_parameters_is_told_whoever_changes_them():
+def test_subscribers_receive_all_parameter_changes():
     with running(0.2, held=True) as (link, _, _), client(link) as seen, client(link) as other:
         seen.say(op="subscribeParameterUpdates", parameterNames=["paused", "speed"])
         assert other.call("/cdpr/step")["success"]
@@ -249,7 +249,7 @@ def test_who_subscribes_to_parameters_is_told_whoever_changes_them():
         assert seen.statuses == []
 
 
-def test_what_clients_garble_is_not_logged(caplog):
+def test_garbled_messages_are_not_logged(caplog):
     with closing(foxglove.Foxglove(port=0)) as link, client(link) as seen:
         seen.socket.send(b"\0")
         seen.say(op="none")
@@ -292,16 +292,18 @@ def test_without_a_client_nothing_is_encoded(monkeypatch):
     assert found["run"].status == "finished"
 
 
-def test_a_port_that_is_taken_is_told(tmp_path):
+def test_a_port_that_is_taken_is_reported(tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        with pytest.raises(CdprError, match=f"--live-port: cannot listen at 127.0.0.1:{port}: .*; 0 takes a free port"):
+        with pytest.raises(
+            CdprError, match=f"--live-port: cannot listen at 127.0.0.1:{port}: .*; use --live-port 0 for any free port"
+        ):
             foxglove.Foxglove(port=port)
 
 
-def test_nothing_is_written_where_nobody_can_listen(tmp_path):
+def test_no_messages_without_clients(tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -310,13 +312,13 @@ def test_nothing_is_written_where_nobody_can_listen(tmp_path):
     assert "--live-port: cannot listen" in done.stderr
     assert not (tmp_path / "run").exists()
     done = cdpr_here("run", FILE, "--live-port", 0, "--out", tmp_path / "run", code=2)
-    assert "--live-port goes with --live" in done.stderr
+    assert "--live-port requires --live" in done.stderr
     done = cdpr_here("run", FILE, "--live", "foxglove", "--real-time", "--out", tmp_path / "run", code=2)
-    assert "--real-time goes without --live" in done.stderr
+    assert "--real-time cannot be combined with --live" in done.stderr
 
 
 @pytest.mark.slow
-def test_without_websockets_the_remedy_is_told(tmp_path):
+def test_without_websockets_the_remedy_is_reported(tmp_path):
     code = "import sys; sys.modules['websockets'] = None; from cdpr.ui.cli import main; main()"
     words = ["run", str(FILE), "--live", "foxglove", "--out", str(tmp_path / "run")]
     done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)

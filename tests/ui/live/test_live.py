@@ -1,4 +1,4 @@
-"""What is done to a simulation while it runs: as the events of a scenario, repeated by the scenario that is saved."""
+"""Actions during a simulation: they equal events of a scenario, and the saved scenario repeats them."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ DONE = {
 
 
 @pytest.mark.parametrize("what", DONE)
-def test_what_is_done_is_an_event(what):
-    """The same rows, to the bit, and the same is told of it."""
+def test_actions_are_events(what):
+    """The same rows, to the bit, and the same messages."""
     do, event = DONE[what]
     planned = simulated({**event, "time": 0.02})
     with quiet() as sim:
@@ -79,7 +79,7 @@ def test_the_command_line_repeats_it(tmp_path):
 
 
 def test_other_commands_take_such_scenarios(tmp_path):
-    """What has neither controller nor plant leaves out what concerns them."""
+    """A simulation without controller or plant omits their data."""
     with quiet(**PLANNED) as sim:
         busy(sim)
         sim.save(tmp_path / "session.yaml")
@@ -171,7 +171,7 @@ def test_targets_repeat_wherever_the_motion_is(time, tmp_path):
 
 @pytest.mark.parametrize("step", [1 / 3000, 0.0007, 0.01])
 def test_any_control_step_repeats(step, tmp_path):
-    """What is done at a sample stays there, after what the scenario plans a rounding later."""
+    """An action at a sample stays there, after events that the scenario plans a rounding error later."""
     planned = [{"type": "limits", "time": 7 * step * (1 + 1e-10), "cable": 4, "max": 300}]
     steps = {"simulation.control_step": step, "simulation.physics_step": step, "simulation.duration": 40 * step}
     with quiet(**steps, events=planned) as sim:
@@ -211,7 +211,7 @@ def test_limits_of_a_target_are_kept_and_used():
 
 
 MISUSE = {
-    "unknown cable": (lambda sim: sim.cut("lift"), r"^cut: cable: no cable is named 'lift': .*there are "),
+    "unknown cable": (lambda sim: sim.cut("lift"), r"^cut: cable: unknown cable 'lift': .*allowed: "),
     "ninth cable": (lambda sim: sim.jam(9), r"^jam: cable: cables are numbered from 1 to 8, got 9"),
     "cable of another kind": (lambda sim: sim.cut(2.5), r"^cut: cable: "),
     "no cable": (lambda sim: sim.cut(None), r"^cut: cable: required"),
@@ -227,9 +227,9 @@ MISUSE = {
     "huge": (lambda sim: sim.push([1e300, 0, 0]), r"^push: force\[0\]: must lie between"),
     "short push": (lambda sim: sim.push([1, 0, 0], duration=1e-5), r"^push: duration: must be at least control_step"),
     "endless push": (lambda sim: sim.push([1, 0, 0], duration=np.inf), r"^push: duration: "),
-    "release of nothing": (lambda sim: sim.release(None), r"^release: what `push` returned"),
+    "release of nothing": (lambda sim: sim.release(None), r"^release: expected a value that `push` returned"),
     "no target": (lambda sim: sim.target(duration=1), r"^target: position \(m\), orientation, or both are required"),
-    "no pace": (lambda sim: sim.target([0, 0, 1]), r"^target: duration \(s\) or limits is expected"),
+    "no pace": (lambda sim: sim.target([0, 0, 1]), r"^target: expected either duration \(s\) or limits"),
     "both paces": (
         lambda sim: sim.target([0, 0, 1], duration=1, limits={"velocity": 1, "acceleration": 1, "jerk": 1}),
         "not both",
@@ -246,9 +246,9 @@ MISUSE = {
     "solver": (lambda sim: sim.set("solver.p", 1), r"allowed: controller\.kp, controller\.kd"),
     "gain": (lambda sim: sim.set("controller.kp", -1), r"^set: value: "),
     "gains": (lambda sim: sim.set("controller.kp", [1, 2]), r"^set: value: "),
-    "key": (lambda sim: sim.set(3, 1), r"^set: key: a text"),
+    "key": (lambda sim: sim.set(3, 1), r"^set: key: expected a text"),
     "value": (lambda sim: sim.set("controller.kp", print), r"^set: .*got builtin_function_or_method"),
-    "no name": (lambda sim: sim.save(5), r"^save: the name of a file"),
+    "no name": (lambda sim: sim.save(5), r"^save: expected the name of a file"),
     "wrong name": (lambda sim: sim.save("session.txt"), "ends in .yaml"),
     "itself": (lambda sim: sim.save(CAROCA), "is the scenario that is simulated"),
     "nowhere": (lambda sim: sim.save("/nowhere/session.yaml"), "/nowhere"),
@@ -294,7 +294,7 @@ def test_a_plant_that_cannot_refuses():
         assert sim.run().external[-1, 0] == 10.0
 
 
-def test_what_a_guide_does_not_allow_is_refused():
+def test_motions_in_held_directions_are_rejected():
     with cdpr.Simulation(str(ROOT / "scenarios" / "planar.yaml"), overrides={"simulation.duration": 0.05}) as sim:
         sim.step(1)
         with pytest.raises(cdpr.CdprError, match=r"^target: .*the robot moves along"):

@@ -1,4 +1,4 @@
-"""A running simulation as a ROS 2 node over Zenoh, met by a node that tests bring: what it shows, hears and answers."""
+"""Running simulation as a ROS 2 node over Zenoh, with a test node: published data, messages and answers."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def seen_of(port, **values):
     return running(partial(Ros2, port=port), held=True, **values)
 
 
-def test_what_is_shown_is_what_is_recorded(port):
+def test_shown_values_equal_recorded_values(port):
     with seen_of(port, duration=0.5) as (link, found, _), node(port) as seen:
         assert link.met
         seen.subscribe(POSE, STAMPED_POSE)
@@ -125,7 +125,7 @@ def test_all_that_the_node_has_is_declared(port):
     assert held["SS"] == triggers | {f"%cdpr%{name}" for name in (*asked, "set_parameters_atomically")}
 
 
-def test_what_is_asked_for_is_an_event(port):
+def test_requests_are_events(port):
     with seen_of(port, duration=1.5) as (_, found, said), node(port) as seen:
         seen.subscribe("/clock", CLOCK)
         seen.trigger("resume")
@@ -167,27 +167,32 @@ def heard(said, text):
 
 BAD = {
     "broken": (WRENCH, STAMPED_WRENCH, b"\0\1\0\0\xff", "/cdpr/wrench: it ends too early"),
-    "JSON": (WRENCH, STAMPED_WRENCH, b"{}", "/cdpr/wrench: plain CDR is expected"),
-    "NaN": (WRENCH, STAMPED_WRENCH, wrench(float("nan")), "force.x: a finite number is expected"),
-    "other frame": (WRENCH, STAMPED_WRENCH, wrench(1.0, "platform"), "header.frame_id: 'world' is expected, or none"),
-    "no turn": (TARGET, STAMPED_POSE, pose(0.0, 0.0, 1.0, w=0.0), "a quaternion of length 1 is expected"),
+    "JSON": (WRENCH, STAMPED_WRENCH, b"{}", "/cdpr/wrench: expected plain CDR"),
+    "NaN": (WRENCH, STAMPED_WRENCH, wrench(float("nan")), "force.x: expected a finite number"),
+    "other frame": (WRENCH, STAMPED_WRENCH, wrench(1.0, "platform"), "header.frame_id: expected 'world', or none"),
+    "no turn": (TARGET, STAMPED_POSE, pose(0.0, 0.0, 1.0, w=0.0), "expected a quaternion of norm 1"),
     "far": (TARGET, STAMPED_POSE, pose(1e9, 0.0, 0.0), "target: "),
     "too few": (TENSION, JOINTS, tension([1.0]), "tension: "),
-    "other cables": (TENSION, JOINTS, tension([400.0] * M, [f"x{k}" for k in range(M)]), "tension: one for each of "),
+    "other cables": (
+        TENSION,
+        JOINTS,
+        tension([400.0] * M, [f"x{k}" for k in range(M)]),
+        "tension: expected one for each of ",
+    ),
     "long": (WRENCH, STAMPED_WRENCH, b"\0\1\0\0" + bytes(70000), "it is longer than 65536 bytes"),
 }
 
 
-def test_what_makes_no_sense_is_told_and_changes_nothing(port):
+def test_invalid_input_is_reported_without_effect(port):
     with seen_of(port, duration=0.5) as (_, found, said), node(port) as seen:
         seen.trigger("pause")  # when that is answered, all that it has is known
         for topic, kind, data, text in BAD.values():
             seen.publish(topic, kind, data)
             heard(said, text)  # of what comes together the newest is done
         pause = "cdpr/pause/std_srvs::srv::dds_::Trigger_/*"
-        with pytest.raises(ValueError, match="an attachment of 33 bytes is expected"):
+        with pytest.raises(ValueError, match="expected an attachment of 33 bytes"):
             seen.call(pause, attachment=b"x")
-        with pytest.raises(ValueError, match="plain CDR is expected"):
+        with pytest.raises(ValueError, match="expected plain CDR"):
             seen.call(pause, b"")
         with pytest.raises(ValueError, match="it is longer than 65536 bytes"):
             seen.ask("get_parameters", names=["a" * 40] * 2000)
@@ -218,7 +223,7 @@ def test_a_log_is_not_begun_anew(port, tmp_path):
         done, text = seen.trigger("reset")
         seen.trigger("resume")
     assert not done
-    assert "what is logged stays" in text
+    assert "not possible with a log on disk" in text
     assert found["run"].status == "finished"
 
 
@@ -259,9 +264,9 @@ def test_parameters_are_set_and_what_is_wrong_is_refused(port):
         results = seen.ask("set_parameters", parameters=parameters(*pairs)).results
         assert [one.successful for one in results] == [True, False, False, False, False]
         assert "must be at least 0" in results[1].reason
-        assert results[2].reason.startswith("mass: there is no such parameter; there are paused, speed, ")
-        assert results[3].reason.startswith("speed: a number is expected")
-        assert results[4].reason.startswith("paused: true or false is expected")
+        assert results[2].reason.startswith("mass: unknown parameter; allowed: paused, speed, ")
+        assert results[3].reason.startswith("speed: expected a number")
+        assert results[4].reason.startswith("paused: expected true or false")
         assert len(said) == 4
         assert seen.ask("get_parameters", names=["controller.kp"]).values[0].double_value == 150.0
         assert seen.ask("set_parameters", parameters=parameters(("paused", False))).results[0].successful
@@ -282,7 +287,7 @@ def test_parameters_are_set_all_or_none(port):
         seen.trigger("resume")
 
 
-def test_nobody_hears_what_it_says_itself(port):
+def test_clients_do_not_receive_their_own_messages(port):
     # Robots with winches show commands, too: on a topic of another name than that on which tensions are heard.
     with seen_of(port, duration=0.1, file=WINCHES, speed=10.0) as (_, found, said), node(port) as seen:
         seen.subscribe("/cdpr/cable_commands", JOINTS)

@@ -23,17 +23,17 @@ from cdpr.ui.live.ros2 import Ros2
 
 
 @pytest.mark.parametrize("text", ["-1", "233", "x", "1.5"])
-def test_a_domain_that_cannot_be_is_told(text, monkeypatch):
+def test_an_impossible_domain_is_reported(text, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", text)
-    with pytest.raises(CdprError, match=f"ROS_DOMAIN_ID: a whole number from 0 to 232 is expected, got '{text}'"):
+    with pytest.raises(CdprError, match=f"ROS_DOMAIN_ID: expected a whole number from 0 to 232, got '{text}'"):
         Ros2(port=free_port())
 
 
-def test_without_a_router_it_runs_and_says_what_is_missing():
+def test_without_a_router_the_run_continues_and_reports_it():
     chosen = free_port()
     with running(partial(Ros2, port=chosen), duration=0.1) as (link, found, said):
         assert not link.met
-        assert link.where.endswith("none is there yet: ros2 run rmw_zenoh_cpp rmw_zenohd")
+        assert link.where.endswith("no router found yet: ros2 run rmw_zenoh_cpp rmw_zenohd")
     assert found["run"].status == "finished"
     assert said == []
 
@@ -49,20 +49,20 @@ def test_a_router_may_come_later():
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (["--live-port", "0"], "--live-port: the port of a Zenoh router is expected, mostly 7447, got 0"),
+        (["--live-port", "0"], "--live-port: expected the port of a Zenoh router, mostly 7447, got 0"),
         (
             ["--live-host", "no such host"],
-            "--live-host: the name or number of a machine, such as 127.0.0.1, is expected, got 'no such host' (",
+            "--live-host: expected the name or number of a machine, such as 127.0.0.1, got 'no such host' (",
         ),
     ],
 )
-def test_where_no_router_can_be_is_told(words, text):
+def test_invalid_router_addresses_are_reported(words, text):
     words = ["run", str(FILE), "--live", "ros2", *words]
     assert text in cdpr_here(*words, code=2).stderr
 
 
 @sampled(1, "module", ["zenoh", "xxhash"])
-def test_without_the_extra_the_remedy_is_told(tmp_path, module):
+def test_without_the_extra_the_remedy_is_reported(tmp_path, module):
     code = f"import sys; sys.modules[{module!r}] = None; from cdpr.ui.cli import main; main()"
     words = ["run", str(FILE), "--live", "ros2", "--out", str(tmp_path / "run")]
     done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
@@ -84,7 +84,7 @@ def listening():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/net/tcp"), reason="needs Linux")
-def test_what_web_pages_can_send_is_no_handshake():
+def test_requests_of_web_pages_are_no_handshake():
     """They cannot choose the first bytes, nor read an answer, and Zenoh's handshake needs both."""
     before = set(listening())
     with closing(Ros2(port=free_port())) as link:

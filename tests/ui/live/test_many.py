@@ -15,7 +15,7 @@ PUSHES = 30
 ASKED = 4  # times that a push may be asked for what it does while it is made; it was asked once for each later one
 
 
-def test_a_push_is_not_asked_again_for_each_that_follows(monkeypatch):
+def test_a_push_is_requested_only_once(monkeypatch):
     asked: Counter[str] = Counter()
     for name in ("wrench_profile", "check_steps"):
         plain = getattr(Wrench, name)

@@ -1,4 +1,4 @@
-"""What is asked for while a simulation goes on: in its turn, once, and never at the expense of the run."""
+"""Requests during a simulation: in order, once, and without harm to the run."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def driven(link, duration=0.3, speed=FAST, rate=60.0, look=lambda done, total: N
         link.close()
 
 
-def test_who_asks_without_end_does_not_keep_it_from_looking_up():
+def test_endless_requests_do_not_block_the_loop():
     link, looked, over = Quiet(), [], time.monotonic() + 0.7
     link.requests.put(Request("pause"))
 
@@ -69,14 +69,14 @@ def test_it_looks_up_however_slow_it_goes(values):
     assert time.monotonic() - begun < 5.0
 
 
-def test_what_is_asked_for_is_done_soon_however_seldom_samples_are_shown():
+def test_requests_are_executed_soon_at_any_display_rate():
     link, push = Quiet(), Request("wrench", {"force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
     run = driven(link, rate=0.1, look=lambda done, total: link.requests.put(push) if 0 < done < 30 else None)
     assert run.events[0].time < 0.05
     assert len(link.told) == 2  # at once, and at the end
 
 
-def test_samples_are_shown_as_often_as_said():
+def test_samples_are_shown_at_the_given_rate():
     for rate, least in ((50.0, 14), (1000.0, 290)):
         link = Quiet()
         driven(link, speed=1.0, rate=rate)
@@ -84,14 +84,14 @@ def test_samples_are_shown_as_often_as_said():
         assert link.told[-1] == 300
 
 
-def test_what_was_given_up_is_never_done(monkeypatch):
+def test_abandoned_requests_are_never_executed(monkeypatch):
     monkeypatch.setattr(sender, "ANSWERS", OFTEN)
     link = Quiet()
     assert "the request is discarded" in link.call("stop")
     assert driven(link, 0.05).events == ()
 
 
-def test_of_what_nobody_waits_for_the_newest_waits():
+def test_the_newest_unclaimed_message_is_kept():
     waiting, first = Requests(), Request("wrench", {"k": -1})
     waiting.put(first)
     for k in range(100):
@@ -123,7 +123,7 @@ def test_a_stop_is_possible_however_much_was_done(monkeypatch):
             sim.stop()
 
 
-def test_a_wrench_that_is_said_again_is_one_event():
+def test_a_repeated_wrench_is_one_event():
     sim = Driven(cdpr.load_scenario(CAROCA, overrides=QUIET), None, Quiet(), 1.0, 60.0)
     for force in (5.0, 5.0, 7.0, 7.0, 0.0, 0.0):
         sim.ask_wrench([force, 0.0, 0.0], [0.0, 0.0, 0.0])
@@ -134,7 +134,7 @@ def test_a_wrench_that_is_said_again_is_one_event():
     assert run.external[:, 0].tolist()[:13] == [5.0] * 6 + [7.0] * 6 + [0.0]
 
 
-def test_a_run_that_ends_in_a_step_that_was_asked_for_has_ended():
+def test_a_run_that_ends_in_a_requested_step_has_ended():
     link = Quiet()
     link.requests.put(Request("step", {"steps": 200}))
     limits = {"events": [{"type": "limits", "time": 0.05, "max": 60.0}]}
@@ -143,7 +143,7 @@ def test_a_run_that_ends_in_a_step_that_was_asked_for_has_ended():
     assert raised.value.run.status == "infeasible"
 
 
-def test_who_says_the_speed_again_does_not_make_it_faster():
+def test_repeated_speed_commands_have_no_effect():
     link = Quiet()
     begun = time.monotonic()
     look = lambda done, total: link.requests.put(Request("speed", {"speed": 1.0}))  # noqa: E731
@@ -151,7 +151,7 @@ def test_who_says_the_speed_again_does_not_make_it_faster():
     assert time.monotonic() - begun > 0.25
 
 
-def test_parameters_are_what_they_are():
+def test_parameters_keep_their_values():
     scenario = loaded(0.3)
     numbers = scenario.options().numbers()
     link, kp = Quiet(numbers), numbers["controller.kp"]
@@ -180,12 +180,12 @@ def test_parameters_are_what_they_are():
 
 
 @pytest.mark.parametrize(("name", "value"), [("speed", 0.0), ("speed", float("nan")), ("rate", 1e9)])
-def test_a_pace_that_cannot_be_is_told(name, value):
-    with pytest.raises(CdprError, match=f"^{name}: a number from .* is expected, got "):
+def test_an_impossible_speed_is_reported(name, value):
+    with pytest.raises(CdprError, match=f"^{name}: expected a number from .*, got "):
         driven(Quiet(), **{name: value})
 
 
-def test_what_is_refused_is_told_on_one_line_and_not_without_end():
+def test_rejections_are_short_and_on_one_line():
     link = Quiet()
     link.refused(f"\x1b]0;a\n{'b' * 10**6}")
     assert link.said[0].startswith("\\x1b]0;a\\nbbb")
@@ -198,9 +198,9 @@ def test_what_is_refused_is_told_on_one_line_and_not_without_end():
 
 
 @pytest.mark.parametrize("number", [b"1" + b"0" * 400, b"-1e999", b"1" * 5000, b"Infinity"])
-def test_numbers_beyond_all_bounds_are_told(number):
+def test_numbers_beyond_all_bounds_are_reported(number):
     for topic, text in ((WRENCH, b'{"wrench": {"force": {"x": %s}, "torque": {}}}'), (TENSION, b'{"effort": [%s]}')):
-        with pytest.raises(CdprError, match=f"^{topic}: .*: a finite number is expected, got -?inf"):
+        with pytest.raises(CdprError, match=f"^{topic}: .*: expected a finite number, got -?inf"):
             request_of(topic, "json", text % number)
 
 
@@ -209,6 +209,6 @@ def test_addresses_are_those_of_urls():
 
 
 @pytest.mark.parametrize("host", ["", "a b", "x\ny", "256.0.0.1", "127.0.0.1:80", "a" * 300])
-def test_a_host_that_cannot_be_is_told(host):
-    with pytest.raises(CdprError, match=r"^--live-host: the name or number of a machine, .* got '.*"):
+def test_an_impossible_host_is_reported(host):
+    with pytest.raises(CdprError, match=r"^--live-host: expected the name or number of a machine, .* got '.*"):
         Quiet(host=host)

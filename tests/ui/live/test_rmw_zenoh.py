@@ -1,4 +1,4 @@
-"""What ROS 2 nodes over Zenoh go by: names, type hashes, tokens, attachments, bytes; beside what others say of them."""
+"""Conventions of ROS 2 nodes over Zenoh: names, type hashes, tokens, attachments, bytes; with published values."""
 
 from __future__ import annotations
 
@@ -92,8 +92,8 @@ def test_an_attachment_is_33_bytes_little_endian():
 @pytest.mark.parametrize(
     "data", [b"", b"\0" * 33, attachment(1, 2, bytes(16))[:-1], attachment(1, 2, bytes(16)) + b"\0"]
 )
-def test_what_is_no_attachment_is_told(data):
-    with pytest.raises(ValueError, match="an attachment of 33 bytes is expected"):
+def test_invalid_attachments_are_reported(data):
+    with pytest.raises(ValueError, match="expected an attachment of 33 bytes"):
         parse_attachment(data)
 
 
@@ -184,13 +184,13 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_broken_bytes_are_told(name):
-    with pytest.raises(ValueError, match=r"plain CDR is expected|it ends too early|a string is not UTF-8"):
+def test_broken_bytes_are_reported(name):
+    with pytest.raises(ValueError, match=r"expected plain CDR|it ends too early|a string is not UTF-8"):
         decode("sensor_msgs/JointState", BROKEN[name])
 
 
 @given(st.binary(max_size=80), st.sampled_from([*KINDS.values(), "rcl_interfaces/srv/SetParameters_Request"]))
-def test_any_bytes_are_a_message_or_told(data, kind):
+def test_any_bytes_are_a_message_or_an_error(data, kind):
     try:
         content = decode(kind, b"\0\1\0\0" + data)
     except ValueError:
@@ -198,7 +198,7 @@ def test_any_bytes_are_a_message_or_told(data, kind):
     assert isinstance(content, dict)
 
 
-def test_too_many_of_a_bounded_sequence_are_told():
+def test_too_many_items_of_a_sequence_are_reported():
     data = bytearray(encode("rcl_interfaces/ParameterDescriptor", {"name": "a"})[0])
     data[-8:-4] = struct.pack("<I", 2)
     with pytest.raises(ValueError, match=r"2 of|too early"):

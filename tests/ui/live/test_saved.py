@@ -1,4 +1,4 @@
-"""What is saved of a session: it takes the place of nothing else, and is repeated as what was meant."""
+"""Saved sessions: they overwrite no file, and repeat the intended commands."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_a_save_that_was_cut_short_can_be_done_again(tmp_path, monkeypatch):
     assert cdpr.load_scenario(session).simulation.steps == 2
 
 
-def test_a_session_that_was_cut_short_is_what_was_meant(tmp_path):
+def test_truncated_sessions_repeat_the_intended_commands(tmp_path):
     session, hand = tmp_path / "session.yaml", tmp_path / "hand.yaml"
     late = {"type": "wrench", "time": 1.5, "force": [1, 0, 0]}
     with cdpr.Simulation(CAROCA, overrides={"events": [late]}) as sim:

@@ -1,4 +1,4 @@
-"""What live links share: what services and parameters ask for, and what is dropped."""
+"""Common parts of live links: services, parameters, and dropped messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cdpr.ui.live.sender import BACKLOG
 
 
 class Kept(Quiet):
-    """Its simulation does what it is asked for, or says why not."""
+    """Its simulation executes requests, or returns the reason."""
 
     def __init__(self):
         self.asked, self.refusal = [], ""
@@ -20,7 +20,7 @@ class Kept(Quiet):
         return self.refusal
 
 
-def test_services_ask_for_what_they_are_called():
+def test_services_request_their_namesakes():
     link = Kept()
     for name in ("pause", "resume", "step", "reset", "stop"):
         assert link.call(name) == ""
@@ -30,14 +30,14 @@ def test_services_ask_for_what_they_are_called():
     assert link.parameters == {"paused": False, "speed": 1.0, "controller.kp": 100.0}  # the simulation says when not
 
 
-def test_of_what_nobody_takes_the_oldest_is_dropped():
+def test_the_oldest_unread_message_is_dropped():
     link = Kept()
     for sample in range(3 * BACKLOG):
         link.show(np.zeros(1), sample)
     assert [sample for _, sample in link._shown] == list(range(2 * BACKLOG, 3 * BACKLOG))
 
 
-def test_what_is_set_is_asked_for():
+def test_set_keys_are_requested():
     link = Kept()
     for name, value in (("paused", True), ("speed", 2.0), ("controller.kp", 50.0)):
         assert link.set(name, value) == ""

@@ -28,7 +28,7 @@ def test_nothing_wraps_is_cut_or_coloured(environment, monkeypatch):
 
 
 def test_letters_count_as_wide_as_they_are_shown():
-    """Letters of two columns, a mark that stands above a letter, and what a terminal must not obey."""
+    """Letters of two columns, a combining mark, and control characters."""
     lines = list(table([["索", "1"], ["cable", "2"], ["e\u0301", "3"], ["\x1b[31m", "4"]]))
     assert {cell_len(line) for line in lines} == {cell_len("  \\x1b[31m  4")}
     assert lines[3] == "  \\x1b[31m  4"
@@ -53,7 +53,7 @@ def test_commands_print_no_other_table_into_a_file(monkeypatch):
     assert max(map(len, lines)) > 100
 
 
-def test_vectors_are_told_without_their_rounding():
+def test_vectors_are_reported_without_their_rounding():
     assert vector([1.2, -1.38778e-17, 1e-3]) == "[1.2, 0, 0.001]"
     assert vector([3e-20, 0.0, -1e-20]) == "[3e-20, 0, -1e-20]"
     assert vector([float("nan"), 2.0]) == "[nan, 2]"

@@ -32,7 +32,7 @@ def test_few_samples_are_left_alone() -> None:
     assert np.array_equal(v, values)
 
 
-def test_what_is_not_finite_becomes_a_gap_and_hides_no_neighbour() -> None:
+def test_non_finite_values_become_gaps() -> None:
     values = np.zeros((6000, 1))
     values[100] = 7.0
     values[101] = np.inf

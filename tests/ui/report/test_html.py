@@ -43,7 +43,7 @@ def row(text: str, title: str) -> list[str]:
 
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For what stands beside the figures, which take a second and more to draw."""
+    """For content beside the figures, which take a second and more to draw."""
     monkeypatch.setattr("cdpr.ui.report.pages.run.drawings", lambda run: [])
 
 
@@ -161,7 +161,7 @@ def test_each_cable_has_its_limits_and_extremes() -> None:
         ),
     ],
 )
-def test_the_banner_says_how_the_run_ended(run: Run, mood: str, words: str) -> None:
+def test_the_banner_shows_the_status(run: Run, mood: str, words: str) -> None:
     text = render(run)
     banner = re.search(r'<p class="banner (\w+)".*</p>', text)
     assert banner
@@ -225,13 +225,13 @@ def test_a_run_without_a_sample_has_a_report() -> None:
 
 
 @pytest.mark.usefixtures("no_figures")
-def test_a_diverged_run_says_what_is_not_finite() -> None:
+def test_a_diverged_run_names_its_non_finite_values() -> None:
     assert row(render(diverged_run()), "Position error (mm)")[2] == "not finite"
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # as in `render`
 @pytest.mark.parametrize("values", [(np.nan, np.nan), (np.inf, -np.inf), (1e308, -1e308), (1e308, 1.0)], ids=str)
-def test_whatever_numbers_a_run_holds_the_player_gets_finite_ones(values: tuple[float, float]) -> None:
+def test_the_player_gets_only_finite_numbers(values: tuple[float, float]) -> None:
     run = make_run(rows=6)
     table = run.rows.copy()
     for k, value in enumerate(values):
@@ -243,7 +243,7 @@ def test_whatever_numbers_a_run_holds_the_player_gets_finite_ones(values: tuple[
 
 
 @pytest.mark.usefixtures("no_figures")
-def test_wall_clock_times_stand_in_one_row_only() -> None:
+def test_wall_clock_times_are_in_one_row_only() -> None:
     fast, slow = (render(replace(make_run(rows=200), timings={"loop_s": s})).splitlines() for s in (0.1, 7.0))
     different = [a for a, b in zip(fast, slow, strict=True) if a != b]
     assert len(different) == 1
@@ -271,7 +271,7 @@ def test_the_file_is_small() -> None:
 
 @pytest.mark.usefixtures("no_figures")
 def test_a_page_counts_a_run_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Banner, reservations and tables ask for its figures; what another run is made of is counted anew."""
+    """Banner, reservations and tables use its figures; data of another run is computed separately."""
     run, counted = make_run(rows=20), []
 
     class Counting(summary.Accumulator):
@@ -340,7 +340,7 @@ def test_numbers_are_short(value: float, text: str) -> None:
 
 
 def test_figures_have_their_colours_on_either_ground():
-    """On dark ground what a figure asks the page for is there, and no colour for light ground stays."""
+    """On a dark background the page provides the colours of a figure, and no colour for a light one remains."""
     text = inline_svg(make_run(rows=100).plot(), "overview", "Overview")
     asked = dict(re.findall(r"var\(--of-([0-9a-f]{6}), (#[0-9a-f]{6})\)", text))
     assert {colours.INK.light, colours.GROUND.light, colours.CABLES[0].light} <= set(asked.values())

@@ -1,4 +1,4 @@
-"""What notebooks and terminals show of robots, scenarios, simulations and runs; and docs/first_steps.ipynb, run."""
+"""Notebook and terminal displays of robots, scenarios, simulations and runs; docs/first_steps.ipynb, executed."""
 
 from __future__ import annotations
 
@@ -129,15 +129,15 @@ def test_names_of_a_log_do_not_speak_to_the_terminal():
         assert r"\x1b[31mred\nline" in shown
 
 
-def test_a_scenario_whose_events_cannot_be_says_so():
-    """Whether a target can be reached within its limits is known when the motion is made, not when the file is read."""
+def test_impossible_events_of_a_scenario_are_reported():
+    """A motion shows if a target can be reached within its limits when it is created, not when the file is read."""
     slow = {"velocity": 1e-3, "acceleration": 1e-3, "jerk": 1e-3}
     events = [{"type": "target", "time": 1.5, "limits": slow, "position": [0, 0, 1.3]}]
     html = cdpr.load_scenario(
         "caroca", overrides={"events": events, "trajectory.to.orientation": UPRIGHT}
     )._repr_html_()
     assert "Cannot be run" in html
-    assert "no quintic keeps these limits from where the motion is then" in html
+    assert "no quintic satisfies these limits, starting at" in html
     assert len(data_of(framed(html))["scenes"]) == 1
 
 
@@ -153,13 +153,13 @@ def test_rows_for_pandas():
     assert run.position[0, 0] != 7.0
 
 
-def test_without_pandas_the_remedy_is_told(monkeypatch):
+def test_without_pandas_the_remedy_is_reported(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(PluginError, match=r"pandas, which is not installed: pip install 'cdpr\[data\]'"):
         make_run(rows=5).to_pandas()
 
 
-def test_the_course_says_nothing_of_the_machine_it_was_written_on():
+def test_the_notebook_contains_no_machine_details():
     text = COURSE.read_text()
     course = nbformat.reads(text, as_version=4)
     nbformat.validate(course)
@@ -175,7 +175,7 @@ def test_the_course_says_nothing_of_the_machine_it_was_written_on():
 
 @pytest.mark.slow
 def test_the_course_runs_cell_by_cell(tmp_path, monkeypatch, capsys):
-    """As a notebook would: one namespace, and what stands last in a cell is shown."""
+    """As in a notebook: one namespace, and the last value of a cell is displayed."""
     monkeypatch.chdir(tmp_path)
     names: dict = {}
     shown = []
@@ -200,7 +200,7 @@ def test_the_course_runs_cell_by_cell(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(("least", "most", "told"), [(0.012, 0.34, "0.012 to 0.34"), (1.0, 1e300, "1 to 1e+300")])
-def test_tensions_of_any_size_are_told_in_few_digits(least, most, told):
+def test_tensions_of_any_size_are_reported_in_few_digits(least, most, told):
     run = make_run()
     rows = np.array(run.rows)
     rows[:, run.header.layout.columns["tension"]] = np.linspace(least, most, len(run.header.cables))

@@ -89,7 +89,7 @@ def test_the_same_run_gives_the_same_bytes(run, tmp_path, kind, monkeypatch):
         ("3.5", 3.5),
     ],
 )
-def test_it_is_as_wide_as_asked(run, width, inches):
+def test_the_figure_has_the_requested_width(run, width, inches):
     assert run.plot("tension", "position", width=width).get_figwidth() == pytest.approx(inches)
 
 
@@ -101,7 +101,7 @@ def test_its_file_is_as_wide_as_the_figure(run, tmp_path, width, inches):
 
 
 @pytest.mark.parametrize("width", [True, 0, -3.5, 1.0, 1000, np.nan, "iee", "", "3.5 inch", "88 km", "３in"])
-def test_a_width_that_is_none_is_told(run, width):
+def test_an_invalid_width_is_reported(run, width):
     with pytest.raises(CdprError, match="width must be ieee, ieee-wide, a number of inches from 2 to 40") as told:
         run.plot("tension", width=width)
     assert "\n" not in str(told.value)
@@ -123,7 +123,7 @@ def test_letters_are_of_8_pt_and_nothing_leaves_the_figure(run):
         assert max(box.y1 for box in boxes) <= height + 1.0
 
 
-def test_panels_stand_in_the_order_in_which_they_are_named(run):
+def test_panels_keep_the_given_order(run):
     figure = run.plot("position_error", "tension", "attitude", width="ieee")
     assert [axes.get_ylabel() for axes in figure.axes] == ["position error (mm)", "cable tension (N)", "attitude (°)"]
     screen = run.plot("position_error", "tension")
@@ -156,32 +156,32 @@ def test_limits_are_those_of_the_cables_that_are_drawn(run):
 @pytest.mark.parametrize(
     ("names", "cables", "told"),
     [
-        (["tensions"], None, "no panel is named 'tensions'; did you mean 'tension'"),
-        ([7], None, "no panel is named 7; there are acceleration, "),
-        ([["tension"]], None, r"no panel is named \['tension'\]; there are acceleration, "),
-        (["tension"], 1.0, "no cable is 1.0; "),
-        (["tension"], ["9"], "no cable is '9'; "),
-        (["external_force"], None, "no panel is named 'external_force'; .*there are acceleration, "),
-        (["tension"], [9], "no cable is 9; there are numbers from 1 to 8, and names: cable_1, "),
-        (["tension"], [0], "no cable is 0; "),
-        (["tension"], [True], "no cable is True; "),
-        (["tension"], ["cabel_1"], "no cable is 'cabel_1'; did you mean 'cable_1'"),
+        (["tensions"], None, "unknown panel 'tensions'; did you mean 'tension'"),
+        ([7], None, "unknown panel 7; allowed: acceleration, "),
+        ([["tension"]], None, r"unknown panel \['tension'\]; allowed: acceleration, "),
+        (["tension"], 1.0, "unknown cable 1.0; "),
+        (["tension"], ["9"], "unknown cable '9'; "),
+        (["external_force"], None, "unknown panel 'external_force'; .*allowed: acceleration, "),
+        (["tension"], [9], "unknown cable 9; allowed: numbers from 1 to 8, and names: cable_1, "),
+        (["tension"], [0], "unknown cable 0; "),
+        (["tension"], [True], "unknown cable True; "),
+        (["tension"], ["cabel_1"], "unknown cable 'cabel_1'; did you mean 'cable_1'"),
         (["tension"], [], "cables is empty"),
-        (["position"], [1], "cables are given, but nothing is drawn by cable in position"),
+        (["position"], [1], "cables: not used by position"),
     ],
 )
-def test_wrong_names_are_told_with_what_is_allowed(run, names, cables, told):
+def test_wrong_names_are_reported_with_what_is_allowed(run, names, cables, told):
     with pytest.raises(CdprError, match=f"plot: {told}") as error:
         run.plot(*names, cables=cables, width="ieee")
     assert "\n" not in str(error.value)
 
 
-def test_the_overview_goes_on_paper_too(run):
+def test_the_overview_can_be_printed(run):
     assert len(run.plot(width="ieee").axes) == len(run.plot().axes) == 4
 
 
 @sampled(3, "case", CASES)
-def test_any_run_goes_on_paper(case, tmp_path):
+def test_any_run_can_be_plotted(case, tmp_path):
     if case == "100000 rows":
         pytest.skip("takes long, and is drawn as the others are")
     assert saved(CASES[case]().plot("tension", "position_error", width="ieee"), tmp_path, "svg").startswith(b"<?xml")

@@ -69,7 +69,7 @@ def test_nor_in_odd_runs(case):
                 assert collisions(run.plot(name, width=width)) == ([], []), (name, width)
 
 
-def test_what_lies_over_is_found():
+def test_occluding_elements_are_found():
     figure = make_run().plot("position_error", width="ieee")
     figure.axes[0].yaxis.set_label_coords(-0.02, 0.5)
     assert collisions(figure)[0]

@@ -100,7 +100,7 @@ def test_quantities_units_and_names_are_written(draw, labels: list[str]) -> None
 
 @pytest.mark.parametrize("name", PANELS)
 @sampled(1, "case", ["whole", "infeasible", "diverged"])
-def test_pages_say_what_figures_of_the_library_say(name, case) -> None:
+def test_pages_match_figures_of_the_library(name, case) -> None:
     """The same words at the same ticks, whatever draws them; a common power of ten is written in another way."""
     run = {"whole": make_run, "infeasible": infeasible_run, "diverged": diverged_run}[case]()
     plain = [
@@ -147,7 +147,7 @@ def test_limits_are_drawn_in_view() -> None:
     assert high > 650.0
 
 
-def test_far_limits_do_not_squash_the_curves_and_the_legend_says_so() -> None:
+def test_distant_limits_are_in_the_legend_and_do_not_scale_the_axis() -> None:
     run = make_run(limits=(1.0, 20_000.0))
     figure = plots.tensions(run)
     low, high = figure.axes[0].get_ylim()
@@ -157,7 +157,7 @@ def test_far_limits_do_not_squash_the_curves_and_the_legend_says_so() -> None:
     assert written.count("(out of view)") == 1
 
 
-def test_limits_of_single_cables_are_told_apart() -> None:
+def test_limits_of_single_cables_are_distinguished() -> None:
     run = make_run()
     run = replace(run, header=replace(run.header, tension_max=(650.0,) * 3 + (700.0,) * 5))
     figure = plots.tensions(run)

@@ -1,4 +1,4 @@
-"""The page of a study: what lies along x, what makes lines and panels, and that the page stands alone."""
+"""Page of a study: x axis, lines, panels, and self-contained content."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_cases_without_figures_are_crosses(tmp_path):
 
 
 @pytest.mark.parametrize("axes", [KP, ENGINE + SOLVER, KD + ENGINE + SOLVER + KP, DRAWN])
-def test_the_page_stands_alone_and_is_the_same_again(tmp_path, axes):
+def test_the_page_is_self_contained_and_reproducible(tmp_path, axes):
     found = results(tmp_path, "axes:\n" + axes)
     html = render(found)
     assert html == render(found)
@@ -120,7 +120,7 @@ def test_round_off_is_not_zoomed_into(what, values, least):
     assert np.subtract(*reversed(axis_of(what, values))) >= least * (1.0 - 1e-9)
 
 
-def test_what_differs_fills_its_axis():
+def test_differences_fill_their_axis():
     for what, values in ((TENSION, (610.0, 610.5)), (ERROR, (1e-3, 2e-3)), (TENSION, (1.0, 100.0))):
         low, high = axis_of(what, values)
         shown, whole = (np.log(values), np.log([low, high])) if values[1] > 30.0 * values[0] else (values, [low, high])
@@ -232,13 +232,13 @@ def test_of_many_the_extreme_ones_play(many):
 def test_the_page_plays_and_folds_its_tables(many):
     html = render(many)
     assert html.index('id="block1figure1_1"') < html.index('id="stage"') < html.index('id="table"')
-    assert "<summary>Which cases play</summary>" in html
+    assert "<summary>Cases with playback</summary>" in html
     assert len(html) < MOST_BYTES
     assert html == render(many)
 
 
 @pytest.mark.parametrize("damage", ["gone", "empty", "cut", "died"])
-def test_a_case_without_a_sound_log_is_told(few, tmp_path, damage):
+def test_a_case_without_an_intact_log_is_reported(few, tmp_path, damage):
     folder = tmp_path / "copy"
     shutil.copytree(few.folder, folder)
     lost, *others = few.study.cases
@@ -257,17 +257,17 @@ def test_a_case_without_a_sound_log_is_told(few, tmp_path, damage):
         "gone": "1 of 3 cases have no log.",
         "empty": f"Case {lost.id} cannot be shown: ",
         "cut": f"Case {lost.id}",
-        "died": "1 with a log failed, died or hung: they are in the table alone.",
+        "died": "1 with a log failed, crashed or hung: see the table.",
     }
     assert told.startswith(expected[damage])
     assert [each.case.id for each in shown][-2:] == [case.id for case in others]
 
 
-def test_a_study_that_kept_no_log_says_so(tmp_path):
+def test_a_study_that_kept_no_log_is_reported(tmp_path):
     found = results(tmp_path, "axes:\n" + KP)
     shown, told = choose(found)
     assert shown == []
-    assert told == ["No case has a log to play: the study keeps logs of no case (its key `keep`)."]
+    assert told == ["No case has a log: the study keeps logs of no case (its key `keep`)."]
     html = render(found)
     assert told[0] in html
     assert 'id="stage"' not in html

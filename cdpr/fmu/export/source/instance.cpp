@@ -340,7 +340,7 @@ static size_t snapshot_size(const Instance* instance) {
 
 static Status check(const Instance* instance, const Snapshot* snapshot) {
     if (snapshot && memcmp(snapshot->token, instance->model.token, LABEL) == 0) return OK;
-    return report(instance, ERROR, "this is no snapshot of this FMU");
+    return report(instance, ERROR, "this is not a snapshot of this FMU");
 }
 
 Status instance_save(const Instance* instance, void** snapshot) {
@@ -386,7 +386,7 @@ Status instance_serialise(const Instance* instance, const void* snapshot, char* 
 Status instance_deserialise(const Instance* instance, const char* bytes, size_t size, void** snapshot) {
     // The bytes may have another alignment than a Snapshot; its token comes first.
     if (size != snapshot_size(instance) || memcmp(bytes, instance->model.token, LABEL) != 0)
-        return report(instance, ERROR, "these %zu bytes are no snapshot of this FMU", size);
+        return report(instance, ERROR, "these %zu bytes are not a snapshot of this FMU", size);
     *snapshot = malloc(size);
     if (!*snapshot) return report(instance, ERROR, "no memory for a snapshot");
     memcpy(*snapshot, bytes, size);

@@ -59,7 +59,7 @@ def form_section(node: Schema, root: Schema, name: str, given: Any, starts: Star
     forms = branches(node, root)
     known = list(forms) or list(ONE_OF.get(str(node.get("name")), ()))
     if name not in known:
-        raise CdprError(f"there is no {name[:60]!r}: {did_you_mean(name, known)}there are {', '.join(known)}")
+        raise CdprError(f"unknown plugin {name[:60]!r}: {did_you_mean(name, known)}allowed: {', '.join(known)}")
     if forms:
         kept = {key: value for key, value in section.items() if key in forms[name]["properties"]}
         return {"type": name, **{**starts.form(forms[name]), **kept, "type": name}}

@@ -62,7 +62,7 @@ def insert(text: str, path: Path, value: Any) -> str:
     """Return the text with an item appended to the list at `path`, which is created if missing."""
     items = _at(read(text), path)
     if items is not None and not isinstance(items, list):
-        raise CdprError(f"{dotted(path)}: is no list, so nothing can be inserted")
+        raise CdprError(f"{dotted(path)}: is not a list, so nothing can be inserted")
     return set_value(text, path, [*(items or []), value])
 
 
@@ -151,7 +151,7 @@ def _steps(old: Any, new: Any, path: Path) -> Iterator[Step]:
 def _checked(text: str, meant: dict[str, Any]) -> str:
     """Return the text if its data equal `meant`; raise CdprError otherwise."""
     if not same(read(text), meant):
-        raise CdprError("this cannot be written without disturbing the rest of the file: edit the text itself")
+        raise CdprError("this change would alter the rest of the file: edit the text directly")
     return text
 
 
@@ -239,7 +239,7 @@ def _cut(text: str, path: Path) -> str:
     assert i is not None
     if len(around.items) == 1:
         if len(path) == 1:
-            raise CdprError(f"{dotted(path)}: is all that the file says; it cannot be removed")
+            raise CdprError(f"{dotted(path)}: is the only key of the file; it cannot be removed")
         return _put(text, path[:-1], {} if around.kind == "mapping" else [])
     firsts = around.keys if around.kind == "mapping" else around.items
     if around.flow:

@@ -254,7 +254,7 @@ class Editor:
 
     def _back(self, source: list[Step], other: list[Step]) -> None:
         if not source:
-            raise CdprError("there is nothing more to undo" if source is self._undo else "nothing was undone")
+            raise CdprError("no change to undo" if source is self._undo else "nothing was undone")
         told, files, texts = source.pop()
         other.append((told, self._files, self._files.texts()))
         self._files = files
@@ -299,7 +299,7 @@ class Editor:
 
 def _path(text: str) -> Path:
     if not isinstance(text, str) or not KEY.fullmatch(text):
-        raise CdprError(f"a key such as robot.platform.mass or robot.cables[0].frame is expected, got {text!r:.80}")
+        raise CdprError(f"expected a key such as robot.platform.mass or robot.cables[0].frame, got {text!r:.80}")
     return nominal.renamed(tuple(_parts(text)))
 
 

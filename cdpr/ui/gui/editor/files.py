@@ -96,7 +96,7 @@ def named(name: object) -> str:
         CdprError: if it is not a file name.
     """
     if not isinstance(name, str) or not name.strip() or not is_name(name):
-        raise CdprError(f"the name of a file is expected, got {shown(name)}")
+        raise CdprError(f"expected the name of a file, got {shown(name)}")
     return name
 
 
@@ -120,7 +120,7 @@ def unsaved(file: File) -> str:
         return file.fixed
     if file.saved is None:
         return (
-            f"'{file.name}' exists already in another folder: save under another name"
+            f"'{file.name}' already exists in another folder: save under another name"
             if os.path.lexists(file.name)
             else ""
         )
@@ -155,7 +155,7 @@ def write(name: str, text: str, *, new: bool) -> None:
         else:
             _replace(Path(os.path.realpath(name)), content)
     except FileExistsError:
-        raise OutputError(f"'{name}' exists already and is not overwritten: choose another name") from None
+        raise OutputError(f"'{name}' already exists and is not overwritten: choose another name") from None
     except OSError as error:
         raise OutputError(f"cannot write '{name}': {error.strerror or error}") from None
 
@@ -178,5 +178,5 @@ def _installed(name: str) -> str:
     """Return a reason not to write a file that belongs to the installation; "" otherwise."""
     package = os.path.dirname(os.path.realpath(cdpr.__file__))
     if os.path.realpath(name).startswith(package + os.sep):
-        return f"'{name}' belongs to the installation of cdpr: save it under another name"
+        return f"'{name}' is part of the installation of cdpr: save it under another name"
     return ""

@@ -86,7 +86,7 @@ class FormEdits:
         texts, items = self._files.texts(), at(self._data, key)
         items = [] if items is MISSING else items
         if not isinstance(items, list):
-            raise CdprError(f"{dotted(key)}: is no list, so nothing can be inserted")
+            raise CdprError(f"{dotted(key)}: is not a list, so nothing can be inserted")
         if not isinstance(value, dict):
             value = self._item(key, value, items)
         for limits in self._limits() if key == CABLES else ():
@@ -211,7 +211,7 @@ class FormEdits:
         path = _as_given(text, path)
         if entry is not None and len(path) == 3:
             if not isinstance(value, dict):
-                raise CdprError(f"{dotted(key)}: a mapping of what differs is expected")
+                raise CdprError(f"{dotted(key)}: expected a mapping of what differs")
             text = edit.insert(text, path[:2], {**entry, **value})
         else:
             text = text if entry is None else edit.insert(text, path[:2], entry)

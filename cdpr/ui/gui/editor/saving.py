@@ -110,7 +110,7 @@ def _target(target: str, first: File) -> str:
     elif not target.endswith(ENDINGS):
         target += ENDINGS[0]
     if os.path.lexists(target):
-        raise OutputError(f"'{target}' exists already and is not overwritten: choose another name")
+        raise OutputError(f"'{target}' already exists and is not overwritten: choose another name")
     return target
 
 

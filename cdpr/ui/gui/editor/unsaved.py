@@ -36,12 +36,12 @@ def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> tupl
         CdprError: if an argument is unknown or invalid.
     """
     if kind not in KINDS:
-        raise CdprError(f"robot or scenario is expected, got {kind!r:.40}")
+        raise CdprError(f"expected robot or scenario, got {kind!r:.40}")
     given = {key: value for key, value in arguments.items() if value is not None}
     name, source = named(given.pop("file", f"{kind}.yaml")), given.pop("robot", None)
     known = tuple(Sizes.__dataclass_fields__)
     if wrong := [key for key in given if key not in known]:
-        raise CdprError(f"{', '.join(wrong)}: not known; a new {kind} is made of {', '.join(known)}")
+        raise CdprError(f"{', '.join(wrong)}: unknown; allowed for a new {kind}: {', '.join(known)}")
     if source is not None and kind == "robot":
         raise CdprError("robot: only a new scenario names one")
     if source is not None and given:
@@ -63,7 +63,7 @@ def _sizes(given: Mapping[str, Any]) -> Sizes:
         mass = {"mass": float(given["mass"])} if "mass" in given else {}
         count = {"cables": int(given["cables"])} if "cables" in given else {}
     except (TypeError, ValueError, OverflowError):
-        text = "frame and platform: three lengths (m) each are expected; mass: a number (kg); cables: a whole number"
+        text = "frame and platform: expected three lengths (m) each; mass: a number (kg); cables: a whole number"
         raise CdprError(text) from None
     flags = {key: bool(given[key]) for key in ("crossed", "planar", "suspended") if key in given}
     made: dict[str, Any] = {**parts, **mass, **count, **flags}

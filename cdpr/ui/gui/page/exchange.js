@@ -71,8 +71,8 @@ class Exchange {
     path.addEventListener("input", () => { chosen.value = ""; list(); });
     const ask = () => {
       const all = [...chosen.files], size = all.reduce((sum, file) => sum + file.size, 0), { most } = this;
-      const told = `${(size / MEBI).toFixed(1)} MiB, and ${most / MEBI} MiB at most are taken`;
-      if (size > most) throw new Error(`These files have ${told}: enter their path instead.`);
+      const told = `at most ${most / MEBI} MiB, got ${(size / MEBI).toFixed(1)} MiB in total`;
+      if (size > most) throw new Error(`Files: expected ${told}: enter their path instead.`);
       const source = all.length ? { files: all } : { path: path.value.trim() };
       const ends = tension.map((input) => reading(input.value)), given = ends.some((end) => end !== "");
       return { ...source, cable_set: set.value.trim(), trajectory: trajectory.value.trim(), tension: given ? ends : "",

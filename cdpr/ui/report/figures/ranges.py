@@ -101,7 +101,7 @@ def _column(
     """Write the legend of solvers downwards from the corner."""
     x, y = corner[0] + 0.04, corner[1] - 0.1
     inches = page.dpi_scale_trans
-    what = "no tensions are admissible" if empty else "bars: what each tension may be, alone"
+    what = "no tensions are admissible" if empty else "bars: range of each tension"
     page.text(x, y, what, transform=inches, va="center", color=BAD if empty else GOOD, fontweight="bold")
     y -= 1.6 * LINE
     for number, (group, texts) in enumerate(zip(groups, entries, strict=True), 1):

@@ -16,7 +16,7 @@ from cdpr.scene import colours
 from cdpr.ui.report.pages.page import banner, figure, page, section, table
 from cdpr.ui.report.text.bench import COLUMNS, MEANING, MISLED, OVERVIEW, Columns, cells, facts, overview_cells
 
-ABOUT = """<h2>What was measured</h2>
+ABOUT = """<h2>Measurements</h2>
 <p>Each solver got the same problems: find tensions t with W t = wrench, within the limits, at random poses of a
 robot in a box around its home, tilted by up to 10°, under its weight with a random force and moment of up to a fifth
 of it; every fifth problem carries a payload besides. Whether a problem is feasible, and what the optimum of an
@@ -28,7 +28,7 @@ have been missed. Times are wall time of one call from Python. Compare medians, 
 <em>pinv</em> is numpy's pseudo-inverse of a 6x8 matrix, called in between. A 99th percentile far from the median is
 often the operating system's. All other figures are the same on every run.</p>"""
 
-MISLEADING = f"""<h2>Problems made to mislead</h2>
+MISLEADING = f"""<h2>Adversarial problems</h2>
 <p>Matrices with parallel, opposite, equal and nearly parallel columns, columns and rows of zeros, dependent rows and
 arms of {ARM:g} m; cables exactly at a limit, locked, or with as little as 1e-12 of the largest tension between their
 limits; largest tensions from 1e-3 to 1e6 N; a third of the wrenches out of reach, by a share of 1.5e-8 to 1. A compiled
@@ -98,7 +98,7 @@ def render(figures: Mapping[str, Any], drawn: list[str]) -> str:
         tables = (f"<h3>{escape(facts(robot))}</h3>\n{_results(robot, MISLED)}" for robot in hard)
         parts.append(section("adversaries", MISLEADING + "\n" + "\n".join(tables)))
     links["columns"] = "Columns"
-    parts.append(section("columns", "<h2>What the columns say</h2>\n" + table(MEANING.items())))
+    parts.append(section("columns", "<h2>Columns</h2>\n" + table(MEANING.items())))
     count = len(figures["solvers"])
     subtitle = f"{count} solver{'s' * (count != 1)}, {figures['poses']} problems a robot, seed {figures['seed']}"
     first = banner("warn", "Interrupted", ": incomplete measurement") if figures["interrupted"] else ""

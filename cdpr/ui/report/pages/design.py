@@ -61,7 +61,7 @@ def render_design(found: Designed) -> str:
         links["front"] = "Front"
         parts.append(section("front", _front(known)))
     links["variables"] = "Variables"
-    parts.append(section("variables", f"<h2>What was varied</h2>\n{_table(variables(known), numeric=False)}"))
+    parts.append(section("variables", f"<h2>Varied keys</h2>\n{_table(variables(known), numeric=False)}"))
     links["about"] = "About"
     parts.append(section("about", _about(known)))
     return page(known["name"], "a design by cdpr", banner(mood, escape(words)), links, parts, data)

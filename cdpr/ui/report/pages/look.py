@@ -19,8 +19,8 @@ from cdpr.ui.report.player.scenes import scene
 from cdpr.ui.report.plots.survey import survey_panels, unheld
 from cdpr.ui.report.text.portrait import lines
 
-ROBOT = "Frame anchors, cables and platform at the pose; nothing is simulated."
-MOTION = "The desired motion by inverse kinematics and dynamics; tensions of minimum 2-norm. Nothing is simulated."
+ROBOT = "Frame anchors, cables and platform at the pose, without simulation."
+MOTION = "The desired motion by inverse kinematics and dynamics; tensions of minimum 2-norm. There is no simulation."
 
 
 def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey: Survey | None) -> str:
@@ -46,7 +46,7 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     ]
     parts = [theatre(figure("robot", "Robot", still_scene(shown, title), about, live=stage(data)), gallery)]
     told = escape("\n".join(lines(dict(figures))))
-    parts.append(section("figures", f"<h2>What it can hold</h2>\n<pre>{told}</pre>"))
+    parts.append(section("figures", f"<h2>Capacity</h2>\n<pre>{told}</pre>"))
     links = {"robot": "Robot", **{key: name for key, (name, _) in found.items()}, "figures": "Figures"}
     return page(title, about, "" if survey is None else _banner(survey), links, parts, data)
 

@@ -87,7 +87,7 @@ def figure(key: str, title: str, svg: str, caption: str, *, live: str = "", mino
     kind = f"{kind} minor".strip() if minor else kind
     style = f' class="{kind}"' if kind else ""
     if live:
-        caption = f'<details class="about"><summary>What it shows, and what to look for</summary>{caption}</details>'
+        caption = f'<details class="about"><summary>About this figure</summary>{caption}</details>'
     return f'<figure id="{key}"{style}>\n<h2>{title}</h2>\n{live}{still}<figcaption>{caption}</figcaption>\n</figure>'
 
 

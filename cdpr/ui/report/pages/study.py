@@ -70,7 +70,7 @@ def render(results: Results) -> str:
         links["robot"] = "Robot"
     if shown or told:
         links["shown"] = "Cases"
-        parts.append(section("shown", f"<h2>Cases that play</h2>\n{account(shown, told)}"))
+        parts.append(section("shown", f"<h2>Playback</h2>\n{account(shown, told)}"))
     links["table"] = "Table"
     parts.append(section("table", _table(results)))
     mood = "bad" if results.exit_code else "warn" if results.strained else "good"
@@ -91,7 +91,7 @@ def _about(results: Results) -> str:
     scenarios = dict.fromkeys(os.path.normpath(grid.scenario.source) for grid in study.blocks)
     versions = {f"{name} {version}" for row in results.rows.values() for name, version in row.versions.items()}
     return (
-        f"<h2>What was varied</h2>\n{table(dict.fromkeys(rows), ('Axis', 'Places', 'What they are'), numeric=False)}\n"
+        f"<h2>Varied keys</h2>\n{table(dict.fromkeys(rows), ('Axis', 'Places', 'What they are'), numeric=False)}\n"
         f"<p>Scenario: {escape(', '.join(scenarios))}. "
         f"Versions: {escape(', '.join(sorted(versions)))}.</p>\n"
         "<p>A dot is a run. Where several runs share a place, because an axis has none of its own in the figure, the "

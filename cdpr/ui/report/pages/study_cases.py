@@ -78,11 +78,11 @@ def _told(results: Results, logged: int, sound: int) -> Iterator[str]:
     count = len(results.study.cases)
     if not logged:
         kept = {"none": "of no case", "failed": "of cases that did not finish", "all": "of all cases"}
-        yield f"No case has a log to play: the study keeps logs {kept[results.study.keep]} (its key `keep`)."
+        yield f"No case has a log: the study keeps logs {kept[results.study.keep]} (its key `keep`)."
     elif logged < count:
         yield f"{count - logged} of {count} cases have no log."
     if sound < logged:
-        yield f"{logged - sound} with a log failed, died or hung: they are in the table alone."
+        yield f"{logged - sound} with a log failed, crashed or hung: see the table."
 
 
 def _wanted(cases: Sequence[StudyCase], records: Mapping[str, Record]) -> Iterator[tuple[StudyCase, str]]:
@@ -149,5 +149,5 @@ def account(shown: Sequence[Shown], told: Sequence[str]) -> str:
     found = ""
     if rows:
         inside = table(rows, ("Case", "Difference", "Status", "Reason"), numeric=False)
-        found = f"<details><summary>Which cases play</summary>\n{inside}</details>\n"
+        found = f"<details><summary>Cases with playback</summary>\n{inside}</details>\n"
     return found + "\n".join(f"<p>{escape(text)}</p>" for text in told)

@@ -146,7 +146,7 @@ def provenance(run: Run) -> str:
         ("Versions", escape(", ".join(f"{name} {version}" for name, version in head.versions.items()))),
         ("Keys not used", ", ".join(f"<code>{escape(key)}</code>" for key in run.unused) or "none"),
     ]
-    return "<h2>What was run</h2>\n" + table(rows)
+    return "<h2>Run</h2>\n" + table(rows)
 
 
 def events(run: Run) -> str:
@@ -161,7 +161,7 @@ def events(run: Run) -> str:
         rows.append((str(i), f"{at}{until}", escape(event.kind), escape(event.text)))
     out += table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
     if len(run.events) > MOST_EVENTS:
-        out += f"\n<p>And {len(run.events) - MOST_EVENTS} more, which the log holds.</p>"
+        out += f"\n<p>And {len(run.events) - MOST_EVENTS} more in the log.</p>"
     return out + "\n<p>Dotted lines mark them in the figures; steps without valid tensions are shaded.</p>"
 
 

@@ -33,12 +33,12 @@ def pick(run: Run, names: Sequence[str], cables: Cables | None = None) -> list[P
     for name in names:
         if not isinstance(name, str) or name not in known:
             hint = did_you_mean(name, known) if isinstance(name, str) else ""
-            raise CdprError(f"plot: no panel is named {name!r}; {hint}there are {', '.join(sorted(known))}")
+            raise CdprError(f"plot: unknown panel {name!r}; {hint}allowed: {', '.join(sorted(known))}")
     chosen = [known[name] for name in names]
     if cables is None:
         return chosen
     if not any(curves.group == BY_CABLE for panel in chosen for curves in panel.curves):
-        raise CdprError(f"plot: cables are given, but nothing is drawn by cable in {', '.join(names)}: leave them out")
+        raise CdprError(f"plot: cables: not used by {', '.join(names)}; remove them")
     shown = numbers(run, cables)
     return [_only(run, panel, shown) for panel in chosen]
 
@@ -60,7 +60,7 @@ def numbers(run: Run, cables: Cables) -> list[int]:
         else:
             hint = did_you_mean(cable, known) if isinstance(cable, str) else ""
             allowed = f"numbers from 1 to {len(known)}, and names: {', '.join(known)}"
-            raise CdprError(f"plot: no cable is {cable!r}; {hint}there are {allowed}")
+            raise CdprError(f"plot: unknown cable {cable!r}; {hint}allowed: {allowed}")
     if not found:
         raise CdprError("plot: cables is empty: name some, or leave it out for all")
     return list(dict.fromkeys(found))

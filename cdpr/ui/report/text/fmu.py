@@ -29,7 +29,7 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
     platforms = ", ".join(figures["platforms"]) or "none"
     here = "runs on this machine" if figures["runs_here"] else "does not run on this machine"
     yield row("binaries", f"{platforms} ({here}); sources {'inside' if figures['sources'] else 'not inside'}")
-    yield from wrapped(row("can", ", ".join(_abilities(figures["capabilities"])) or "nothing beyond stepping"), 23)
+    yield from wrapped(row("can", ", ".join(_abilities(figures["capabilities"])) or "fixed steps only"), 23)
     if figures["default_step_s"] is not None:
         yield row("step by default", f"{1e3 * figures['default_step_s']:g} ms")
     for causality in SHOWN:

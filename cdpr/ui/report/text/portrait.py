@@ -99,14 +99,16 @@ def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]
 def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
     span, end = motion["duration_s"], motion["end_s"]
     cut = f" of the {end:g} s until it ends: simulation.duration stops it on its way" if end > span else ""
-    yield f"motion: {motion['type']}, {span:g} s{cut}, looked at in {motion['samples']} samples"
+    yield f"motion: {motion['type']}, {span:g} s{cut}, {motion['samples']} samples evaluated"
     yield row("path length", f"{motion['path_length_m']:.4g} m")
     speed, acceleration = motion["speed_max_m_per_s"], motion["acceleration_max_m_per_s2"]
     yield row("peak speed", f"{speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2")
     speed, acceleration = motion["angular_speed_max_rad_per_s"], motion["angular_acceleration_max_rad_per_s2"]
     yield row("peak angular speed", f"{speed:.4g} rad/s, acceleration {acceleration:.4g} rad/s^2")
     if motion["controlled"] != dof:
-        yield row("controlled", f"{', '.join(motion['controlled'])}: in these alone the cables balance the wrench")
+        yield row(
+            "controlled", f"{', '.join(motion['controlled'])}: the cables balance the wrench in these directions only"
+        )
     if motion["events"]:
         yield row("with its events", ", ".join(motion["events"]))
     feasible = f"{100 * motion['feasible_share']:.4g} % of the samples"

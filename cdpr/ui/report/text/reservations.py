@@ -37,7 +37,7 @@ def reservations(run: Run) -> Iterator[str]:
     if (bad := figures.get("slack_samples")) and not run.header.ideal_cables:
         yield f"{bad} of {total} samples had slack cables"
     if passed := figures.get(PASSED):
-        yield f"{passed}, where its force turns round within a step: results are not reliable"
+        yield f"{passed}, where its force reverses within a step: results are not reliable"
     if (gap := figures.get("clearance_min_m", 0.0)) < 0.0:
         yield passing(names := figures["clearance_min_by"], gap) or f"{names} touched"
 

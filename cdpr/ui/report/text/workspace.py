@@ -42,7 +42,7 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         told.append(_line("of them evaluated", f"{asked}, {share}; the others are interpolated"))
     if (oracle := figures["oracle"]) is not None:
         apart = f"{len(oracle['different'])} different, {oracle['undecided'] + len(oracle['near'])} undecided"
-        told.append(_line(f"asked of {oracle['by']}", f"{oracle['poses']} poses: {apart}"))
+        told.append(_line(f"verified by {oracle['by']}", f"{oracle['poses']} poses: {apart}"))
     told += [f"  {note}" for note in figures["notes"]]
     if figures["on_boundary"] and figures["method"] != "certify":
         why = " or without a proof" if figures["method"] == "combined" else ""

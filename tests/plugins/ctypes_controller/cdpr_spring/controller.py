@@ -8,7 +8,7 @@ import numpy as np
 from cdpr.native.foreign import Foreign
 from cdpr.plugins import Controller, SnapshotOfArrays
 
-LIBRARY = ctypes.CDLL(find_spec("cdpr_spring.kernel").origin)  # ctypes keeps it loaded
+LIBRARY = ctypes.CDLL(find_spec("cdpr_spring.kernel").origin)  # ctypes keeps the library loaded
 
 
 class Spring(SnapshotOfArrays, Controller):

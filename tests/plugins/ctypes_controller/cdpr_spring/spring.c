@@ -1,7 +1,7 @@
-// Spring and damper between a platform and its desired motion, and its weight.
+// Spring and damper between the platform and its desired motion, plus compensation of the weight.
 
 struct place {
-    const double *force;   // (3), N, what carries the weight
+    const double *force;   // (3), N, force that balances the weight
     const double *center;  // (3), m, center of mass, platform axes
     const double *gains;   // (4), N/m and N s/m, N m/rad and N m s/rad
     const double *state;   // (13)

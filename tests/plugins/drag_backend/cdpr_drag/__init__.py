@@ -6,7 +6,7 @@ from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
 
 
 class DragOptions(PluginOptions):
-    """What a scenario may say under `backend_options: {drag: ...}`."""
+    """Options of a scenario under `backend_options: {drag: ...}`."""
 
     area: float = Field(
         0.0,
@@ -18,7 +18,7 @@ class DragOptions(PluginOptions):
 
 @hookimpl
 def cdpr_backends() -> list[PluginInfo]:
-    """Say what this package brings."""
+    """Return the plugins of this package."""
     return [
         PluginInfo(
             name="drag",

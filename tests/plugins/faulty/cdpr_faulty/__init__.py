@@ -1,4 +1,4 @@
-"""A controller that does its process harm, on purpose; on the path as it stands, it counts as installed."""
+"""Controller that damages its process on purpose; a folder on the path counts as installed."""
 
 from typing import Literal
 
@@ -11,7 +11,7 @@ Fault = Literal["none", "raise", "hang", "crash", "exit", "kill", "chatter"]
 
 
 class FaultyOptions(ComputedTorqueOptions):
-    """Which harm, and when."""
+    """Kind and time of the damage."""
 
     fault: Fault = Field("none", description="what happens")
     at: int = Field(20, ge=1, description="in which call")
@@ -20,7 +20,7 @@ class FaultyOptions(ComputedTorqueOptions):
 
 @hookimpl
 def cdpr_controllers() -> list[PluginInfo]:
-    """Say what this package brings."""
+    """Return the plugins of this package."""
     return [
         PluginInfo("faulty", "cdpr_faulty.controller:Faulty", "computed torque with a fault", options=FaultyOptions)
     ]

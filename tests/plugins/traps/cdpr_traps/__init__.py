@@ -13,7 +13,7 @@ Trap = Literal[
 
 
 class TrapOptions(PluginOptions):
-    """Which fault, in which engine, and what the engine says of its scheme."""
+    """Selected fault and engine, and the scheme declared by the engine."""
 
     engine: str = Field("mujoco", description="the backend that is wrapped")
     trap: Trap = Field("none", description="the fault")
@@ -27,7 +27,7 @@ class TrapOptions(PluginOptions):
 
 @hookimpl
 def cdpr_backends() -> list[PluginInfo]:
-    """Say what this package brings."""
+    """Return the plugins of this package."""
     return [
         PluginInfo(
             "traps",

@@ -60,7 +60,7 @@ class Wrapped(Backend):
         self.state[:] = self.inner.state
 
     def put(self, state):
-        """Go on from another state."""
+        """Continue from another state."""
         self.inner.reset(state)
 
 

@@ -6,14 +6,14 @@ from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
 
 
 class Options(PluginOptions):
-    """What a scenario may say under `solver`."""
+    """Options of a scenario under `solver`."""
 
     power: float = Field(1.0, ge=0.0, description="0 treats all cables alike, 1 weighs each by its strength")
 
 
 @hookimpl
 def cdpr_solvers() -> list[PluginInfo]:
-    """Say what this package brings."""
+    """Return the plugins of this package."""
     return [
         PluginInfo(
             name="weighted",
