@@ -51,7 +51,7 @@ class Nobody(Foxglove):
 
 
 # The other side, in a process of its own: it answers each word of its input by how many messages came and how many
-# different times /clock told.
+# different times of /clock.
 Count = list[int]
 
 
@@ -139,7 +139,7 @@ class Other:
         self._process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def say(self, word: str) -> list[int]:
-        """Say a word, and return what it answers."""
+        """Send a word, and return the answer."""
         assert self._process.stdin
         assert self._process.stdout
         self._process.stdin.write(f"{word}\n")
@@ -147,7 +147,7 @@ class Other:
         return list(json.loads(self._process.stdout.readline()))
 
     def wait(self) -> None:
-        """Wait until it says something by itself."""
+        """Wait for an unsolicited message."""
         assert self._process.stdout
         self._process.stdout.readline()
 
@@ -231,7 +231,7 @@ def arrived(tool: str) -> dict[str, float]:
 
         def resume() -> None:
             other.say("on")
-            sleep(0.5)  # until it is heard of
+            sleep(0.5)  # until it is found
             link.requests.put(Request("pause", {"paused": False}))
 
         threading.Thread(target=resume, daemon=True).start()

@@ -91,7 +91,7 @@ def feasible(robot: Robot) -> tuple[Array, Array]:
 
 
 def misclassified(count: int) -> None:
-    """Ask the exact solvers what HiGHS has decided."""
+    """Solve the problems decided by HiGHS with the exact solvers."""
     wrong, decided = dict.fromkeys(("qp", "lp", "analytic_centre"), 0), 0
     for name in ROBOTS_ASKED:
         robot = cdpr.load_robot(ROBOTS / f"{name}.yaml")

@@ -84,7 +84,7 @@ def measure() -> dict[str, float]:
 
 
 def short(others: list[str]) -> None:
-    """Tell how many short cases a second go through."""
+    """Print the number of short cases per second."""
     with tempfile.TemporaryDirectory() as name:
         study = Path(name) / "study.yaml"
         study.write_text(SHORT.format(scenario=os.path.relpath(ROOT / "scenarios" / "caroca.yaml", name)))

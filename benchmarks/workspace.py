@@ -59,12 +59,12 @@ class Programs:
         self.highs.setOptionValue("presolve", "off")
 
     def scipy(self) -> None:
-        """Ask scipy."""
+        """Compute the result by scipy."""
         for W, wrench in self.problems:
             linprog(np.zeros(W.shape[1]), A_eq=W, b_eq=wrench, bounds=self.limits)
 
     def facets(self) -> None:
-        """Ask pycapacity for the facets."""
+        """Compute the facets by pycapacity."""
         for W, _ in self.problems:
             hyper_plane_shift_method(W, self.limits[:, 0], self.limits[:, 1])
 

@@ -2,7 +2,7 @@
 
 The capacity margin of CoGiRo with a box of required wrenches, at 464 x 464 x 465 cells, by `cdpr workspace`, in
 processes of its own: once killed after a third and resumed, once on one thread and not stopped. Takes some minutes, and
-twice the disk that it tells. Run: python benchmarks/workspace_chunks.py [--cells NX,NY,NZ] [--json].
+twice the disk space that it prints. Run: python benchmarks/workspace_chunks.py [--cells NX,NY,NZ] [--json].
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Draw the pictures of teaching.md and write its tables, from runs of the scenarios in this repository.
 
-Run: python docs/teaching.py (a minute). The figures are kept in teaching.json; a test holds the tables to it, and what
-the page's commands tell to the tables: command and runs are made of the same changes.
+Run: python docs/teaching.py (a minute). The figures are in teaching.json; tests compare the tables with it, and the
+output of the page's commands with the tables.
 """
 
 from __future__ import annotations

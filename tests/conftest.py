@@ -60,7 +60,7 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
-# What tests start shall find our modules compiled, also where the environment says that none be kept.
+# Child processes find compiled modules, also if the environment disables their cache.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 

@@ -106,7 +106,7 @@ class Peer:
                 raise self._silent(f"to frame {self._asked - 1}") from None
         self._take()
         if self._answered != self._asked - 1:
-            raise self._wrong(f"answered frame {self._answered}, and {self._asked - 1} was asked")
+            raise self._wrong(f"expected an answer to frame {self._asked - 1}, got one to frame {self._answered}")
         return self._in[1:]
 
     def newest(self, values: Array) -> Array:

@@ -14,7 +14,7 @@ Conventions, valid everywhere:
 - Desired, shape (19,): the same 13, then acceleration of the origin (3, world) and angular acceleration (3, world).
 - The centre of mass may lie off the origin. Inertia is about the centre of mass, platform axes, full tensor.
 - Roll, pitch, yaw are fixed-axis: R = Rz(yaw) Ry(pitch) Rx(roll). Euler angles come with their order, as in scipy:
-  "XYZ" about moving axes, R = Rx Ry Rz (thesis 2.1, whose sentence says otherwise), "xyz" about fixed axes,
+  "XYZ" about moving axes, R = Rx Ry Rz (thesis 2.1, whose text contradicts it), "xyz" about fixed axes,
   R = Rz Ry Rx.
 - Where forces and moments must be compared, moments are divided by the robot's characteristic length, the root mean
   square of `|B_i|`.

@@ -32,7 +32,7 @@ def exported(tmp_path_factory):
     made = {}
     for fmi in (2, 3):
         path = folder / f"caroca{fmi}.fmu"
-        path.write_bytes(fmu_bytes(plant, fmi))  # write_fmu would also tell the user's list of trust
+        path.write_bytes(fmu_bytes(plant, fmi))  # write_fmu would also change the user's list of trusted FMUs
         made[fmi] = path, open_archive(path).sha256
     return made
 
@@ -156,7 +156,7 @@ def test_a_weak_pull_is_reported(exported):
 def test_foreign_code_requires_trust(exported):
     options = file_of(exported)
     del options["sha256"]
-    with pytest.raises(FmuError, match="nobody said that you trust it"):
+    with pytest.raises(FmuError, match="is not trusted"):
         built(options)
 
 

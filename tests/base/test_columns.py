@@ -46,9 +46,9 @@ RENAMED = {"status": "solver_status"}
 
 
 class Told(Controller):
-    """carries the weight, and says so"""
+    """carries the weight, and logs it"""
 
-    columns = (Column("effort", 6, "N, N m", "Wrench that it asks for", "world"), Column("calls", 1, "", "Calls"))
+    columns = (Column("effort", 6, "N, N m", "Wrench that it requires", "world"), Column("calls", 1, "", "Calls"))
 
     def log(self, columns):
         self.effort, self.calls = columns["effort"], columns["calls"]

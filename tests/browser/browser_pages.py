@@ -26,7 +26,7 @@ def open_page(chromium):
     contexts, told = [], []
 
     def hear(message):
-        # What the driver says of its speed comes of tests that read pixels back.
+        # The driver warns about its speed, because tests read pixels back.
         if message.type in ("error", "warning") and "GL Driver Message (OpenGL, Performance" not in message.text:
             told.append(message.text)
 

@@ -14,7 +14,7 @@ if executable() is None:
 
 READY = "() => window.cdpr !== undefined && cdpr.drawn !== null && cdpr.form.message !== null && cdpr.phase === 'ready'"
 PATIENCE = 60_000  # ms, on a machine that does other things besides
-# Where the numbers end, and where what holds them is cut off, px; how much of it is beyond.
+# Ends of the numbers and of their visible container, px, and the hidden part.
 SEEN = """() => {
   const [side, told] = ["#side", ".told"].map((name) => document.querySelector(name));
   const tables = [...document.querySelectorAll(".numbers")];
@@ -68,6 +68,6 @@ def test_eight_cables_are_complete_and_their_states_reported(chromium):
     numbers, words = cells[::2], cells[1::2]
     assert len(numbers) == 8
     assert words[1] == "jammed"
-    assert float(numbers[1]) > 0.0  # it is told beside its tension
+    assert float(numbers[1]) > 0.0  # it is reported beside its tension
     assert (numbers[4], words[4]) == ("broken", "")
     assert set(words) <= {"N", "jammed", "slack", ""}

@@ -44,7 +44,7 @@ def test_each_edit_of_the_thesis_window_is_applied_saved_and_read_back(page, fil
         -2.1,
         2,
         3.1,
-    ]  # what is drawn is what is said
+    ]  # the drawing matches the text
     page.get_by_role("button", name="Save", exact=True).click()
     page.wait_for_function("() => !cdpr.form.message.modified")
 
@@ -94,7 +94,7 @@ def test_a_window_on_a_file_that_is_wrong_shows_why_until_it_is_mended(files, re
     files.robot.write_text(ROBOT.replace("mass: 20", "mass: -20"))
     page = request.getfixturevalue("visit")("() => window.cdpr?.form.message")
     assert "greater than 0" in page.locator('[data-path="robot.platform.mass"] .problem').inner_text()
-    page.keyboard.press("Space")  # there is nothing to run, which is told
+    page.keyboard.press("Space")  # no scenario to run, with a message
     page.locator(".messages li").first.wait_for(state="attached")
     write(page, "robot.platform.mass", 20)
     page.get_by_role("button", name="Apply").click()

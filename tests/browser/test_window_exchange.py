@@ -15,7 +15,7 @@ from cdpr.formats.write.export_model import Options, begin, export
 pytestmark = pytest.mark.browser
 
 EVIL = "<img src=x onerror=alert(1)>.yaml"
-# Of all that can be operated in dialogs: the name that screen readers say.
+# Names of all controls in dialogs for screen readers.
 NAMES = """() => [...document.querySelectorAll("dialog :is(button, input, select, textarea)")]
   .map((node) => node.getAttribute("aria-label") || [...(node.labels || [])].map((label) => label.textContent).join()
     || node.textContent)"""
@@ -90,7 +90,7 @@ def test_unreadable_files_are_reported_and_the_selection_is_kept(page, theirs):
     page.evaluate("cdpr.exchange.most = 10")
     dialog.get_by_role("button", name="Read").click()
     assert "MiB in total: enter their path instead" in problem(dialog)
-    dialog.get_by_label("Or their path").fill(str(theirs))  # what was said last is meant
+    dialog.get_by_label("Or their path").fill(str(theirs))  # the last entry applies
     assert dialog.get_by_label("Choose files").evaluate("(node) => node.files.length") == 0
     dialog.get_by_label("Cable set (CASPR)").fill("")
     dialog.get_by_role("button", name="Read").click()

@@ -122,7 +122,7 @@ UNFOLD = """() => {
   folded.forEach((node) => node.click());
   return folded.length;
 }"""
-# Of all that can be operated without a dialog, on any tab: the name that screen readers say.
+# Names of all controls outside dialogs, on any tab, for screen readers.
 NAMES = """() => [...document.querySelectorAll("button:not([role=tab]), input, select, textarea, canvas[tabindex]")]
   .filter((node) => !node.hidden && !node.closest("dialog, #curves, .lines[hidden]"))
   .map((node) => node.getAttribute("aria-label") || [...(node.labels || [])].map((label) => label.textContent).join()

@@ -57,7 +57,7 @@ def test_a_jam_and_an_emergency_stop_act_and_what_is_over_is_disturbed_no_more(p
     tension, error = (
         np.array(page.evaluate(f"Array.from(cdpr.curves.panels[{k}].series[{i}].value)")) for k, i in ((0, 1), (1, 0))
     )
-    assert np.ptp(tension[-5:]) < 1e-3  # it stands still, and what has jammed with it
+    assert np.ptp(tension[-5:]) < 1e-3  # it is paused, and so are jammed cables
     assert np.isfinite(error).all()
     for button in ("Push", "Cut", "Set limits", "Go to the target", "Emergency stop"):
         assert page.get_by_role("button", name=button, exact=True).is_disabled()

@@ -58,7 +58,7 @@ def test_the_target_is_in_degrees_as_the_attitude_beside_it(page):
 
 
 @pytest.mark.parametrize("answer", ["Save", "Discard", "Cancel"])
-def test_open_asks_about_unsaved_changes(page, files, answer):
+def test_open_requires_a_decision_on_unsaved_changes(page, files, answer):
     before = files.robot.read_text()
     write(page, "robot.platform.mass", 21.5)
     page.get_by_role("button", name="Open…").click()
@@ -93,7 +93,7 @@ WAYS = {
 
 @pytest.mark.parametrize("answer", ["Save", "Discard", "Cancel"])
 @pytest.mark.parametrize("way", WAYS)
-def test_new_and_import_ask_about_unsaved_changes(page, files, way, answer):
+def test_new_and_import_require_a_decision_on_unsaved_changes(page, files, way, answer):
     before, (begin, done) = files.robot.read_text(), WAYS[way]
     write(page, "robot.platform.mass", 21.5)
     begin(page, files)
@@ -114,7 +114,7 @@ def test_speeds_of_drums_stay_in_radians(page):
     assert field.locator(".unit").text_content() == "rad/s"
 
 
-def test_open_does_not_ask_without_changes(page):
+def test_open_without_changes_needs_no_decision(page):
     page.get_by_role("button", name="Open…").click()
     dialog = page.locator("dialog[open]")
     dialog.get_by_label("Name or path").fill("planar")

@@ -11,7 +11,7 @@ DRAWN = "() => window.cdpr !== undefined && cdpr.drawn !== null && cdpr.form.mes
 PHASE = "(phase) => cdpr.phase === phase"
 PATIENCE = 60_000  # ms, on a machine that does other things besides
 
-# The value of a field or of a table's cell in the form that the page has been told.
+# Value of a field or of a table's cell in the form that the page received.
 VALUE = """(path) => {
   const seek = (fields) => {
     for (const field of fields) {

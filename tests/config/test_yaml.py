@@ -254,7 +254,7 @@ def test_round_trip_of_written_files(data):
     for (parser,) in (entry.values for entry in PARSERS):
         document, found = read(dump(data), parser)
         assert not found
-        assert repr(document.data) == repr(data)  # repr tells 1, 1.0 and true apart
+        assert repr(document.data) == repr(data)  # repr distinguishes 1, 1.0 and true
 
 
 def test_floats_are_written_by_repr():

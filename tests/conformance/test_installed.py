@@ -24,7 +24,7 @@ def needs_options(entry):
     return False
 
 
-# By default the kit is asked of these, which stand for all kinds: our own and a library's, with memory and without.
+# By default the kit checks these, which represent all kinds: our own and a library's, with memory and without.
 ALWAYS = {
     "backend": {"reference", "mujoco"},
     "solver": {"qp", "closed_form", "daqp"},
@@ -51,7 +51,7 @@ def test_built_in(check):
     check()
 
 
-# What options may change; the rest of the kit asks about code that they share.
+# Effects of options; the other checks of the kit concern shared code.
 ANSWERS = {
     "answers_balance",
     "what_can_be_solved_is_solved",

@@ -71,5 +71,5 @@ def test_nothing_stays(tmp_path, command, number, code):
     assert "Traceback" not in errors
     assert not output
     assert not (tmp_path / "kept").exists()
-    time.sleep(0.2)  # a worker that went on would write again
+    time.sleep(0.2)  # a worker that continued would write again
     assert os.listdir(temporary) == []

@@ -43,7 +43,7 @@ def test_a_killed_design_continues(how, tmp_path):
     rows = (out / "cases.jsonl").read_bytes().splitlines()[:known]
     numbers = {int(json.loads(row)["key"]) for row in rows}
     assert len(numbers) == known
-    assert max(numbers) <= known - 1 + JOBS, "of what was asked no more is lost than workers were at work"
+    assert max(numbers) <= known - 1 + JOBS, "at most the candidates under evaluation are lost"
     done = cdpr_here("design", path, "--out", out, "--resume", "--no-report")
     assert "candidates satisfy all constraints" in done.stdout
     assert kept(out) == kept(tmp_path / "whole")

@@ -110,7 +110,7 @@ def test_an_entry_that_holds_more_than_it_declares(tmp_path):
     """The declared sizes, which were checked, may lie."""
     path = make_fmu(tmp_path / "a.fmu", files={"resources/lie": bytes(100_000)})
     content = bytearray(path.read_bytes())
-    # The uncompressed size stands in the local header and in the table of contents.
+    # The uncompressed size is in the local header and in the table of contents.
     for signature, place in ((b"PK\x03\x04", 22), (b"PK\x01\x02", 24)):
         at = -1
         while (at := content.find(signature, at + 1)) >= 0:
@@ -261,7 +261,7 @@ def test_a_doctype(tmp_path, head):
 def test_a_doctype_in_another_encoding(tmp_path):
     xml = description(head="<!DOCTYPE fmiModelDescription>").replace("UTF-8", "UTF-16")
     refused(make_fmu(tmp_path / "a.fmu", xml.encode("utf-16")), "UTF-8")
-    # Said to be UTF-7, these letters would be a DOCTYPE; they are read as UTF-8, whatever they say.
+    # As UTF-7, these letters would be a DOCTYPE; they are always read as UTF-8.
     xml = description(head="+ADwAIQ-DOCTYPE x+AD4-").replace('encoding="UTF-8"', 'encoding="UTF-7"')
     refused(make_fmu(tmp_path / "a.fmu", xml), "not sound XML")
 

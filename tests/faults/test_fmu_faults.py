@@ -30,14 +30,14 @@ PATIENCE = 10.0  # s that a busy machine may take besides; what hangs does so fo
 START = 0.1  # s of simulated time at which it misbehaves
 
 SAYS = {
-    "discard": "DoStep returned Discard; it said: Discard: the step is discarded",
-    "error": "DoStep returned Error; it said: Error: the winch is on fire",
-    "fatal": "DoStep returned Fatal; it said: Fatal: nothing works any more",
+    "discard": "DoStep returned Discard; its output: Discard: the step is discarded",
+    "error": "DoStep returned Error; its output: Error: the winch is on fire",
+    "fatal": "DoStep returned Fatal; its output: Fatal: nothing works any more",
     "segfault": "crashed: its process was ended by SIGSEGV",
     "abort": "crashed: its process was ended by SIGABRT",
     "exit": "ended its process with exit code 3",
     "hang": "took more than 0.5 s for this step and was stopped",
-    "log": "took more than 0.5 s for this step and was stopped; it said: Warning: message ",
+    "log": "took more than 0.5 s for this step and was stopped; its output: Warning: message ",
 }
 
 

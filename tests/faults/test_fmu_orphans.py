@@ -92,7 +92,7 @@ def test_a_worker_ends_with_its_parent(root, tmp_path, stopped):
         if worker and state(worker) not in ("", "Z"):
             os.kill(worker, signal.SIGKILL)
     left = list(root.iterdir())
-    assert len(left) == 1  # nobody was there to remove it
+    assert len(left) == 1  # no process could remove it
     made = Folder()
     assert list(root.iterdir()) == [Path(made.path)]
     made.remove()

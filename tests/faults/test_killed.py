@@ -149,7 +149,7 @@ def assert_opens_after_repair(folder, steps, lost):
     assert run.status == "interrupted"
     np.testing.assert_array_equal(run.rows, torn.rows)
     assert steps - lost <= len(run.rows) <= steps
-    # What is there is right: the same as of a run that nobody killed.
+    # Existing results are right: the same as of an uninterrupted run.
     step = run.header.control_step
     whole = cdpr.simulate(
         CAROCA, overrides={"simulation.duration": (len(run.rows) - 1) * step, "simulation.control_step": step}

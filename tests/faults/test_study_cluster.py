@@ -17,7 +17,7 @@ from study_cases import command, environment, faulty_study, tables, wait_until, 
 import cdpr
 from cdpr.base.errors import ExitCode
 
-# Asked for, not imported: that takes seconds, and each of pytest's processes collects this file.
+# Searched, not imported, because an import takes seconds, and each of pytest's processes collects this file.
 pytestmark = [
     pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed"),
     pytest.mark.usefixtures("faulty_plugin"),

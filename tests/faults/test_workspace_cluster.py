@@ -22,7 +22,7 @@ from cdpr.analysis.workspace.chunk_files import SUMMARY
 from cdpr.analysis.workspace.chunks import workspace_in_chunks
 from cdpr.base.errors import CdprError, ExitCode
 
-# Asked for, not imported: that takes seconds, and each of pytest's processes collects this file.
+# Searched, not imported, because an import takes seconds, and each of pytest's processes collects this file.
 pytestmark = [
     pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed"),
     pytest.mark.slow,

@@ -219,7 +219,7 @@ def cycles(path, isolation, count):
 
 
 def check_leaks(path, isolation, first, then):
-    gc.collect()  # instances of other tests that nobody closed
+    gc.collect()  # instances left open by other tests
     before, folders = cycles(path, isolation, first), temporary_folders()
     after = cycles(path, isolation, then)
     assert after[0] == before[0]

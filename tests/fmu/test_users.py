@@ -182,7 +182,7 @@ def test_messages_come_by_their_categories(tmp_path, capfd):
         assert told(driver, capfd, True, ["logEvents"]) == (False, True)
         assert told(driver, capfd, True, ["logStatusWarning"]) == (True, False)
         assert told(driver, capfd, True, ["logAll"]) == (True, True)
-        assert told(driver, capfd, False, []) == (True, False)  # what goes wrong is told in any case
+        assert told(driver, capfd, False, []) == (True, False)  # errors are always reported
         assert told(driver, capfd, True, []) == (True, True)
         with pytest.raises(FMICallException):
             driver.fmu.setDebugLogging(True, ["logEverything"])

@@ -34,7 +34,7 @@ def test_libsdformat_finds_nothing_wrong(tmp_path, name, style, version):
 
 
 def test_legs_end_where_cables_do():
-    """From the frame's anchor along z of the leg, as long as the cable: none of the generator's axes of the world."""
+    """The axis leads from the frame's anchor along z of the leg, with the cable's length; no world axes."""
     subject = subject_of("caroca")
     root = ET.fromstring(export(subject, "sdf", Options("legs")))
     far = lengths(subject.robot, subject.state)

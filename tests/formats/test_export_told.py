@@ -31,7 +31,7 @@ from cdpr.model import rotations
             2,
             "in all six directions; robot 'planar' is not",
         ),
-        (("winch.yaml", "--to", "mjcf"), 2, "MJCF has no winches and no elastic cables, and cable_1, cable_2"),
+        (("winch.yaml", "--to", "mjcf"), 2, "MJCF does not support winches and elastic cables: cable_1, cable_2"),
         (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "replace them by points (--pulleys-as-points)"),
         (("robots/caroca.yaml", "--to", "urdf", "--pulleys-as-points"), 2, "is for --to mjcf or --to sdf"),
         (

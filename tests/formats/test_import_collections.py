@@ -1,6 +1,6 @@
-"""What stands in others' collections of robots, written anew: each shape that was seen there, and its verdict.
+"""Files like those of public robot collections: each observed form, and its expected result.
 
-Tried on the files themselves it was by hand, which are not ours to keep: docs/import.md says how many, and what came.
+The original files were tested by hand and are not included: see docs/import.md for numbers and results.
 """
 
 from __future__ import annotations

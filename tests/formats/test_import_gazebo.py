@@ -145,7 +145,7 @@ def test_a_trajectory_belongs_to_a_robot(tmp_path):
 )
 def test_errors_are_reported_with_their_line(tmp_path, change, said):
     (tmp_path / "robot.yaml").write_text(SUCCESSOR.replace(*change))
-    if not said:  # an anchor that nobody uses is no fault
+    if not said:  # an unused anchor is no error
         import_file(tmp_path / "robot.yaml")
         return
     with pytest.raises(CdprError) as caught:
@@ -242,7 +242,7 @@ def test_chains_of_wirex(tmp_path):
             "motionpattern: expected one of 3R3T, 3T, 1R2T, 2T, got '2R3T'",
         ),
         ({'x="-2"': 'x="left"'}, "crane.wcrfx:2: x of <base>: expected a number, of at most 1e+12, got 'left'"),
-        ({'f_max="700"': 'f_max="0"', 'breaking_load="9000"': ""}, "no largest tension above 0 N"),
+        ({'f_max="700"': 'f_max="0"', 'breaking_load="9000"': ""}, "expected a largest tension above 0 N"),
         ({"</models>": ""}, "invalid XML"),
         ({"<robot ": "<robot/><robot "}, "expected one <robot>, got 2"),
     ],

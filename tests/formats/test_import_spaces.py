@@ -181,7 +181,7 @@ def test_coordinates_are_of_the_set_that_is_the_default_one(tmp_path):
             spaces(space("orientation_euler_xyz", "abg")),
             "position along x and y and z, along which the joint",
         ),
-        ("SPATIAL_EULER_XYZ", spaces(space("pose_euler_xyz", "xyzg")), "angles and not rx and ry, about which"),
+        ("SPATIAL_EULER_XYZ", spaces(space("pose_euler_xyz", "xyzg")), "angles, not rx and ry, about which"),
         (
             "S_EULER_XYZ",
             spaces(space()),

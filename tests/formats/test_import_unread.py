@@ -97,13 +97,13 @@ def with_unknown(text, k, kind):
     return ET.tostring(root, encoding="unicode"), [each.tag for each in chain]
 
 
-# What is left out with all that stands in it, by a line of its own.
+# Elements that are omitted with their content, by one line each.
 WHOLE = {
     "cable_set": "cable set 'other': ",
     "plugin": "plugin 'libcdpr_plugin.so'",
     "joint": "no cable ends on it|fixed at its position in the model",
     "freejoint": "no cable ends on it",
-    # numbers of legs, with whatever stands behind them
+    # numbers of legs, with any suffix
     **dict.fromkeys(["mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "xyz", "effort", "velocity"], "of the legs"),
 }
 
@@ -132,7 +132,7 @@ def test_an_unknown_part_of_xml_is_reported(tmp_path, name, k, kind):
     (tmp_path / file).write_text(changed)
     try:
         taken = import_file(tmp_path / LEADS.get(name, file))
-    except CdprError as error:  # MuJoCo's compiler, or a number with a word behind it: a refusal tells it, too
+    except CdprError as error:  # MuJoCo's compiler, or a number with a suffix: also reported by an error
         said = str(error)
     else:
         said = "" if told(chain, taken) else "nothing"

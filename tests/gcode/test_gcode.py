@@ -51,7 +51,7 @@ def test_g53_counts_from_the_machine_as_the_dialect_has_it(tmp_path):
     relative = "G91\nG1 X10\nG53 X3\nX1"  # LinuxCNC takes G53 as absolute, RepRapFirmware's axes stay relative
     same(points(tmp_path, HEAD + relative), [0, 0, 1000], [10, 0, 1000], [3, 0, 1000], [4, 0, 1000])
     same(points(tmp_path, HEAD + relative, PRINTER), [0, 0, 1000], [10, 0, 1000], [13, 0, 1000], [14, 0, 1000])
-    shifted = HEAD + "G92 X100\nG53 G1 X110"  # in RepRapFirmware the machine itself is then said to be at 100
+    shifted = HEAD + "G92 X100\nG53 G1 X110"  # in RepRapFirmware the machine itself is then at 100
     same(points(tmp_path, shifted), [0, 0, 1000], [110, 0, 1000])
     same(points(tmp_path, shifted, PRINTER), [0, 0, 1000], [10, 0, 1000])
 
@@ -70,7 +70,7 @@ def test_pauses_have_the_units_of_the_dialect(tmp_path):
     printer = [("G4 P250", 0.25), ("G4 S2", 2.0), ("G4 P250 S2", 2.0)]
     for text, keys, seconds in [("G4 P2", "", 2.0), *((text, PRINTER, seconds) for text, seconds in printer)]:
         with_it = read(tmp_path, f"F6000\nG1 X100\n{text}\nG1 X200\n", keys).planned.end
-        none = "M400" if keys else "G4 P0"  # stops, and goes on
+        none = "M400" if keys else "G4 P0"  # stops, and continues
         without = read(tmp_path, f"F6000\nG1 X100\n{none}\nG1 X200\n", keys).planned.end
         assert with_it - without == pytest.approx(seconds)
         twice = read(tmp_path, f"F6000\nG1 X100\n{text}\n{text}\nG1 X200\n", keys).planned.end
@@ -102,7 +102,7 @@ def test_origin_of_the_coordinates(tmp_path):
     assert arc.speed[0] == pytest.approx(0.1 / 60)
 
 
-# Arcs: held to the radius, the sense and the angle that their words say, by points found otherwise
+# Arcs: radius, sense and angle match their words, by points computed independently
 
 
 def swept(tmp_path, words, plane="G17"):
@@ -178,7 +178,7 @@ def test_short_lines_of_a_curve_are_passed_as_the_curve_is(tmp_path):
     assert read(tmp_path, begin + chords).planned.end > 10 * arc
 
 
-# What is no motion
+# No motion
 
 
 def test_ineffective_loads_are_reported_once(tmp_path):

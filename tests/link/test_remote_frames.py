@@ -101,7 +101,7 @@ def test_frames_to_a_controller(monkeypatch, lockstep, sensed):
     assert out.tolist() == wrench.tolist()
 
 
-# What answers the peer of a run takes, of a transport that says what it is told
+# Accepted answers of a peer, from a transport with given answers
 
 
 class Pipe:

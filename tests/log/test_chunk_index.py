@@ -74,7 +74,7 @@ def test_an_ending_is_read_back(header: Header, version: str, tmp_path: Path) ->
     last = max(c.first + (c.n - 1) * form.every for c in chunks if c.group == 0)
     path = tmp_path / "log.mcap"
     with path.open("w+b") as file:
-        file.seek(end)  # a hole stands for the chunks: only the ending is read
+        file.seek(end)  # a hole replaces the chunks: only the end is read
         file.write(form.ending(chunks, last, end))
         index = read_index(file, form)
         assert index is not None

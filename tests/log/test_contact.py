@@ -225,7 +225,7 @@ def test_margin_and_stiffness_of_a_run_are_those_of_its_rows():
 def test_it_does_not_matter_in_what_pieces_rows_come(run, cut):
     robot = cdpr.load_scenario(CAROCA, overrides=PASSING).robot
     time, poses = run.time, run.rows[:, 1:8].copy()
-    poses[30] = np.nan  # of which nothing can be said
+    poses[30] = np.nan  # without a known distance
     values = looked_at(run)[0].copy()
     values[30] = np.inf
     level = float(np.quantile(values, 0.6))

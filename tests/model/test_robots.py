@@ -89,7 +89,7 @@ def test_every_number_of_cables_runs(case, backend):
         pytest.importorskip(backend)
     run = simulate(load_scenario("plane.yaml", text=plane(COUNTS[case])), backend=backend)
     assert run.status == "finished"
-    if case == "m < n":  # one cable cannot pull sideways: the best effort goes on, and the run says so
+    if case == "m < n":  # one cable cannot pull sideways: the run continues with best effort, and reports it
         assert run.summary()["infeasible_steps"] > 100
         assert any("no tensions within the limits" in event.text for event in run.events)
         assert np.abs(run.position[:, 0]).max() < 0.01

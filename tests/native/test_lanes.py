@@ -82,7 +82,7 @@ def test_observation(pulleys, period):
     assert seen <= set(codes.tolist()) <= {0, *FAULTS}
     lanes, groups = run_lanes("observe", inputs, shapes, held | unread, period=period)
     assert [group >> lane & 1 for group in groups for lane in range(8)] == (codes != 0).astype(int).tolist()
-    known = codes != NOT_FINITE  # of others, wrench matrix and rates are rubbish that nobody reads
+    known = codes != NOT_FINITE  # of others, wrench matrix and rates are rubbish that is not read
     for key in shapes:
         each = known if key in unread else slice(None)
         assert_same_bits(lanes[key][each], found[key][each])

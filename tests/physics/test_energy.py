@@ -116,7 +116,7 @@ def test_the_reference_balances_to_round_off():
     turned_over = run.summary()["energy_J"]["turned_over"]
     assert turned_over > 100.0
     assert np.abs(run.external_work).max() > 0.01
-    # What is left is the moment's work, of fourth order in the control step.
+    # The remainder is the moment's work, of fourth order in the control step.
     assert np.abs(run.energy_residual).max() < 1e-9 * turned_over
 
 

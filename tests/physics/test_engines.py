@@ -100,7 +100,7 @@ def differences(a, b):
     )
 
 
-@pytest.mark.parametrize("case", CASES)  # the oracle, which costs most, is asked once a case
+@pytest.mark.parametrize("case", CASES)  # the oracle, the slowest part, runs once per case
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.usual("*-skewed", "*-planar")
 def test_engines_are_semi_implicit_euler(engine, case):
@@ -131,7 +131,7 @@ def turned(v):
     return rotations.from_axis_angle(v / angle, angle) if angle > 0.0 else np.array([1.0, 0.0, 0.0, 0.0])
 
 
-# Where the axes of a rotation vector kept by an engine may lie in ours; DART's once did, at the last of these.
+# Possible axes of an engine's rotation vector in our frame; DART's once did, at the last of these.
 SPECIAL = [[0, 0, 0], [1e-3, 0, 0], [0, 0, np.pi], [2.9, 1.2, 0.1], [-0.6, -0.5, -0.4], [-0.6003, -0.5003, -0.4003]]
 
 

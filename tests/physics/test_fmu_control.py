@@ -91,7 +91,7 @@ def follow(loaded, fmi, tmp_path):
     assert validate_fmu(str(path)) == []
     expected, worst = states(run), 0.0
     pull = "command" if loaded.robot.cable_model != "ideal" else "cable_tension"
-    tension = run["tension"]  # of winches, what they are told
+    tension = run["tension"]  # of winches, their commands
     with Driver(path) as driver:
         for k in range(len(expected) - 1):
             desire(driver, run, k)

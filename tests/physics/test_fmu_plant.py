@@ -48,7 +48,7 @@ def reference(plant, steps):
     return rows
 
 
-# What others have in common with these: guides, exits and spans that are here in other combinations.
+# Common parts of other combinations: guides, exits and spans that are here in other combinations.
 REPEATS = {
     "cogiro",
     "cogiro_elastic",

@@ -77,7 +77,7 @@ def test_cables_without_stiffness_of_their_own_give_that_of_their_tensions_alone
     t = np.full((1, 8), 300.0)
     small, none = (stiffness(robot, pose[None], t, axial_stiffness=EA)[0] for EA in (1e-9, 0.0))
     known, W = stiffness(robot, pose[None], t)
-    assert np.array_equal(known, none)  # caroca.yaml does not say it
+    assert np.array_equal(known, none)  # missing in caroca.yaml
     length = lengths(robot, make_state(pose[:3], pose[3:]))
     assert small - none == pytest.approx((W[0] * (t[0] / length) @ W[0].T)[None], rel=1e-6, abs=1e-6)
 

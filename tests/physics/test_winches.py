@@ -303,7 +303,7 @@ def test_tendons_and_legs_refuse_winches(name, cables):
         plant(name, on_winches(samples.braced(), "rigid"), cables=cables)
 
 
-# What is left of the order where a cable is pulled tight: the step in which that happens is wrong by a share of what
+# Remaining order if a cable is pulled tight: the step in which that happens is wrong by a share of what
 # changes there, a jump by damping (d l') or a kink without. The share depends on where in the step it falls.
 IMPACT = {
     ("reference", 50.0): 1.0,

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from cdpr.log.reader import load_run
 from cdpr.scenario import load_scenario
 
-# What the backend `reference` makes of each case: pose, twist, tensions, the work of the cables and its winches; of a
+# Results of the backend `reference` for each case: pose, twist, tensions, the work of the cables and its winches; of a
 # robot that is wrong, the error. Robot files are read without the compiler.
 MOVES = """\
 import json

@@ -1,4 +1,4 @@
-"""What is added most often takes one new file and one line in a table: done here to a copy of the program.
+"""Frequent additions need one new file and one line in a table: tested on a copy of the program.
 
 Parts of cables: `test_added_parts.py`.
 """

@@ -182,7 +182,7 @@ def test_light_commands_import_no_heavy_modules(code, heavy):
     assert output.splitlines()[-1] == "LOADED []"
 
 
-# What a run of ideal cables on our own backend does without: whole rooms.
+# Packages that a run of ideal cables on our own backend does not import.
 UNUSED_BY_A_RUN = (
     "numba", "rich", "multiprocessing",
     "cdpr.fmu.export", "cdpr.fmu.run", "cdpr.fmu.read.archive", "cdpr.simulation.simulation", "cdpr.ui.gui",

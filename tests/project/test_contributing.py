@@ -20,7 +20,7 @@ QUOTED = {name: re.findall(r"`([^`\n]+)`", text) for name, text in PAGES.items()
 ADDITIONS = [ROOT / "tests" / "plugins" / name for name in ("test_additions.py", "test_added_parts.py")]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
-# Where a reader's own file goes: its folder must be there.
+# Place of a reader's own file: its folder must exist.
 OWN = re.compile(r"NAME[./]|test_x\.py")
 
 

@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(path)
         patch.setenv("XDG_CONFIG_HOME", str(path / "config"))
-        patch.setattr("cdpr.ui.cli.gui._hold", lambda signals: None)  # a window goes on until it is ended
+        patch.setattr("cdpr.ui.cli.gui._hold", lambda signals: None)  # a window runs until it is closed
         for name in ("one", "another"):
             run(["run", "my_scenario.yaml", "--no-report", "--out", f"runs/{name}"])
         run(["fmu", "export", "my_robot.yaml", "-o", "plant.fmu"])

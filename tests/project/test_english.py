@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,6 +23,18 @@ AVOIDED = re.compile(
     r"hears of|is meant|seldom meant|so many|hush|of that which|unless (?:said|told|given)|bears?|"
     r"goes along|go along|comes? of it|takes its time|whoever|anyone's|one's own|stranger's?)\b",
     re.IGNORECASE,
+)
+# Verbs that are not those of the field, in docstrings, comments and messages; names of code are excepted.
+VERBS = re.compile(
+    r"\b(?:tells?|told|telling|says?|said|saying|asks?|asked|asking|stands?|stood|bears?|bore|minds?|heeds?|hears?|heard|"
+    r"(?:knows?|known|knew) of|take[ns]? down|h[eo]ld to|goes? on|went on|goes? along|comes? in|came in|(?:is|are) meant)"
+    r"\b",
+    re.IGNORECASE,
+)
+# Code spans, names of arguments before their description, stand-ins, and questions of the browser to its user.
+CODE = re.compile(r"`[^`]*`|^ *\**\w+(?:, \**\w+)*: |\bstand-ins?\b|^# noqa.*", re.IGNORECASE | re.MULTILINE)
+RIDDLE = re.compile(
+    r"test_(?:what|where|who|which|whether|whose|whatever|whoever)_|_(?:told|tells?|says?|said|asks?|heeds?)(?:_|$)"
 )
 
 
@@ -61,6 +76,64 @@ def test_words_are_plain(ending):
         if (found := AVOIDED.search(line))
     ]
     assert wrong == []
+
+
+def texts(path: Path, *, messages: bool) -> Iterator[tuple[int, str]]:
+    """Yield docstrings, comments and, if wanted, messages of a Python file, without code in them."""
+    source = path.read_text()
+    nodes = list(ast.walk(ast.parse(source)))
+    docs = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    for node in nodes:
+        text = node.value if isinstance(node, ast.Constant) else None
+        if isinstance(text, str) and text.count(" ") > 1 and (messages or id(node) in docs):
+            yield node.lineno, CODE.sub("", text)
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.start[0], CODE.sub("", token.string)
+
+
+@pytest.mark.parametrize("folder", [*FOLDERS[:6], "examples", "tests"])
+def test_verbs_are_those_of_the_field(folder):
+    """Docstrings and comments compute, report, require; so do messages outside the tests."""
+    wrong = [
+        f"{path.relative_to(ROOT)}:{number}: {found.group()}: {text.strip()[:100]}"
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        for number, text in texts(path, messages=folder not in ("tests", "benchmarks"))
+        if (found := VERBS.search(text)) and path != Path(__file__)
+    ]
+    assert wrong == []
+
+
+def test_first_words_and_names_of_tests_are_plain():
+    wrong = [
+        f"{path.relative_to(ROOT)}:{number}: {text}"
+        for path in sorted((ROOT / "tests").rglob("*.py"))
+        for number, text in [
+            *((number, text) for number, text in beginnings(path) if FIRST.match(text)),
+            *(
+                (0, name)
+                for name in re.findall(r"^ *def (test_\w+)", path.read_text(), re.MULTILINE)
+                if RIDDLE.search(name)
+            ),
+        ]
+        if path != Path(__file__)
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize(
+    ("source", "count"),
+    [
+        ('"""What a run tells."""\n', 1),
+        ('def f():\n    """Return x.\n\n    ask: function of x; see `ask`.\n    """\n', 0),
+        ("x = 1  # nobody is told\n", 1),
+        ('raise ValueError("it says nothing now")\n', 1),
+        ("told = ask(say)\n", 0),
+    ],
+)
+def test_verbs_are_found(tmp_path, source, count):
+    (tmp_path / "a.py").write_text(source)
+    assert sum(bool(VERBS.search(text)) for _, text in texts(tmp_path / "a.py", messages=True)) == count
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ LINES = 150  # what a newcomer reads
 PYTHON = ("README.md", "docs/python.md", "docs/rollouts.md", "docs/solvers.md", "docs/workspaces.md")
 SVG = "{http://www.w3.org/2000/svg}"
 PAPERS = ("#ffffff", "#0d1117")  # of light and of dark pages
-TOLD_APART = 3.0  # contrast that WCAG 2.1, 1.4.11, asks of graphics
+TOLD_APART = 3.0  # contrast that WCAG 2.1, 1.4.11, requires for graphics
 # px; poses of another processor differ by rounding, and numbers are written to a tenth.
 SAME = 0.11
 SHADE = 2  # of 255, red, green or blue: tensions of another processor differ by rounding, and so do their colours

@@ -1,4 +1,4 @@
-"""Which of the seven stepping traps is caught by what.
+"""Detection of the seven stepping traps.
 
 The conformance kit looks at an adapter by itself, the guards at every step of every run, `cdpr compare` at closed loops
 beside the judge.
@@ -63,7 +63,7 @@ def test_kit(trap):
     assert bool(CAUGHT[trap][0]) is any(result.outcome == "failed" for result in results)
 
 
-# Beyond what any platform stands, for one step: the reset puts all back, as if nothing had been.
+# An extreme load for one step: the reset restores the state completely.
 SHOVE = [{"type": "wrench", "time": 0.1, "duration": 0.001, "force": [1e12, 0, 0]}]
 
 

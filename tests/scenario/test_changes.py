@@ -56,7 +56,7 @@ def told(change):
 @pytest.fixture(scope="module")
 def base():
     loaded = load_scenario(FILE)
-    loaded.planned  # noqa: B018 - what is shared where it says the same
+    loaded.planned  # noqa: B018 - shared if equal
     return loaded
 
 

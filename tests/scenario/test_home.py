@@ -38,7 +38,7 @@ def test_a_run_begins_at_home():
     assert scenario.initial.position == (0.1, 0.2, 1.3)
     np.testing.assert_array_equal(scenario.initial.state()[:7], scenario.robot.home)
     assert not scenario.initial.state()[7:].any()
-    assert scenario == load_scenario(CAROCA, text=scenario.resolved_yaml())  # which says it
+    assert scenario == load_scenario(CAROCA, text=scenario.resolved_yaml())  # contained in the file
 
 
 @pytest.mark.parametrize(

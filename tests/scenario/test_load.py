@@ -201,7 +201,7 @@ def test_a_hold_elsewhere():
     assert np.allclose(motion.orientation.quaternion(), rotations.from_rpy(0, 0, 0.1))
 
 
-# What is written
+# Written content
 
 
 @pytest.mark.parametrize("text", [*TEXTS.values(), SHORT], ids=[*TEXTS, "short"])
@@ -373,7 +373,7 @@ def test_models_are_made_into_validators_when_first_used():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     made, known = map(int, done.stdout.split())
     assert known > 60
-    assert made < 10  # of some, an object stands in a default
+    assert made < 10  # some have an object as default
 
 
 def test_unchanged_values_are_not_checked_again(monkeypatch):

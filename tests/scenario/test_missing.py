@@ -50,4 +50,4 @@ def test_one_mistake_in_many_cables_is_one_line():
     assert line.endswith("; and 7 more like this, the last at cables[7].platform in line 11")
     with pytest.raises(ScenarioError) as caught:
         load_robot("r.yaml", text=text.replace("1]}", "1], platform: [0, 0, 0]}").replace("[5, 0, 1]", "[5, 0]"))
-    assert len(caught.value.problems) == 1  # one alone is told as before
+    assert len(caught.value.problems) == 1  # a single one is reported as before

@@ -118,7 +118,7 @@ def test_the_rest_of_the_file_is_checked_too():
 def test_an_override_repairs_the_file():
     text = changed(BASE, "mass: 150", "mass: heavy")
     assert load(text, "robot.platform.mass=3").robot.platform.mass == 3
-    # What stood inside a replaced section is gone with its places.
+    # The content of a replaced section is removed with its positions.
     text = changed(BASE, "gravity: [0, 0, -9.81]", "gravity: [0, 0, x]")
     assert problem(text, "world={gravity: [y, 0, 0]}").startswith("--set world={gravity: [y, 0, 0]}: world.gravity[0]:")
 
@@ -166,7 +166,7 @@ def test_python_values():
 )
 def test_python_values_that_are_none(key, wrong, rest):
     line = problem_of_mapping({key: wrong})
-    assert line.startswith(f"overrides: {rest}")  # not --set: nobody typed that
+    assert line.startswith(f"overrides: {rest}")  # not --set: it was not typed
 
 
 def problem_of_mapping(overrides) -> str:

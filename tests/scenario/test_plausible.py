@@ -135,7 +135,7 @@ def test_a_pulley_is_not_its_anchor():
     assert warned({"trajectory.to.position": [3.55, 0, 1.2]})
     assert warned({"trajectory.to.position": [3.55, 0, 1.2]} | pulleys) == ()
     assert warned({"trajectory.to.position": [4.5, 0, 1.2]} | pulleys)
-    assert warned({"robot.cables[0].length": {"max": 6.4}} | pulleys) == ()  # the arc counts, too: the run tells
+    assert warned({"robot.cables[0].length": {"max": 6.4}} | pulleys) == ()  # the arc counts, too: the run shows it
 
 
 def test_checks_are_quick():

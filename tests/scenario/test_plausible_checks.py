@@ -22,7 +22,7 @@ def times(cables, frame=1.0, platform=1.0):
     ]
 
 
-# What is seldom meant, what is told of it, and what is nearly so.
+# Suspicious value, its warning, and a similar plausible value.
 CASES = [
     (
         {"robot.cables": times(ROBOT["cables"], frame=1000.0)},

@@ -95,7 +95,7 @@ def test_robot_files_that_are_none(folder, name, what):
 
 def test_a_fifo_is_refused_without_waiting_for_it(folder):
     os.mkfifo(folder / "robots" / "pipe.yaml")
-    assert "is not a regular file" in with_robot(folder, "robots/pipe.yaml")  # nobody writes: it would wait for ever
+    assert "is not a regular file" in with_robot(folder, "robots/pipe.yaml")  # no writer: it would wait for ever
     assert "is not a regular file" in refusal(folder / "robots" / "pipe.yaml")
 
 

@@ -42,7 +42,7 @@ LAYOUTS = {
     "planar": {"planar": True},
     "planar straight": {"planar": True, "crossed": False},
 }
-# Crossed suspended cables touch above flat platforms, as on any robot with this layout: the warning says so.
+# Crossed suspended cables touch above flat platforms, as on any robot with this layout: the warning states it.
 MAY_WARN = {"eight suspended"}
 
 

@@ -26,7 +26,7 @@ CONTRAST = 3.0  # WCAG 2.1, 1.4.11: graphical objects
 # Of OKLab: colours this far apart are seen as different side by side and apart; the step to the next shade is 0.02.
 APART, STEP = 0.1, 0.02
 GROUNDS = ("light", "dark")
-# Contrast of a curve from a shade it crosses: it goes on beside it, on the ground, where it has CONTRAST. A shade from
+# Contrast of a curve with a shade it crosses: beside it, on the background, it has CONTRAST. A shade from
 # which all had that would be the ground.
 ACROSS = 2.0
 

@@ -60,7 +60,7 @@ def test_the_wrench_is_balanced_in_the_controlled_directions_alone():
     for k in (0, 250, 500):
         W = wrench_matrix(robot, np.concatenate([found.position[k], found.orientation[k], np.zeros(6)]))
         np.testing.assert_allclose(found.tension[k], np.linalg.pinv(W[:3]) @ found.wrench[k, :3], rtol=1e-9, atol=1e-9)
-        assert np.linalg.norm(W[3:] @ found.tension[k] - found.wrench[k, 3:]) > 1.0  # N m: nobody asked for it
+        assert np.linalg.norm(W[3:] @ found.tension[k] - found.wrench[k, 3:]) > 1.0  # N m: not requested
     assert found.residual.max() <= RESIDUAL_TOLERANCE * np.linalg.norm(found.wrench[:, :3], axis=1).max()
     assert not found.solver_status.any()
 

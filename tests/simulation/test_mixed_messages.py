@@ -17,7 +17,7 @@ PLANAR = str(ROOT / "scenarios" / "planar.yaml")
 WINCHES = str(ROOT / "scenarios" / "winch_fmu.yaml")
 LEGS = {"believed.unilateral": False, "believed.tension.min": -100}
 DRUM = {"drum_radius": 0.05, "inertia": 0.002}
-# The first cable's pulley stands in the way of the move that `INTO` asks for.
+# The first cable's pulley is in the way of the move `INTO`.
 IN_THE_WAY = {"robot.cables[0].exit": {"type": "pulley", "radius": 0.4, "axis": [1, 0, 0]}}
 INTO = {"initial.position": [0, 0, 1.5], "trajectory.duration": 1.0, "trajectory.to.position": [-1.6, 0, 2.95]}
 

@@ -76,7 +76,7 @@ def test_wrong_anchors_change_the_distribution_but_not_the_plant():
         assert np.abs(true - nominal).max() > 1.0
         assert run.length[k] == pytest.approx(lengths(scenario.robot, x), abs=1e-12)
     assert run.residual.max() < ROUND_OFF
-    # What acts in truth carries the true weight where all is at rest.
+    # At rest, the true wrench balances the true weight.
     assert run["true_wrench"][-1] == pytest.approx([0, 0, 150 * 9.81, 0, 0, 0], rel=1e-6, abs=1e-4)
 
 

@@ -120,7 +120,7 @@ def test_a_late_detection_leaves_the_load_to_the_plant():
     late = run(break_of("cable_2", detected_after=0.02))
     assert np.all(late.tension[50:, 1] == 0.0)
     blind, aware = slice(50, 70), slice(70, None)
-    assert late.residual[blind].min() > 100.0  # that wrench is missing, and the record says so
+    assert late.residual[blind].min() > 100.0  # that wrench is missing, also in the record
     assert late.margin[blind].min() > 50.0  # of the others: the broken cable does not hide them
     assert late.residual[aware].max() < 1e-9
     # The wrench that is missing in the first period accelerates the platform.
@@ -189,7 +189,7 @@ def test_limits_leave_alone_what_is_known_to_be_held():
         {"type": "limits", "time": 0.03, "max": 9000},
     )
     assert np.all(found.tension[20:, 3] == 0.0)
-    # What is missing is what the cable pulled before, until that is known.
+    # Until detection, the previous pull of the cable is missing.
     assert found.residual[20:70] == pytest.approx(found.residual[20], rel=1e-2)
 
 

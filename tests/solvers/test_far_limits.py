@@ -43,7 +43,7 @@ def test_the_middle_of_a_limit_that_is_as_good_as_none_leaves_no_round_off():
     status, t = ask("qp", W, wrench, low, high, about="middle")
     assert status == Status.OK
     assert np.abs(W @ t - wrench).max() <= 1e-12 * t.max()
-    # What is nearest to a point so far off is what lies farthest that way: a linear program in the far cables.
+    # The nearest point to a distant point is the farthest one in that direction: a linear program in the far cables.
     most = linprog([0, -1, -1, -1, -1], A_eq=W, b_eq=wrench, bounds=[*zip(low, [287.0, *[1e6] * 4], strict=True)])
     np.testing.assert_allclose(t, most.x, rtol=0, atol=CLOSE * t.max())
 

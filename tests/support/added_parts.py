@@ -122,7 +122,7 @@ struct Heavy {
 """,
 }
 
-# What follows on certain words of parts.hpp.
+# Text that follows certain words of parts.hpp.
 IN_THE_HEADER = {
     "headers": (
         "".join(f"#include <cdpr/cables/{name}/{name}.hpp>\n" for name in HEADERS),

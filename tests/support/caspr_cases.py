@@ -20,7 +20,7 @@ CABLES = [
     ((2.0, -1.5, 0.0), (0.3, -0.2, 0.1)),
     ((2.0, 1.5, 0.0), (0.3, 0.2, -0.1)),
 ]
-# What each joint moves, and how angles make a rotation: as CASPR's joints are documented.
+# Directions of each joint, and rotations from angles: as CASPR's joints are documented.
 JOINTS = {
     "SPATIAL_EULER_XYZ": ["x", "y", "z", "rx", "ry", "rz"],
     "PLANAR_XY": ["x", "y", "rz"],

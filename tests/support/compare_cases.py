@@ -34,7 +34,7 @@ def usable(name):
 INSTALLED = {name for name in registry().names("backend") if usable(name)}
 ENGINES = [name for name in ("mujoco", "bullet", "dart") if name in INSTALLED]
 
-# What an engine can get wrong differs: space, a plane, a point; mass off the origin; axes turned; pushes; a broken
+# Different possible faults of engines: space, a plane, a point; mass off the origin; axes turned; pushes; a broken
 # cable; gains that forgive nothing.
 SOUND = (
     "caroca",

@@ -25,7 +25,7 @@ SHORT = ["--set", "simulation.duration=0.02"]
 SHORTER = {
     "gui": ["--no-open", "--port", "0"],
     "run": [*SHORT, "--no-report"],
-    "study": ["--dry-run"],  # which asks no scheduler
+    "study": ["--dry-run"],  # no scheduler needed
     "design": ["--evaluations", "5"],
     "compare scenarios/": SHORT,
     "workspace compare": ["--count", "20"],
@@ -62,11 +62,11 @@ SLOW = (
     "workspace static scenarios/robots/cogiro.yaml --method turns",
     "workspace wrench-feasible",
 )
-# tests/project/test_docs.py runs its commands in full length, and holds what they tell to the tables.
+# tests/project/test_docs.py runs its commands in full length, and compares their output with the tables.
 WHOLE = "docs/teaching.md"
-# Exit codes other than 0, which the page tells.
+# Exit codes other than 0, as stated on the page.
 CODES = {"cdpr check controller Hover": 7}
-# What no test runs as it stands there, with the reason.
+# Commands that no test runs unchanged, with the reason.
 NOT_RUN = {
     "pip install 'cdpr[mujoco]'": "needs an index of packages",
     "pip install --editable .": "needs an index of packages; test_packages.py installs the package offline",

@@ -6,7 +6,7 @@ import zipfile
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-# What every FMU of these tests defines.
+# Definitions of every FMU of these tests.
 UNITS = {
     "N": {"kg": 1, "m": 1, "s": -2},
     "kN": {"kg": 1, "m": 1, "s": -2, "factor": 1000},

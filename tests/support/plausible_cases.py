@@ -11,7 +11,7 @@ SCENARIOS = ROOT / "scenarios"
 CAROCA = SCENARIOS / "caroca.yaml"
 FILES = sorted([*SCENARIOS.glob("*.yaml"), *(SCENARIOS / "robots").glob("*.yaml")])
 WEAK = "no tensions within the limits hold the platform's weight"
-# Published starts at which the cables cannot hold the platform up, as the files' first comments say.
+# Published starts at which the cables cannot hold the platform up, according to the files' first comments.
 UNHELD = {SCENARIOS / "thesis.yaml", SCENARIOS / "thesis_ch6.yaml"}
 ROBOT = yaml.safe_load((SCENARIOS / "robots" / "caroca.yaml").read_text())
 LOW = [{**cable, "frame": [*cable["frame"][:2], 0.0]} for cable in ROBOT["cables"]]  # all from the floor

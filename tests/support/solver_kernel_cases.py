@@ -40,7 +40,7 @@ def problems(rng, n, m):
                 wrench[k] *= scale[rng.integers(2)]
             case 6:  # on a limit, or a round-off beside it
                 inside[k, i] = high[k, i] * (1.0 + rng.choice([0.0, 1e-13, 1e-10, 1e-8]))
-                if k % 16 < 8:  # of a balanced row, such as a moment about long arms, for which a share says nothing
+                if k % 16 < 8:  # of a balanced row, such as a moment about long arms, for which a share has no meaning
                     W[k, j] -= W[k, j] @ inside[k] / (inside[k] @ inside[k]) * inside[k]
                     W[k, j] *= 10.0 ** rng.uniform(1.0, 4.0)
                 wrench[k] = W[k] @ inside[k]

@@ -77,7 +77,7 @@ def cases(seed: int, count: int) -> Iterator[Case]:
         exact = [unit * x for x in wrench]
         wrench, low, high = (np.array([float(unit * x) for x in values]) for values in (wrench, low, high))
         problem = Case(np.ascontiguousarray(W, dtype=float), wrench, low, high, length)
-        # Rows that depend on each other contradict each other by chance once their wrench is rounded: nothing to ask.
+        # Rows that depend on each other contradict each other by chance once their wrench is rounded: not tested.
         if fractions(wrench) == exact or problem.equations() is not None:
             yield problem
 

@@ -26,7 +26,7 @@ def test_a_solver_without_an_answer_stops_a_run_that_is_not_infeasible(tmp_path)
     asked = {"simulation.duration": 0.2, "solver.infeasible": "stop"}
     with pytest.raises(SolverFailed, match=r"solver 'closed_form' gave no valid answer: .*policy stop") as stop:
         simulate(SCENARIO, solver="closed_form", overrides=asked, out=tmp_path / "run")
-    assert isinstance(stop.value, Infeasible)  # who catches that goes on to
+    assert isinstance(stop.value, Infeasible)  # a caller that catches it continues to
     assert stop.value.exit_code == ExitCode.INFEASIBLE
     assert load_run(tmp_path / "run").status == stop.value.run.status == "unanswered"
     assert "Stopped: no valid answer of the solver" in ending(stop.value.run)

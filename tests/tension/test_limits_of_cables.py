@@ -160,7 +160,7 @@ def test_limits_stop_ends_the_run(tmp_path):
         LimitViolation, match=r"cables wound faster than allowed: cable_2 up to 0.2\d* of 0.2 m/s .*limits: stop"
     ) as stop:
         simulate(SCENARIO, overrides=SLOW | {"limits": "stop"}, out=tmp_path / "run")
-    assert isinstance(stop.value, Infeasible)  # who catches that goes on to
+    assert isinstance(stop.value, Infeasible)  # a caller that catches it continues to
     assert load_run(tmp_path / "run").status == stop.value.run.status == "beyond_limits"
     assert stop.value.run.summary()["infeasible_steps"] == 0  # each sample had tensions that balance its wrench
     assert "Stopped: limit violation of a cable" in ending(stop.value.run)

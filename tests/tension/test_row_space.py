@@ -116,7 +116,7 @@ def test_odd_problems_against_rational_numbers(n, m):
         wanted = exactly(W, wrench, low, high)
         if status == OK:
             assert np.abs(W @ t - wrench).max() <= BALANCED * np.abs(W).max() * largest * m
-            # Where rounding left a solution, and more than a sliver of them: the optimum.
+            # If rounding left a solution, and not only a sliver: the optimum.
             shrunk = np.where(low < high, BAND * largest, 0.0)
             if wanted is not None and exactly(W, wrench, low + shrunk, high - shrunk) is not None:
                 compared += 1

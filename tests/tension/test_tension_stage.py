@@ -181,7 +181,7 @@ def test_jammed_cables_keep_their_tension_and_the_report_states_it():
     np.testing.assert_array_equal(bench.tension, np.where(np.arange(8) == 2, 0.0, answer))
     scale = np.repeat([1.0, 1.0 / bench.robot.characteristic_length], 3)
     missing = np.linalg.norm(scale * (bench.W @ bench.tension - bench.wrench))
-    assert bench.report[0] == Status.OK  # what the solver said of its answer
+    assert bench.report[0] == Status.OK  # status returned by the solver
     assert bench.report[1] == pytest.approx(missing, rel=1e-9)
     others = np.delete(bench.tension, 2)
     assert bench.report[2] == np.minimum(others - LOW, HIGH - others).min()  # it does not hide theirs

@@ -157,7 +157,7 @@ def _of_term(term: Term) -> str:
 
 
 class Limit(Section):
-    """A constraint: a figure is held to a limit."""
+    """A constraint: limits of a figure."""
 
     figure: str = Field(description="name of a figure")
     at_least: Number | None = Field(None, description="smallest allowed value")

@@ -106,8 +106,8 @@ def require_trust(archive: Archive, pinned: str | None) -> None:
     if _allowed.get() or archive.sha256 in trusted():
         return
     raise FmuError(
-        f"{archive.path}: holds native code, which can do whatever you can, and nobody said that you trust it. If you "
-        f"do, pin it in the scenario beside 'file':\n  sha256: {archive.sha256}\n"
+        f"{archive.path}: contains native code, which runs with your permissions, and is not trusted. "
+        f"If you trust it, pin it in the scenario beside 'file':\n  sha256: {archive.sha256}\n"
         f"or run 'cdpr fmu trust {archive.path}' once, or give --trust-fmu for one run."
     )
 

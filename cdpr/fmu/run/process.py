@@ -186,7 +186,7 @@ class Process(Instance):
     def _last_words(self) -> str:
         said = [*self._said, self._partial]
         words = " | ".join(" ".join(line.decode(errors="replace").split()) for line in said if line.strip())
-        return f"; it said: {words}" if words else ""
+        return f"; its output: {words}" if words else ""
 
     def _fail(self, text: str) -> NoReturn:
         raise BackendDied(f"FMU '{self.plan.name}' {text}{self._last_words}")

@@ -147,7 +147,7 @@ def _held(marker: Element, axes: tuple[str, ...], joint: Joint, reach: Array) ->
         raise marker.wrong(f"it does not define the position along {' and '.join(unsaid)}, along which the joint moves")
     if said and set(turning) - set(said):
         missing = " and ".join(sorted(set(turning) - set(said)))
-        raise marker.wrong(f"it says some of the platform's angles and not {missing}, about which its joint turns")
+        raise marker.wrong(f"it defines only some of the platform's angles, not {missing}, about which its joint turns")
     held, told = np.zeros(6), ""
     type_ = FIXED if marker.name == POSE or (not said and joint.type == FIXED) else SPHERICAL
     if not said:

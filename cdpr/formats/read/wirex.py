@@ -178,7 +178,7 @@ def _tension(found: Imported, robot: Element, parts: list[Parts]) -> dict[str, A
         if not high > low:
             text = "max_cable_load of <application>, f_max of its winch's <cable> and breaking_load of <cable>"
             raise chain.wrong(
-                f"chain '{chain.attributes.get('id', '')}': no largest tension above {low:g} N; {text} say one: add "
+                f"chain '{chain.attributes.get('id', '')}': expected a largest tension above {low:g} N in {text}; add "
                 '<application max_cable_load="N"/> to <robot>'
             )
         if key == BREAKS and broken is None:

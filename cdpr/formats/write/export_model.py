@@ -126,13 +126,12 @@ def only_ideal(robot: Robot, what: str) -> None:
     """Raise FormatError if a cable has a winch, elasticity or a pulley, which the format does not support."""
     if wound := _wound(robot):
         raise FormatError(
-            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: they "
-            "are left out where the robot says cable.model: ideal (--set robot.cable.model=ideal, of a robot file "
-            "cable.model=ideal)"
+            f"robot '{robot.name}': {what} does not support winches and elastic cables: {', '.join(wound)}; to omit them, "
+            "set cable.model: ideal (--set robot.cable.model=ideal, of a robot file cable.model=ideal)"
         )
     if rolled := _rolled(robot):
         raise FormatError(
-            f"robot '{robot.name}': {what} has no swivelling pulleys, and {', '.join(rolled)} leave over such: "
+            f"robot '{robot.name}': {what} does not support swivelling pulleys: {', '.join(rolled)}; "
             "replace them by points (--pulleys-as-points)"
         )
 

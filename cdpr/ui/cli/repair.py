@@ -44,4 +44,4 @@ def command(run: str, as_json: bool) -> None:
         if report.lost:
             click.echo(f"no disk space to keep the {report.lost} bytes of an incomplete block")
     if report.interrupted:
-        click.echo('run.json said "running", now "interrupted"')
+        click.echo('run.json: status "running" changed to "interrupted"')

@@ -8,7 +8,7 @@ from spread import sampled
 
 pytestmark = pytest.mark.usefixtures("traps_plugin")
 
-# What the wrapped engine declares: Euler's scheme, which the judge offers; the same unnamed; one of fourth order.
+# Declarations of the wrapped engine: Euler's scheme, which the judge offers; the same unnamed; one of fourth order.
 DECLARED = {
     "scheme": {"engine": ENGINES[0], "scheme": "semi_implicit_euler"},
     "first order": {"engine": ENGINES[0], "scheme": ""},

@@ -27,7 +27,7 @@ def verdicts(seed):
         scenario = random_scenarios.scenario(seed, **RK4)
     runs, chosen = Here(scenario), field(scenario, ENGINES)
     *others, last = chosen.engines
-    chosen = replace(chosen, engines=(*others, replace(last, scheme="")))  # judged as if nobody knew its scheme
+    chosen = replace(chosen, engines=(*others, replace(last, scheme="")))  # judged as if its scheme were unknown
     groups = compare(runs, chosen, ["qp"], named=True)
     orders = {"qp": refine(runs, chosen, "qp")}
     figures = summarise({"scenario": scenario.name}, groups, orders).figures

@@ -226,7 +226,7 @@ def test_any_eight_are_answered_as_alone():
         counts.append(expect_as_alone(solver, *eight, rubbish))
 
     answer()
-    assert sum(counts) > len(counts)  # else it would say nothing
+    assert sum(counts) > len(counts)  # otherwise the test would prove nothing
 
 
 @pytest.mark.parametrize(

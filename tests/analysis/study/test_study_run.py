@@ -67,7 +67,7 @@ def test_results(results, tmp_path):
     for row, case in zip(rows, results.study.cases, strict=True):
         if row["kind"] != "sound":
             continue
-        # What `cdpr run` gives for the same scenario, to the bit.
+        # Results of `cdpr run` for the same scenario, to the bit.
         path = tmp_path / "resolved.yaml"
         path.write_text(case.text)
         summary = cdpr.simulate(path).summary()

@@ -27,7 +27,7 @@ from cdpr.mechanics.kinematics import make_state
 CASES = int(os.environ.get("CDPR_WORKSPACE_CASES", "1"))
 SAMPLES = 250_000 * CASES  # of each robot
 BOX = box([20, 20, 20, 2, 2, 2])
-# What a margin may miss a proof by through round-off: margins are exact to 1e-9 of what they are differences of.
+# Allowed round-off between margin and proof: margins are exact to 1e-9 of what they are differences of.
 ROUNDING = 1e-9
 
 

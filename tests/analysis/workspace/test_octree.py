@@ -19,7 +19,7 @@ from cdpr.analysis.workspace.result import load_workspace, workspace
 from cdpr.base.errors import CdprError
 
 BOX = box([50, 50, 50, 5, 5, 5])
-# Cells of those inside that may be told wrong: 1 in 2500 of Caroca's at 160 cells, twice as many at half of them.
+# Share of the cells inside that may be wrong: 1 in 2500 of Caroca's at 160 cells, twice as many at half of them.
 WRONG = 1e-3
 
 

@@ -73,7 +73,7 @@ def test_page_needs_nothing_else(compared):
 
 def test_runs_are_kept_and_can_be_compared_again(compared):
     runs = [compared[1] / "runs" / name for name in ("reference_qp", f"{ENGINES[0]}_qp")]
-    said = cdpr_here("compare", *runs, code=7).stdout  # a gate must not take for agreement what nobody judged
+    said = cdpr_here("compare", *runs, code=7).stdout  # a gate must not accept unjudged differences as agreement
     assert said.startswith("not judged: caroca")
     assert f"{ENGINES[0]}_qp: not judged: no other run has the same scheme" in " ".join(said.split())
 
@@ -125,7 +125,7 @@ def test_a_full_disk_is_no_disagreement(tmp_path, monkeypatch):
     monkeypatch.setattr("cdpr.analysis.compare.runs.run_cases", full)
     phase = ("--set", 'events=[{"type": "sine", "time": 0, "force": [1, 0, 0], "frequency": 1, "phase": 90}]')
     done = cdpr_here("compare", CAROCA, *ONE, *SHORT, *phase, "--out", tmp_path / "out", code=8)
-    assert "events[0].phase: 90 rad is more than a whole turn" in done.stderr  # compare tells the scenario's notes
+    assert "events[0].phase: 90 rad is more than a whole turn" in done.stderr  # compare prints the scenario's notes
     assert done.stderr.splitlines()[-1] == "log.mcap: cannot be written: No space left"
     assert "DISAGREE" not in done.stdout
     assert not list(tmp_path.iterdir())

@@ -21,7 +21,7 @@ from cdpr.ui.cli.streams import printable_streams
 EVIL = "x\x1b[2J\x9b31m\u202e\ry\x07"
 SHOWN = r"x\x1b[2J\x9b31m\u202e\ry\x07"
 TAIL = r"31m\u202e\ry\x07"  # click leaves out the sequences at the start where there is no terminal
-# What of that XML can say.
+# The part that XML can represent.
 XML = "x\x9b2J\u202ey"
 
 

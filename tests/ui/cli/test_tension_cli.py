@@ -222,7 +222,7 @@ def test_absurd_answers_spoil_neither_table_nor_picture(absurd):
     out = plain(describe(problem, answers, "here", "x"))
     assert max(map(len, lines(out))) <= 120
     svg = draw_null_space(out)
-    # Whether or not its coordinates can be computed, it does not change what is shown of the rest.
+    # With and without computable coordinates, it does not change what is shown of the rest.
     assert (">far out of view: it<" in svg) == (out["solvers"][1]["null_space_N"] is not None)
     assert draw_null_space({**out, "solvers": out["solvers"][:1]}).count("<path") == svg.count("<path")
 

@@ -113,7 +113,7 @@ def test_commands_print_degrees(tmp_path):
         said = cdpr_here(command, robot).stderr
         assert re.search(rf"warning: \S*robot.yaml:{line}:\d+: home.orientation.rpy: 90 rad is more than a whole", said)
     assert "warning: --pose: 30 rad is more" in cdpr_here("info", robot, "--pose", "0,0,1,0,0,30").stderr
-    assert in_degrees([0.0, math.nan, "x"]) == ""  # other checks tell what these are
+    assert in_degrees([0.0, math.nan, "x"]) == ""  # other checks report these
 
 
 HELD = [
@@ -187,9 +187,7 @@ def test_an_inertia_without_value_is_reported_once():
 def test_file_names_after_set_start_at_the_scenario(tmp_path):
     assert cdpr_here("validate", CAROCA, "--set", "robot=robots/nine.yaml", cwd=tmp_path).stdout.count("9 cables")
     for command in ("run", "validate", "compare"):
-        assert "are relative to the folder of the file" in " ".join(
-            cdpr_here(command, "--help").stdout.split()
-        )
+        assert "are relative to the folder of the file" in " ".join(cdpr_here(command, "--help").stdout.split())
 
 
 @pytest.mark.parametrize(

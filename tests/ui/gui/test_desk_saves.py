@@ -48,7 +48,7 @@ def test_external_changes_are_not_overwritten(folder: Path) -> None:
 def test_protected_files_are_unchanged(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     desk = Editor(str(folder / "caroca.yaml"))
     desk.edit("simulation.duration", 3)
-    monkeypatch.setattr("os.access", lambda name, mode: False)  # whoever tests may be root
+    monkeypatch.setattr("os.access", lambda name, mode: False)  # the user may be root
     with pytest.raises(OutputError, match="may not be written"):
         desk.save()
 

@@ -156,7 +156,7 @@ def test_imported_data_belongs_to_its_window(window, looker, tmp_path):
 
 
 @sampled(
-    lambda words, said: "MIN < MAX" not in said,  # asks a process
+    lambda words, said: "MIN < MAX" not in said,  # calls a process
     ("words", "said"),
     [
         ({}, "choose files, or enter a path"),
@@ -286,7 +286,7 @@ def test_omitted_and_unsupported_content_is_reported(looker):
     assert told["text"].startswith(f"{name}: left out: winches and elasticity of cable_1")
     answer(looker, "export")
     looker.send(do="export", to="mjcf")
-    assert "MJCF has no winches and no elastic cables" in failed(looker, "export")
+    assert "MJCF does not support winches and elastic cables" in failed(looker, "export")
 
 
 def test_imports_can_be_cancelled_and_run_one_at_a_time(looker, window, tmp_path, monkeypatch):

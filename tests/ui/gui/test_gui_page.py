@@ -8,7 +8,7 @@ from cdpr.ui.gui.page import FILES, FOLDER, STYLES, document, hello
 from cdpr.ui.report.player.assets import DRAWING
 from cdpr.ui.report.player.assets import FOLDER as PLAYER
 
-SPACE = "http://www.w3.org/2000/svg"  # a name, which nobody asks for
+SPACE = "http://www.w3.org/2000/svg"  # a name, never requested
 
 
 def test_no_script_but_the_page_s_own_may_run():

@@ -180,7 +180,7 @@ def test_admitted_clients(window):
     assert status_of(address, Host="[")[0] == 421
     assert status_of(address, Host=f"localhost:{port}")[0] == 200
     with pytest.raises(InvalidStatus, match="421"), look(window, additional_headers={"Host": "evil.example"}):
-        pass  # it says two of them
+        pass  # it names two of them
     for origin in ("http://evil.example", "null", f"https://127.0.0.1:{port}"):
         with pytest.raises(InvalidStatus, match="403"), look(window, origin=origin):
             pass

@@ -24,7 +24,7 @@ def test_a_run_that_ends_badly_leaves_all_usable():
         status = it.phase("failed")
         assert status["status"] == "INFEASIBLE"
         assert "no tensions within the limits balance the wrench" in status["text"]
-        assert it.board.latest("frame")["n"] == 5  # the sample that tells why
+        assert it.board.latest("frame")["n"] == 5  # the sample with the reason
         it.do("step")
         it.do("run")
         it.do("push", force=[1, 0, 0])

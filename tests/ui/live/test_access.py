@@ -56,7 +56,7 @@ def test_web_pages_and_unknown_clients_cannot_steer():
         refused(link.url.replace("/?", "/x?"), 404)
         with connect(link.url.replace("127.0.0.1", "localhost"), subprotocols=NAMES, proxy=None):
             pass
-        # A name that was made to point here: the request says which one.
+        # A name that resolves to this machine: the request contains it.
         with closing(live_client.socket_to(link.port)) as raw:
             raw.sendall(f"GET /{link.url.partition('/?')[2]} HTTP/1.1\r\nHost: evil.example\r\n\r\n".encode())
             assert raw.recv(100).startswith(b"HTTP/1.1 421 ")
@@ -213,7 +213,7 @@ def test_malformed_messages_are_answered_and_change_nothing():
 def test_a_stop_does_not_wait_for_other_calls():
     with closing(foxglove.Foxglove(port=0)) as link, client(link) as seen:
         seen.until(lambda: "/cdpr/stop" in seen.services)
-        for call in range(12):  # nothing runs: nobody answers them
+        for call in range(12):  # no simulation runs: no answers
             name = "/cdpr/stop" if call == 7 else "/cdpr/step"
             seen.socket.send(b"\x02" + struct.pack("<III", seen.services[name], call, 4) + b"json")
         seen.say(op="getParameters", parameterNames=["speed"])

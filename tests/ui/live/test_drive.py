@@ -190,7 +190,7 @@ def test_a_flood_takes_a_small_share_of_a_run_that_is_late(monkeypatch, takes):
     assert flood.now < 1.1 * slices * slow  # `SHARE`, and what the first took
 
 
-# What is shown
+# Displayed values
 
 
 def test_the_path_is_shown_once_a_second_and_to_the_first_at_once(monkeypatch):
@@ -216,7 +216,7 @@ def test_the_path_is_shown_once_a_second_and_to_the_first_at_once(monkeypatch):
     assert shown(1.4, all_)  # the first again
 
 
-# What is heard
+# Received messages
 
 
 def stamped(topic, frame="world", **parts):

@@ -207,7 +207,7 @@ def test_a_log_is_not_begun_anew(tmp_path):
 def test_a_client_that_reads_nothing_does_not_slow_it():
     with running(1.0) as (link, found, _), client(link) as seen:
         seen.subscribe("/tf", "/cdpr/markers", POSE)
-        begun = time.monotonic()  # and hears nothing more
+        begun = time.monotonic()  # and receives nothing more
         while "run" not in found and time.monotonic() - begun < 10.0:
             time.sleep(0.02)
         took = time.monotonic() - begun

@@ -288,7 +288,7 @@ def test_parameters_are_set_all_or_none(port):
 
 
 def test_clients_do_not_receive_their_own_messages(port):
-    # Robots with winches show commands, too: on a topic of another name than that on which tensions are heard.
+    # Robots with winches show commands, too: on a topic other than that of received tensions.
     with seen_of(port, duration=0.1, file=WINCHES, speed=10.0) as (_, found, said), node(port) as seen:
         seen.subscribe("/cdpr/cable_commands", JOINTS)
         seen.trigger("step")

@@ -12,7 +12,7 @@ from cdpr.scenario.events.loads import Wrench
 from cdpr.scenario.events.target import Target
 
 PUSHES = 30
-ASKED = 4  # times that a push may be asked for what it does while it is made; it was asked once for each later one
+ASKED = 4  # allowed evaluations of a push during its creation; earlier, each later push evaluated it again
 
 
 def test_a_push_is_requested_only_once(monkeypatch):

@@ -27,7 +27,7 @@ def test_services_request_their_namesakes():
     assert link.asked == [("pause", {}), ("pause", {"paused": False}), ("step", {}), ("reset", {}), ("stop", {})]
     link.refusal = "no"
     assert link.call("step") == link.set("controller.kp", 5.0) == "no"
-    assert link.parameters == {"paused": False, "speed": 1.0, "controller.kp": 100.0}  # the simulation says when not
+    assert link.parameters == {"paused": False, "speed": 1.0, "controller.kp": 100.0}  # reports exceptions
 
 
 def test_the_oldest_unread_message_is_dropped():

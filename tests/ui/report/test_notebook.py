@@ -54,7 +54,7 @@ def test_a_run_is_a_table_a_scene_and_plots():
     assert len(shown["scenes"]) == 1
     assert 'id="slider"' in page
     assert 'sandbox="allow-scripts"' in html  # and neither the notebook's origin nor its cookies
-    assert set(re.findall(r"var\((--\w+)", page)) <= set(re.findall(r"(--\w+):", page))  # every colour is said
+    assert set(re.findall(r"var\((--\w+)", page)) <= set(re.findall(r"(--\w+):", page))  # every colour is described
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case != "100000 rows"])

@@ -48,7 +48,7 @@ class Curves:
 
 @dataclass(frozen=True)
 class Limit:
-    """Horizontal lines, drawn only if they do not flatten the curves; otherwise the legend says so."""
+    """Horizontal lines, drawn only if they do not flatten the curves; otherwise they are in the legend."""
 
     label: str
     values: Sequence[float]
