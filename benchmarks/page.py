@@ -78,7 +78,7 @@ def stills(run: cdpr.Run) -> None:
 
 
 def timed(act: Callable[[], None]) -> float:
-    """Processor seconds of a call, with nothing known of the run."""
+    """Processor seconds of a call, without cached data of the run."""
     histories._KNOWN.clear()
     summary._COUNTED.clear()
     start = time.process_time()

@@ -36,7 +36,7 @@ PAUSE = 0.05  # s to wait after a failed accept
 
 _quiet = logging.getLogger("cdpr.link.web_server")
 _quiet.addHandler(logging.NullHandler())
-_quiet.propagate = False  # malformed input of strangers does not concern the user
+_quiet.propagate = False  # malformed input of other programs does not concern the user
 
 
 class WebServer:

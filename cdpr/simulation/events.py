@@ -24,7 +24,7 @@ from cdpr.tension.status import Status
 if TYPE_CHECKING:
     from cdpr.mechanics.closest import Closest
 
-# Nobody reads more events: the last one counts the rest.
+# More events would not be read: the last one counts the rest.
 MOST = 200
 
 

@@ -97,7 +97,7 @@ class Undamped(Broken):
 class Unlogged(Broken):
     """It writes its columns into arrays of its own."""
 
-    columns = (Column("pull", 6, "N, N m", "What it asks for", "world"),)
+    columns = (Column("pull", 6, "N, N m", "Its request", "world"),)
 
     def log(self, columns):
         self.pull = columns["pull"].copy()

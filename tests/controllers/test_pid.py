@@ -130,5 +130,5 @@ def test_the_loop_notifies_of_infeasible_steps():
     )
     assert run.solver_status.all()
     weight = 150 * 9.81
-    # It falls; the integral got the first step only, of which nobody had told it yet, at zero error.
+    # It falls; the integral received only the first step, at zero error.
     assert run["wrench"][-1, 2] == pytest.approx(weight, rel=1e-3)

@@ -235,7 +235,7 @@ def test_inverse_times(tmp_path):
 
 
 def test_inverse_times_are_kept_where_limits_let_them(tmp_path):
-    """A move that is long against its changes of speed lasts about as long as it says, and never less."""
+    """A move that is long against its changes of speed takes about its nominal time, and never less."""
     motion = read(tmp_path, HEAD + "G93 G1 X300 F6\nG0 X0\nG1 X300 F3\n", ", tolerance: 0").trajectory
     quick = read(tmp_path, HEAD + "G0 X300\n", ", tolerance: 0").trajectory
     assert 30.0 < motion.ends() - quick.ends() < 31.0

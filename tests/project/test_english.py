@@ -26,9 +26,9 @@ AVOIDED = re.compile(
 )
 # Verbs that are not those of the field, in docstrings, comments and messages; names of code are excepted.
 VERBS = re.compile(
-    r"\b(?:tells?|told|telling|says?|said|saying|asks?|asked|asking|stands?|stood|bears?|bore|minds?|heeds?|hears?|heard|"
-    r"(?:knows?|known|knew) of|take[ns]? down|h[eo]ld to|goes? on|went on|goes? along|comes? in|came in|(?:is|are) meant)"
-    r"\b",
+    r"\b(?:tells?|told|telling|says?|said|saying|asks?|asked|asking|stands?|stood|bears?|bore|minds?|heeds?|hears?|heard"
+    r"|(?:knows?|known|knew) of|take[ns]? down|h[eo]ld to|goes? on|went on|goes? along|comes? in|came in"
+    r"|(?:is|are) meant)\b",
     re.IGNORECASE,
 )
 # Code spans, names of arguments before their description, stand-ins, and questions of the browser to its user.

@@ -1,4 +1,4 @@
-"""Our own baselines: what a run gave is what it gives. Made anew, where a change is meant, by
+"""Stored baselines: runs give the same results as before. After an intended change, save them again by
 
 cdpr baseline save scenarios/{caroca,off_centre_mass,planar,cable_break}.yaml --out tests/regression/baselines
 cdpr baseline save scenarios/rotated_start.yaml --backends mujoco,bullet,dart --out tests/regression/baselines

@@ -33,9 +33,9 @@ def peak(*arguments: object) -> float:
 
 @pytest.mark.slow
 def test_an_hour_at_1_khz_fits_into_400_mb(tmp_path):
-    """An hour writes 7 GB: two shorter runs tell what a second costs, and that exports cost no more of a longer one.
+    """An hour writes 7 GB, so two shorter runs measure the memory per second, and that of exports.
 
-    What grows in a run is what the summary counts of each sample, 17 B, and where the blocks of the log are.
+    Only data of the summary grows with the run, 17 B per sample, and the index of the log's blocks.
     """
     commands = {
         "run": ("run", ROOT / "scenarios" / "caroca.yaml", "--backend", "reference"),

@@ -1,4 +1,4 @@
-"""Similar robots, scaled in length and force at the same gravity: every figure is in proportion, as dimensions say.
+"""Similar robots, scaled in length and force at the same gravity: every figure scales according to its dimension.
 
 CDPR_SCALES sets the number of further random scales. Scales are powers of two, of length even ones, so that scaled
 numbers differ by no round-off: any difference is an absolute number in the program.

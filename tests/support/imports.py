@@ -22,8 +22,8 @@ def modules(root: Path, packages: tuple[str, ...]) -> dict[str, Path]:
 def graph(files: dict[str, Path], *, types: bool) -> Graph:
     """Return the imports of each module anywhere in it; on request also those of `types` only.
 
-    A name that a package imports for type checkers alone is bound late (`cdpr.base.lazy`): who asks the package for it
-    imports the module where it is, and the package itself does not.
+    A name that a package imports for type checkers alone is bound late (`cdpr.base.lazy`): its first use imports the
+    module, an import of the package does not.
     """
     late = bound_late(files)
     edges: Graph = {name: set() for name in files}

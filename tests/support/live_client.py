@@ -25,7 +25,7 @@ FILE = ROOT / "scenarios" / "caroca.yaml"
 def running(make, duration=2.0, out=None, speed=1.0, held=False, file=FILE, **overrides):
     """Return a link for `say` and `parameters`, its run or exception, and the messages.
 
-    Where `held`, it has begun and stands still.
+    If `held`, it has started and is paused.
     """
     scenario = cdpr.load_scenario(file, overrides={"simulation.duration": duration, **overrides})
     found, said = {}, []

@@ -106,8 +106,8 @@ def compare(
     if (other & asked).any():
         k = len(edges) + int(np.argmax(other & asked))
         raise LogError(
-            f"the cell at {poses[k, :3].tolist()} m is {'not ' * bool(inside[k])}inside by the file, but a new evaluation of "
-            "its robot disagrees: the file was changed, or written by another version"
+            f"the cell at {poses[k, :3].tolist()} m is {'not ' * bool(inside[k])}inside by the file, but a new "
+            "evaluation of its robot disagrees: the file was changed, or written by another version"
         )
     return replace(told, bisected=len(edges), told=int(alone.sum()), told_wrong=int(wrong.sum()))
 

@@ -126,8 +126,8 @@ def only_ideal(robot: Robot, what: str) -> None:
     """Raise FormatError if a cable has a winch, elasticity or a pulley, which the format does not support."""
     if wound := _wound(robot):
         raise FormatError(
-            f"robot '{robot.name}': {what} does not support winches and elastic cables: {', '.join(wound)}; to omit them, "
-            "set cable.model: ideal (--set robot.cable.model=ideal, of a robot file cable.model=ideal)"
+            f"robot '{robot.name}': {what} does not support winches and elastic cables: {', '.join(wound)}; to omit "
+            "them, set cable.model: ideal (--set robot.cable.model=ideal, of a robot file cable.model=ideal)"
         )
     if rolled := _rolled(robot):
         raise FormatError(
