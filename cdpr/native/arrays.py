@@ -13,7 +13,7 @@ from cdpr.base.errors import CdprError
 FLOAT, INTEGER = np.dtype(np.float64), np.dtype(np.int64)
 REAL = "iuf"  # numpy's kinds of real numbers; text, booleans and complex numbers are rejected
 WHOLE = "iub"
-MASKED = "some values are masked, so there are none; fill them in or leave them out"
+MASKED = "masked values are not supported; fill them in or remove them"
 
 Array = np.ndarray[Any, Any]
 
