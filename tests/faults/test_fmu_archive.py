@@ -195,7 +195,7 @@ def test_no_model_description(tmp_path):
     path = tmp_path / "a.fmu"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("readme.txt", "hello")
-    refused(path, "holds no modelDescription.xml")
+    refused(path, "contains no modelDescription.xml")
 
 
 @pytest.mark.parametrize("cut", [1, 10, 100, 400])

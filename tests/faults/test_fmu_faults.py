@@ -113,7 +113,7 @@ def test_nan_is_a_divergence(options, isolation):
 
 @pytest.mark.parametrize("fault", ["discard", "error", "fatal"])
 def test_results_are_reported_in_the_parent_process(options, fault):
-    with pytest.raises(BackendDied, match=SAYS[fault].replace("it said", "it logged")) as caught:
+    with pytest.raises(BackendDied, match=SAYS[fault].replace("its output", "it logged")) as caught:
         run(options(fault, isolation="inproc"))
     assert len(caught.value.run.rows) == 101
 

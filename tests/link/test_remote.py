@@ -125,7 +125,7 @@ FAILING = {
     ),
     "a fraction": ("hello(); answer(frame()[0] + 0.5, *WEIGHT)", "sequence: expected the number of a frame, got 0.5"),
     "no greeting": ("time.sleep(60)", "did not answer the greeting by a line of JSON within start_timeout, 0.5 s"),
-    "no JSON": ("hello(b'hello\\n')", "expected .* and a new line"),
+    "expected JSON": ("hello(b'hello\\n')", "expected .* and a new line"),
     "another version": ("hello(b'{\"cdpr\": 9}\\n')", "speaks version 9 of the protocol, not 1"),
     "endless greeting": ("hello(b'x' * 100000)", "its greeting is longer than 65536 bytes"),
 }

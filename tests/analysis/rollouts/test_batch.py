@@ -180,7 +180,7 @@ def test_a_lane_that_fails_fails_alone():
     assert batch.errors[3] == str(stop.value)
     for lane in (0, 1, 4, 5):
         assert_same(batch, lane, alone(40, **{key: values[lane] for key, values in vary.items()}))
-    with pytest.raises(cdpr.CdprError, match="lane 2 never began"):
+    with pytest.raises(cdpr.CdprError, match="lane 2 did not start"):
         batch.snapshot(2)
     batch.load(3, batch.snapshot(0))  # as heavy as before: it fails at once again
     assert batch.active[3]

@@ -152,7 +152,7 @@ def test_only_what_is_missing_runs(results, tmp_path):
 
 def test_a_folder_belongs_to_one_study(results, tmp_path):
     other = load_study(write_study(tmp_path, KINDS.replace("[20, 30]", "[20, 40]")))
-    with pytest.raises(OutputError, match="holds another study, 'study' of 6 cases"):
+    with pytest.raises(OutputError, match="contains another study, 'study' of 6 cases"):
         run_study(other, tmp_path / "out")
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "letter").touch()
@@ -161,7 +161,7 @@ def test_a_folder_belongs_to_one_study(results, tmp_path):
 
 
 def test_the_second_process_uses_files_of_the_first(results, tmp_path, monkeypatch):
-    """The folder was empty when it looked, and holds another study when it has the lock."""
+    """The folder was empty when it looked, and contains another study when it has the lock."""
     other = load_study(write_study(tmp_path, KINDS.replace("[20, 30]", "[20, 40]")))
 
     def late(file):
@@ -169,7 +169,7 @@ def test_the_second_process_uses_files_of_the_first(results, tmp_path, monkeypat
         return locks.lock(file)
 
     monkeypatch.setattr("cdpr.analysis.jobs.folder.lock", late)
-    with pytest.raises(OutputError, match="holds another study"):
+    with pytest.raises(OutputError, match="contains another study"):
         StudyFolder(tmp_path / "new", other)
 
 
@@ -281,7 +281,7 @@ def test_a_resume_checks_only_what_has_no_result(tmp_path, monkeypatch):
     path.write_text(path.read_text() + "\nseed: 5\n")  # other cases, though they change the same
     other = load()
     assert len(checked) == 4
-    with pytest.raises(OutputError, match="holds another study"):
+    with pytest.raises(OutputError, match="contains another study"):
         StudyFolder(out, other)
     path.write_text(path.read_text().replace("\nseed: 5\n", ""))
     monkeypatch.setattr("cdpr.simulation.header.VERSION", "9.9")
@@ -305,7 +305,7 @@ def test_a_file_that_an_axis_names_is_read_again(tmp_path):
     assert load_study(path, ended=ended(out)).digest == study.digest
     robot = tmp_path / "robots" / "other.yaml"
     robot.write_text(re.sub(r"mass: *[0-9.]+", "mass: 77.0", robot.read_text()))
-    with pytest.raises(OutputError, match="holds another study"):
+    with pytest.raises(OutputError, match="contains another study"):
         StudyFolder(out, load_study(path, ended=ended(out)))
 
 

@@ -258,7 +258,7 @@ def test_several_attitudes_are_all_or_any_of_them():
         (lambda r: measure(r, [[0, 0, 1, 1, 0, 0, 0]], length=0.0), "length"),
         (lambda r: region(r, lower=[0, 0, 2], upper=[1, 1, 1]), "z of lower"),
         (lambda r: region(r, cells=[3, 3]), "cells"),
-        (lambda r: region(r, cells=10**6), "more than"),
+        (lambda r: region(r, cells=10**6), "too many"),
         (lambda r: region(r, orientations=[[2, 0, 0, 0]]), "unit quaternions"),
         (lambda r: workspace(r, "statik", region(r)), "did you mean 'static'"),
         (lambda r: workspace(r, "dynamic", region(r), required=sets.box([1] * 6)), "accelerations"),
@@ -275,7 +275,7 @@ def test_bad_input_is_reported(do, words):
 def test_a_held_direction_is_not_looked_along():
     robot = robot_of("planar")
     assert region(robot).shape[1] == 1
-    with pytest.raises(CdprError, match="upright"):
+    with pytest.raises(CdprError, match="cannot rotate"):
         region(robot, orientations=[[np.cos(0.1), np.sin(0.1), 0.0, 0.0]])
 
 

@@ -119,11 +119,11 @@ def test_a_form_is_edited_applied_and_undone(looker):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("{", "no JSON"),
-        ("[" * 100_000, "no JSON"),
+        ("{", "expected JSON"),
+        ("[" * 100_000, "expected JSON"),
         ("[]", "expected an object"),
         ('{"do": 1}', "expected an object"),
-        ('{"do": "run", "fast": NaN}', "no JSON"),
+        ('{"do": "run", "fast": NaN}', "expected JSON"),
         ('{"do": "step", "n": 1e400}', "whole number"),
         ('{"do": "__init__"}', "not an allowed request"),
         ('{"do": "edit"}', "missing"),
@@ -131,7 +131,7 @@ def test_a_form_is_edited_applied_and_undone(looker):
         ('{"do": "edit", "path": "../../etc", "value": 1}', "a key such as"),
         ('{"do": "open", "name": "nowhere.yaml"}', "nowhere.yaml"),
         ('{"do": "new", "kind": "spaceship"}', "spaceship"),
-        (b"\xff\xfe", "no JSON"),
+        (b"\xff\xfe", "expected JSON"),
     ],
 )
 def test_invalid_requests_get_one_message(window, text, says):

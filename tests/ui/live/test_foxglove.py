@@ -105,7 +105,7 @@ def test_requests_are_events():
 
 
 BAD = {
-    "no JSON": (WRENCH, b"{", "/cdpr/wrench: "),
+    "expected JSON": (WRENCH, b"{", "/cdpr/wrench: "),
     "a list": (WRENCH, [], "/cdpr/wrench: expected an object"),
     "no wrench": (WRENCH, {}, "/cdpr/wrench: wrench: required but not given: an object"),
     "NaN": (WRENCH, b'{"wrench": {"force": {"x": NaN}, "torque": {}}}', "force.x: expected a finite number"),
