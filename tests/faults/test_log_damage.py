@@ -159,7 +159,7 @@ def test_not_our_log(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"nothing: no such file or folder"):
         load_run(tmp_path / "nothing")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(LogError, match=r"empty: holds no log\.mcap"):
+    with pytest.raises(LogError, match=r"empty: contains no log\.mcap"):
         load_run(tmp_path / "empty")
 
 

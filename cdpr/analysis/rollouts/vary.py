@@ -52,9 +52,9 @@ def values_of(
         ScenarioError: with all errors, one per line.
     """
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
-        raise CdprError(f"{title}: seed: a whole number from 0 to {MAX_SEED} is expected, got {shown(seed)}")
+        raise CdprError(f"{title}: seed: expected a whole number from 0 to {MAX_SEED}, got {shown(seed)}")
     if not isinstance(vary, Mapping) or not vary:
-        raise CdprError(f"{title}: vary: {{key: values}} of at least one key is expected, got {shown(vary)}")
+        raise CdprError(f"{title}: vary: expected {{key: values}} of at least one key, got {shown(vary)}")
     problems = Problems()
     mark = Mark("vary")
     taken: dict[Path, str] = {change.path: "overrides set" for change in read_overrides(overrides or {}, problems)}
@@ -67,7 +67,7 @@ def values_of(
             if path in FIXED:
                 problems.add(mark, path, "all cases have the same samples; a study can vary this")
             elif other is not None:
-                problems.add(mark, path, f"{taken[other]} {dotted(other)}, which says the same or a part of it")
+                problems.add(mark, path, f"{taken[other]} {dotted(other)}, which overlaps with it")
             taken[path] = "vary has"
             try:
                 found[key] = _values(given, n, f"{seed} {key}")

@@ -87,7 +87,7 @@ def run_study(
         The rows of all cases; the tables are in `out`.
 
     Raises:
-        OutputError: if `out` holds another study or cannot be written.
+        OutputError: if `out` contains another study or cannot be written.
 
     Example:
         >>> import pathlib

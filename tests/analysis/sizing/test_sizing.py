@@ -199,11 +199,11 @@ def test_the_command(tmp_path):
 
 
 @sampled(
-    lambda words, code, message: message != "sized apart",
+    lambda words, code, message: message != "size them separately",
     ("words", "code", "message"),
     [
         (["scenarios/robots/caroca.yaml"], 2, "is a robot"),
-        (["scenarios/caroca.yaml", "scenarios/ipanema_1.yaml"], 2, "sized apart"),
+        (["scenarios/caroca.yaml", "scenarios/ipanema_1.yaml"], 2, "size them separately"),
         (["scenarios/caroca.yaml", "--lower", "0,0,0"], 2, "--wrench-box"),
         (["scenarios/caroca.yaml", "--cells", "5"], 2, "--wrench-box"),
         (["scenarios/caroca.yaml", "--out", "size.txt"], 8, "ends in .html"),

@@ -73,7 +73,7 @@ def test_table():
     assert qp[1:5] == ["100", "%", "0", "0"]
     assert pinv[-1] == "30"
     assert max(map(len, lines)) <= 120
-    assert not any("failed" in line or "not asked" in line for line in lines)
+    assert not any("failed" in line or "skipped" in line for line in lines)
 
 
 @pytest.mark.slow
@@ -155,7 +155,7 @@ def test_figures_are_pictures_of_their_own(zoo, tmp_path):
 def test_rows_with_a_reason(zoo):
     text = printed(zoo)
     assert "raising failed: raised ZeroDivisionError: division by zero at problem 5" in text
-    assert "not asked: solver 'absent' needs no_such_package, which is not installed: pip install 'cdpr[none]'" in text
+    assert "skipped: solver 'absent' needs no_such_package, which is not installed: pip install 'cdpr[none]'" in text
     assert re.search(r"^unsupporting +-( +-)+", text, re.MULTILINE)
     assert ODD in text
 
