@@ -169,7 +169,7 @@ def study_cases(study: Path = STUDY) -> tuple[StudyCase, ...]:
 
 
 def stored(folder: Path, study: Path = STUDY) -> list[Row]:
-    """Return a study's rows for thesis.csv; exit with a message if the folder contains another study or lacks results."""
+    """Return a study's rows for thesis.csv; exit with a message if the folder has other content or lacks results."""
     path, remedy = folder / "table.csv", f"run: cdpr study scenarios/studies/{study.name} --out {folder}"
     try:
         with path.open(newline="") as file:
