@@ -56,7 +56,7 @@ def answers_balance(subject: SolverSubject) -> str:
 
 
 def answers_are_within_the_limits(subject: SolverSubject) -> None:
-    """With OK, unless `respects_bounds` is false, limits hold to 1e-6 N, or to 1e-6 of the largest if less."""
+    """With OK, unless `respects_bounds` is false, limits are met within 1e-6 N, or to 1e-6 of the largest if less."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for problem, tension in _answered(subject):
         over = float(np.maximum(problem.t_min - tension, tension - problem.t_max).max())

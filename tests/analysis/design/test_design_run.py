@@ -347,7 +347,7 @@ def test_a_latin_hypercube():
 
 @pytest.mark.slow
 def test_better_than_chance_over_five_seeds(tmp_path):
-    """Of the example, more coarsely and in fewer evaluations; benchmarks/design.py tells by how much of all of it."""
+    """Of the example, more coarsely and in fewer evaluations; benchmarks/design.py measures the full one."""
     example = (ROOT / "scenarios" / "studies" / "design_box.yaml").read_text()
     robot = os.path.relpath(ROOT / "scenarios" / "robots", tmp_path)
     example = example.replace("../robots", robot).replace("cells: 12", "cells: 8")
