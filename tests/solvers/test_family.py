@@ -155,7 +155,7 @@ def test_qp_limits_the_change_of_a_step():
     ("name", "options", "text"),
     [
         ("qp", {"about": "given"}, "reference: is for"),
-        ("qp", {"weights": [1.0, 2.0]}, "weights: one number per cable, 8"),
+        ("qp", {"weights": [1.0, 2.0]}, "weights: expected one number per cable, 8"),
         ("qp", {"about": "mid"}, "option about"),
         ("lp", {"weights": [0.0] * 8}, "greater than 0"),
         ("maximin", {"nrom": "ball"}, "its options are norm"),
