@@ -129,7 +129,7 @@ def simulate(role, kind, monkeypatch, tmp_path):
         ("solver", ExitingSolver, r"t = 0.018 s: solver 'broken' raised SystemExit: 3", AT - 2),
         ("solver", EarlySolver, r"solver 'broken' raised ValueError: boo", 0),
         ("solver", ReturningSolver, r"solver 'broken' wrote no tensions", 0),
-        ("solver", ArraySolver, r"solver 'broken' returned an array, which is no .*Status: `solve` writes into", 0),
+        ("solver", ArraySolver, r"solver 'broken' returned an array, which is not a .*Status: `solve` writes into", 0),
         ("solver", CheatingSolver, r"solver 'broken' raised ValueError: .*read-only", 0),
         ("controller", ReturningController, r"the controller wrote no wrench", 0),
         ("controller", CheatingController, r"ValueError: .*read-only in control \(test_broken_plugins", 0),

@@ -160,4 +160,4 @@ def test_the_command_repair(run: Run, tmp_path: Path) -> None:
     log.write_bytes(log.read_bytes()[:-3])
     result = CliRunner().invoke(repair_command, [str(tmp_path)], catch_exceptions=False)
     assert "cut off at byte" in result.stdout
-    assert f"kept as {log}.torn-2" in result.stdout
+    assert f"stored as {log}.torn-2" in result.stdout
