@@ -146,10 +146,15 @@ class Scenario:
         """Desired motion with the effect of events; CdprError if an event makes it impossible."""
         return redirected(self.planned, self.events, self.simulation.control_step)
 
+    @property
+    def controlled_dof(self) -> tuple[str, ...]:
+        """Degrees of freedom in which the cables exert the controller's wrench."""
+        return self.sections.controlled or self.robot.dof
+
     @cached_property
-    def controlled(self) -> Robot:
-        """Robot for the tension distribution: its `dof` are only the controlled directions."""
-        dof = self.sections.controlled or self.robot.dof
+    def controlled_robot(self) -> Robot:
+        """Robot for the tension distribution: its `dof` are only the controlled ones."""
+        dof = self.controlled_dof
         return self.robot if dof == self.robot.dof else replace(self.robot, dof=dof)
 
     @cached_property

@@ -41,7 +41,7 @@ class Prepared:
     """Parts of a loop without its plant."""
 
     chosen: dict[Role, Registered]
-    controlled: Robot  # nominal robot of controller and solver
+    controlled_robot: Robot  # nominal robot of controller and solver
     trajectory: Trajectory
     columns: tuple[Column, ...]
     solver: TensionSolver
@@ -97,7 +97,7 @@ def build(scenario: Scenario) -> Parts:
         backend.reset(scenario.initial.state())
         loop = Parts(
             robot=robot,
-            controlled=parts.controlled,
+            controlled_robot=parts.controlled_robot,
             nominal=nominal,
             trajectory=parts.trajectory,
             controller=controller,
@@ -147,7 +147,7 @@ class _Checks:
         if scenario.actuators is not None:
             self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
         nominal = scenario.nominal
-        controlled = scenario.controlled if nominal is None else replace(nominal, dof=scenario.controlled.dof)
+        controlled = scenario.controlled_robot if nominal is None else replace(nominal, dof=scenario.controlled_dof)
         solver = (
             self._try(("solver",), lambda: self._solver(chosen["solver"], controlled)) if usable["solver"] else None
         )
@@ -179,8 +179,8 @@ class _Checks:
 
         check_actuators(self._scenario, backend)
 
-    def _solver(self, entry: Registered, controlled: Robot) -> TensionSolver:
-        return cast("TensionSolver", entry.make(controlled, self._scenario.solver_options))
+    def _solver(self, entry: Registered, robot: Robot) -> TensionSolver:
+        return cast("TensionSolver", entry.make(robot, self._scenario.solver_options))
 
     def _controller(self, entry: Registered) -> Controller:
         scenario = self._scenario

@@ -52,7 +52,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
         output = controller.output or known.get("controller", scenario.controller.type).info.properties["output"]
         names, solver = [scenario.controller.type], None
         if output == "wrench":
-            solver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
+            solver = chosen["solver"].make(scenario.controlled_robot, scenario.solver_options)
             names.append(scenario.solver.type)
         desired = np.zeros(19)
         scenario.desired.sampler(desired)(0.0)
@@ -61,7 +61,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
         return Control(
             names=names,
             options={name: np.array(each.value, dtype=float) for name, each in tunable.items()},
-            robot=scenario.controlled,
+            robot=scenario.controlled_robot,
             program=program,
             own=own,
             control_step=step,
@@ -75,7 +75,7 @@ def _program(
     scenario: Scenario, controller: Controller, solver: TensionSolver | None, motion: bool
 ) -> tuple[Program, Mapping[str, Own]]:
     """Return the program of a control step, and the operations that are not in the kernel library."""
-    robot = scenario.controlled
+    robot = scenario.controlled_robot
     state, desired, measured = np.zeros(13), np.zeros(19), np.zeros((2, robot.m))
     live = Present.of(robot.m)
     own: dict[str, Own] = {}
@@ -113,7 +113,7 @@ def _stage(scenario: Scenario, solver: TensionSolver, live: Present) -> TensionS
 
     respects = bool(registry().get("solver", name).info.properties.get("respects_bounds", True))
     stage = TensionStage(
-        scenario.controlled, Asked(solver.solve, name, respects, scenario.solver.infeasible, compiled), live
+        scenario.controlled_robot, Asked(solver.solve, name, respects, scenario.solver.infeasible, compiled), live
     )
     stage.refusal = "not reported by FMUs"  # the operation itself then replaces a rejected answer
     return stage

@@ -56,7 +56,7 @@ def make_header(scenario: Scenario) -> Header:
         tension_max=tuple(robot.tension_max.tolist()),
         characteristic_length=robot.characteristic_length,
         shape=robot.platform.outline,
-        controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
+        controlled=scenario.controlled_dof if scenario.controlled_dof != robot.dof else (),
         versions=versions_of(scenario.plugins, plugins_of(scenario)),
         scenario_yaml=scenario.resolved_yaml(),
         cable_model=scenario.cable_model,

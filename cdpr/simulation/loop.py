@@ -298,12 +298,12 @@ class Loop:
         """Return the stage for the output of a controller; all stages share the cables."""
         parts = self.parts
         if output == "command":
-            return CommandStage(parts.controlled, parts.policy, self.present.live, self.present.cables)
+            return CommandStage(parts.controlled_robot, parts.policy, self.present.live, self.present.cables)
         solver = parts.solver
         known = isinstance(solver, TensionSolver) and speaks_for(solver.compiled, solver.solve)
         compiled = solver.compiled if known else None
         asked = Asked(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
-        return TensionStage(parts.controlled, asked, self.present.live, self.present.cables)
+        return TensionStage(parts.controlled_robot, asked, self.present.live, self.present.cables)
 
     def written(self, stage: TensionStage | CommandStage) -> Array:
         """Return the input of a stage: commands (m,) or the wrench (6,)."""

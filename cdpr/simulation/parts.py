@@ -22,7 +22,7 @@ class Parts:
     """Parts of a closed loop."""
 
     robot: Robot
-    controlled: Robot  # nominal robot of the distribution: its dof are the directions to balance
+    controlled_robot: Robot  # nominal robot of the distribution: its dof are the directions to balance
     trajectory: Trajectory
     controller: Controller
     solver: TensionSolver

@@ -51,7 +51,7 @@ class Sample:
         self.desired = view("desired_position", "desired_angular_acceleration")
         W = np.zeros((6, robot.m))
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
-        self.cables = Cables.of(parts.controlled, None if parts.nominal is None else robot)
+        self.cables = Cables.of(parts.controlled_robot, None if parts.nominal is None else robot)
         bounds = acceleration_bounds(robot, parts.backend.gravity)
         self._body = Body(line_table(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()

@@ -31,7 +31,7 @@ def invoke(command, *arguments):
 
 def test_all_directions_by_default():
     scenario = load_scenario(PLANAR)
-    assert scenario.controlled.dof == scenario.robot.dof == ("x", "z", "ry")
+    assert scenario.controlled_robot.dof == scenario.robot.dof == ("x", "z", "ry")
     assert "controlled: [x, z, ry]" in scenario.resolved_yaml()
     assert cdpr.simulate(PLANAR, overrides={"simulation.duration": 0.01}).header.controlled == ()
 
@@ -85,7 +85,7 @@ def test_log_and_report_contain_it(tmp_path):
     assert cdpr.load_run(tmp_path / "run").header.controlled == ("x", "y", "z")
     assert '<th scope="row">Controlled directions</th><td>x, y, z</td>' in (tmp_path / "run/report.html").read_text()
     again = load_scenario(tmp_path / "run" / "scenario.yaml")
-    assert again.controlled.dof == ("x", "y", "z")
+    assert again.controlled_robot.dof == ("x", "y", "z")
 
 
 def test_previews_require_the_same_tensions():

@@ -85,8 +85,8 @@ def test_each_gets_its_robot():
     parts = build(scenario)
     assert parts.backend.robot is scenario.robot is parts.robot
     assert parts.controller.robot is scenario.nominal is parts.nominal
-    assert parts.controlled.dof == ("x", "y", "z")
-    assert parts.controlled.anchors.tolist() == scenario.nominal.anchors.tolist()
+    assert parts.controlled_robot.dof == ("x", "y", "z")
+    assert parts.controlled_robot.anchors.tolist() == scenario.nominal.anchors.tolist()
     parts.backend.close()
 
 

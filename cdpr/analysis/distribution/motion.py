@@ -42,7 +42,7 @@ def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -
         figures["pose"] |= {"clearance_m": gap, "clearance_by": names and f"{names}{assumption(robot)}"}
     if not isinstance(loaded, Scenario):
         return plain(figures), None
-    asked = loaded.controlled
+    asked = loaded.controlled_robot
     motion = follow(loaded, solver(asked, options).solve)
     told = [f"{event.type} at {event.time:g} s" for event in sorted(loaded.events, key=lambda event: event.time)]
     if loaded.nominal_differences:
@@ -79,4 +79,4 @@ def follow(scenario: Scenario, solve: Solve) -> Survey:
     time = steps * period
     desired = np.array([scenario.desired.sample(t) for t in time])
     gravity = np.array(scenario.world.gravity)
-    return survey(scenario.controlled, time, desired, gravity, solve, happens=happens, samples=steps)
+    return survey(scenario.controlled_robot, time, desired, gravity, solve, happens=happens, samples=steps)

@@ -57,7 +57,7 @@ class Duty:
     def of_scenario(cls, scenario: Scenario, name: str) -> Duty:
         """Return the duty of a scenario's motion, without simulation, with the tensions of least 2-norm (`qp`)."""
         entry = registry().get("solver", defaults.SOLVER)
-        motion = follow(scenario, entry.load()(scenario.controlled, entry.info.options()).solve)
+        motion = follow(scenario, entry.load()(scenario.controlled_robot, entry.info.options()).solve)
         names = [cable.name for cable in scenario.robot.cables]
         return cls(
             name,

@@ -24,6 +24,6 @@ def portray(loaded: Scenario | Robot, pose: str | None) -> tuple[dict[str, Any],
     figures, motion = portrait(loaded, gravity, at, source)
     if motion is not None and isinstance(loaded, Scenario):
         poses = motion.desired[:, :7]
-        figures["motion"]["least"] = along(loaded.controlled, motion.time, poses, gravity, loaded.obstacles)
+        figures["motion"]["least"] = along(loaded.controlled_robot, motion.time, poses, gravity, loaded.obstacles)
     subject = Subject.of_robot(robot)
     return figures, pose_pictures(at, subject) if motion is None else survey_pictures(motion, subject), motion

@@ -238,7 +238,7 @@ def _least(scenario: Scenario, run: Run) -> dict[str, dict[str, Any]]:
     """Return the figures of the motion that need kernels which a run does not load."""
     from cdpr.analysis.workspace.path import flown
 
-    return flown(scenario.controlled, run)
+    return flown(scenario.controlled_robot, run)
 
 
 def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) -> OutputError | None:

@@ -81,7 +81,7 @@ def command(
     else:
         load, whence = parse_wrench(wrench, robot), "--wrench"
     own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
-    asked = loaded.controlled if isinstance(loaded, Scenario) else robot
+    asked = loaded.controlled_robot if isinstance(loaded, Scenario) else robot
     problem = Problem(asked, at, load)
     with Progress("solvers") as progress, hushed():
         answers = compare(problem, _contestants(names, asked, own), progress)
