@@ -100,10 +100,10 @@ def test_the_command_line_reports_it_once(tmp_path):
 
 
 def test_the_window_reports_it_at_the_type():
-    desk = Editor("caroca")
-    desk.edit("controller.type", "static")
-    (told,) = [one for one in desk.form()["warnings"] if "in place of" in one["text"]]
+    editor = Editor("caroca")
+    editor.edit("controller.type", "static")
+    (told,) = [one for one in editor.form()["warnings"] if "in place of" in one["text"]]
     assert told["text"].endswith("left out kp, kd; by default kp = 50.0, kd = 50.0")
-    assert desk.scenario().controller_options.kp == 50.0
-    desk.edit("controller.kp", 60.0)  # from then on it is old
-    assert not [one for one in desk.form()["warnings"] if "in place of" in one["text"]]
+    assert editor.scenario().controller_options.kp == 50.0
+    editor.edit("controller.kp", 60.0)  # from then on it is old
+    assert not [one for one in editor.form()["warnings"] if "in place of" in one["text"]]

@@ -56,7 +56,7 @@ def test_no_warning_of_a_lift_on_one_cable(tmp_path):
     assert robot_warnings(lift, tmp_path) == []
 
 
-# FAST: cables of 300 m to a cabin of 30 t; a camera of 0.3 m above a stadium; a robot of a desk; an insect's.
+# FAST: cables of 300 m to a cabin of 30 t; a camera of 0.3 m above a stadium; a robot of a editor; an insect's.
 @pytest.mark.parametrize(
     ("width", "mass", "platform"),
     [(600, 3e4, 0.02), (200, 15, 0.0015), (0.2, 0.1, 0.2), (0.02, 1e-3, 0.3), (4, 1e4, 0.9)],

@@ -152,12 +152,12 @@ def test_cables_without_damping_are_reported(tmp_path):
 @pytest.mark.slow
 def test_the_window_shows_the_note_until_the_next_edit(tmp_path):
     tried = written(tmp_path, damping=0.0)
-    desk = Editor("caroca")
-    desk.new("scenario", file=str(tmp_path / "s.yaml"), robot=str(tmp_path / "robot.yaml"))
-    desk.apply()
-    assert f"warning: {desk.form()['warnings'][0]['text']}" == tried.note
-    desk.edit("controller.kp", 1.0)
-    assert all(warning["text"] not in tried.note for warning in desk.form()["warnings"])
+    editor = Editor("caroca")
+    editor.new("scenario", file=str(tmp_path / "s.yaml"), robot=str(tmp_path / "robot.yaml"))
+    editor.apply()
+    assert f"warning: {editor.form()['warnings'][0]['text']}" == tried.note
+    editor.edit("controller.kp", 1.0)
+    assert all(warning["text"] not in tried.note for warning in editor.form()["warnings"])
 
 
 def test_a_scenario_with_ideal_cables_that_stops_is_reported(tmp_path, monkeypatch):

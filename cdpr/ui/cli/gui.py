@@ -65,8 +65,8 @@ def command(
         from cdpr.ui.gui.editor import Editor
 
         chosen = {"backend": backend, "solver": solver, "controller": controller}
-        desk = Editor(file, typed(chosen, changes))
-        with Window(desk, partial(click.echo, err=True), host, port) as window:
+        editor = Editor(file, typed(chosen, changes))
+        with Window(editor, partial(click.echo, err=True), host, port) as window:
             click.echo(window.address)
             if host not in LOCAL:
                 click.echo(EXPOSED, err=True)

@@ -1,10 +1,10 @@
 """Graphical user interface: a simulation that is shown and controlled in a browser.
 
-- `show`: thread that owns the simulation and executes commands.
-- `stage`: a simulation and its display; `drawing`, `curves`: conversion of its rows for the page.
-- `board`: broadcast of the latest data to all windows.
+- `driver`: thread that owns the simulation and executes commands.
+- `session`: a simulation and its display; `drawing`, `curves`: conversion of its rows for the page.
+- `broadcast`: latest data for all windows.
 - `server`: HTTP page and WebSockets of the windows, on one port.
-- `desk`: editor of the scenario's files as a form.
+- `editor`: editor of the scenario's files as a form.
 - `page`: content of the browser page.
 - `window`: composition of all parts.
 """

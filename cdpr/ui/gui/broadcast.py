@@ -31,7 +31,7 @@ def encoded(message: Message) -> str:
 
 
 class Posted:
-    """Message on the board, encoded when the first window takes it."""
+    """Latest message of a kind, encoded when the first window takes it."""
 
     def __init__(self, number: int, message: Message) -> None:
         self.number, self.message = number, message
@@ -96,31 +96,31 @@ class Reader:
         gone: True once the window is closed.
     """
 
-    def __init__(self, board: Broadcast) -> None:
+    def __init__(self, broadcast: Broadcast) -> None:
         self.own: deque[Message] = deque(maxlen=MOST_WAITING)
         self.gone = False
-        self._board = board
+        self._broadcast = broadcast
         self._seen: dict[str, int] = {}
-        self._mark = board.curves.start()
+        self._mark = broadcast.curves.start()
 
-    def tell(self, message: Message) -> None:
+    def send(self, message: Message) -> None:
         """Send a message to this window only."""
-        with self._board.changed:
+        with self._broadcast.changed:
             self.own.append(message)
-            self._board.changed.notify_all()
+            self._broadcast.changed.notify_all()
 
     def __iter__(self) -> Iterator[str]:
         """Yield messages as JSON, waiting for new ones, until the window is closed."""
-        board = self._board
+        broadcast = self._broadcast
         while not self.gone:
             texts: list[str] = []
-            with board.changed:
-                fresh = [board._latest[kind] for kind in KINDS if self._is_new(kind)]
-                curves, self._mark = board.curves.since(self._mark)
+            with broadcast.changed:
+                fresh = [broadcast._latest[kind] for kind in KINDS if self._is_new(kind)]
+                curves, self._mark = broadcast.curves.since(self._mark)
                 own = list(self.own)
                 self.own.clear()
                 if not (fresh or curves or own):
-                    board.changed.wait()
+                    broadcast.changed.wait()
                     continue
                 self._seen |= {posted.message["kind"]: posted.number for posted in fresh}
             texts = [posted.text for posted in fresh]
@@ -128,5 +128,5 @@ class Reader:
             yield from texts
 
     def _is_new(self, kind: str) -> bool:
-        posted = self._board._latest.get(kind)
+        posted = self._broadcast._latest.get(kind)
         return posted is not None and posted.number > self._seen.get(kind, 0)

@@ -23,7 +23,7 @@ class Mark:
 
 
 class Curves:
-    """Values over time. All methods except `add` must be called while holding the board's lock.
+    """Values over time. All methods except `add` must be called while holding the broadcast's lock.
 
     Samples are grouped into spans of equal length; a curve keeps the minimum and maximum of each span, in order of
     time. Curves of short runs keep every sample.
@@ -78,7 +78,7 @@ class Curves:
         at = 1
         for name, (columns, decimals) in self._names.items():
             values = np.round(self._points[first:stop, at : at + columns], decimals)
-            message[name] = plain(values if name in PER_CABLE else values[:, 0])
+            message[name] = json_values(values if name in PER_CABLE else values[:, 0])
             at += columns
         return [message], Mark(self._run, stop)
 
@@ -92,7 +92,7 @@ class Curves:
 PER_CABLE = ("tension", "length")
 
 
-def plain(values: Array) -> Any:
+def json_values(values: Array) -> Any:
     """Return numbers as lists, with None for non-finite numbers, which JSON does not support."""
     if np.isfinite(values).all():
         return values.tolist()

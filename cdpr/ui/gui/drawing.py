@@ -17,7 +17,7 @@ from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.scene import Pictures, pictures
 from cdpr.scene.pictures import weight_range
 from cdpr.simulation.header import make_header
-from cdpr.ui.gui.curves import plain
+from cdpr.ui.gui.curves import json_values
 from cdpr.ui.report.player.arrays import Arrays
 from cdpr.ui.report.player.scenes import scene
 from cdpr.ui.report.plots.pictures import pictures_of
@@ -110,9 +110,9 @@ class Drawing:
             "q": _short(shown.orientation[0]),
             "dp": _short(shown.desired_position[0]),
             "dq": _short(shown.desired_orientation[0]),
-            "tension": None if shown.tension is None else plain(np.round(shown.tension[0], DECIMALS_N)),
+            "tension": None if shown.tension is None else json_values(np.round(shown.tension[0], DECIMALS_N)),
             "state": None if shown.state is None else shown.state[0].tolist(),
-            "force": [0.0, 0.0, 0.0] if shown.force is None else plain(np.round(shown.force[0], DECIMALS_N)),
+            "force": [0.0, 0.0, 0.0] if shown.force is None else json_values(np.round(shown.force[0], DECIMALS_N)),
             "range": list(self.range),
         }
         if shown.subject.exits:
@@ -141,4 +141,4 @@ class Drawing:
 
 
 def _short(values: Array) -> Any:
-    return plain(np.round(values, DECIMALS))
+    return json_values(np.round(values, DECIMALS))

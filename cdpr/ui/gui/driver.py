@@ -1,6 +1,6 @@
 """Thread that owns the simulation: it follows the clock, executes commands and reports events.
 
-No other thread accesses the simulation. Commands arrive in a queue, output goes to the board, and this thread never
+No other thread accesses the simulation. Commands arrive in a queue, output goes to the broadcast, and this thread never
 waits for a window. Failed runs, invalid scenarios and exceptions of plugins become a status with a message; further
 commands are executed normally.
 """
@@ -22,7 +22,7 @@ from cdpr.ui.gui.broadcast import Broadcast
 
 if TYPE_CHECKING:
     from cdpr.scenario import Scenario
-    from cdpr.ui.gui.stage import Stage
+    from cdpr.ui.gui.session import SimulationSession
 
 FRAME = 1.0 / 60.0  # s between two frames: the refresh rate of screens
 IDLE = 0.5  # s after which an unchanged frame is sent again
@@ -34,14 +34,14 @@ MOST_STEPS = 10_000  # per command
 MOST_JOBS = 200  # pending commands
 PATIENCE = 2.0  # s that `close` waits for the current step
 
-# Status without a simulation, with the keys of `Stage.about`.
+# Status without a simulation, with the keys of `SimulationSession.about`.
 NOTHING: dict[str, Any] = {
     **{"t": 0.0, "duration": 0.0, "status": "", "backend": "", "solver": "", "controller": ""},
     **{"events": [], "pushes": [], "cables": [], "limits": None, "changeable": []},
 }
 
 Level = Literal["error", "warning", "info"]
-Tell = Callable[[Level, str], None]
+Reply = Callable[[Level, str], None]
 Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]
 
 
@@ -49,14 +49,14 @@ class Driver:
     """Owner of the simulation thread.
 
     Args:
-        board: receives all output.
+        broadcast: receives all output.
         log: receives text that only the terminal shows, such as tracebacks of internal errors.
     """
 
-    def __init__(self, board: Broadcast, log: Callable[[str], None]) -> None:
-        self._board, self._log = board, log
+    def __init__(self, broadcast: Broadcast, log: Callable[[str], None]) -> None:
+        self._broadcast, self._log = broadcast, log
         self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
-        self._stage: Stage | None = None
+        self._session: SimulationSession | None = None
         self._scenario: Scenario | None = None
         self._phase: Phase = "building"
         self._text, self._fault = "", ""
@@ -64,19 +64,19 @@ class Driver:
         self._clock = Clock()
         self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
         self._writing: list[Thread] = []  # threads that write files and report later
-        self._thread = Thread(target=self._live, name="cdpr simulation", daemon=True)
+        self._thread = Thread(target=self._loop, name="cdpr simulation", daemon=True)
         self._thread.start()
 
-    def load(self, scenario: Scenario, tell: Tell | None = None) -> None:
+    def load(self, scenario: Scenario, reply: Reply | None = None) -> None:
         """Start another scenario."""
-        self._jobs.put(lambda: self._guarded(lambda: self._begin(scenario), tell or self._to_all))
+        self._jobs.put(lambda: self._guarded(lambda: self._begin(scenario), reply or self._to_all))
 
-    def command(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
-        """Queue a command, executed between two steps; `tell` receives its messages."""
+    def command(self, do: str, arguments: Mapping[str, Any], reply: Reply) -> None:
+        """Queue a command, executed between two steps; `reply` receives its messages."""
         if self._jobs.qsize() > MOST_JOBS:
-            tell("error", f"{do}: rejected: {MOST_JOBS} requests are pending")
+            reply("error", f"{do}: rejected: {MOST_JOBS} requests are pending")
             return
-        self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, tell), tell))
+        self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, reply), reply))
 
     def nothing(self) -> None:
         """Queue the status that no scenario can be simulated."""
@@ -89,14 +89,14 @@ class Driver:
         for thread in self._writing:
             thread.join()
 
-    def _live(self) -> None:
+    def _loop(self) -> None:
         with hushed():
             while True:
                 try:
                     job = self._jobs.get(timeout=self._wait()) if self._wait() else self._jobs.get_nowait()
                     while True:
                         if job is None:
-                            return self._leave()
+                            return self._finish()
                         job()
                         job = self._jobs.get_nowait()
                 except Empty:
@@ -109,55 +109,55 @@ class Driver:
             return 0.0
         return max(0.0, self._due["frame"] - monotonic())
 
-    def _guarded(self, work: Callable[[], None], tell: Tell) -> None:
+    def _guarded(self, work: Callable[[], None], reply: Reply) -> None:
         """Do some work and report whatever it raises."""
         try:
             work()
         except CdprError as error:
-            tell("error", str(error))
+            reply("error", str(error))
         except BaseException as error:  # even SystemExit: without this thread windows would hang
             trace, before = traceback.format_exc(), self._fault
             self._fault = trace
-            if trace != before or tell != self._to_all:  # an error that repeats at each frame is reported once
+            if trace != before or reply != self._to_all:  # an error that repeats at each frame is reported once
                 self._log(trace)
-                tell("error", f"internal error: {one_line(error)}; the terminal has more")
+                reply("error", f"internal error: {one_line(error)}; the terminal has more")
             if self._phase == "running":
                 self._go_to("failed", f"internal error: {one_line(error)}")
 
     def _to_all(self, level: Level, text: str) -> None:
-        self._board.put({"kind": "message", "level": level, "text": text})
+        self._broadcast.put({"kind": "message", "level": level, "text": text})
 
     def _none(self) -> None:
         self._scenario = None
         self._end()
         self._go_to("failed", "not simulated: correct the errors in the form")
 
-    def _leave(self) -> None:
+    def _finish(self) -> None:
         self._guarded(self._end, self._to_all)
 
     def _end(self) -> None:
-        if self._stage is not None:
-            stage, self._stage = self._stage, None
-            stage.close()
-            del stage
+        if self._session is not None:
+            session, self._session = self._session, None
+            session.close()
+            del session
             gc.collect()  # a simulation has reference cycles with few but large objects, which Python would free late
 
     def _begin(self, scenario: Scenario) -> None:
         """Build a new simulation; if that fails, report it as a status and keep the last scene."""
-        from cdpr.ui.gui.stage import Stage
+        from cdpr.ui.gui.session import SimulationSession
 
         self._scenario = scenario
         self._go_to("building", "")
         self._guarded(self._end, self._to_all)
         try:
-            self._stage = Stage(scenario, self._board)
+            self._session = SimulationSession(scenario, self._broadcast)
         except BaseException as error:
             self._go_to("failed", str(error) if isinstance(error, CdprError) else f"internal error: {one_line(error)}")
             raise
         self._go_to("ready", "")
         self._publish(monotonic(), everything=True)
 
-    def _do(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
+    def _do(self, do: str, arguments: Mapping[str, Any], reply: Reply) -> None:
         own: dict[str, Callable[..., None]] = {
             "run": self._run,
             "pause": self._pause,
@@ -168,15 +168,15 @@ class Driver:
         if do in own:
             call(do, own[do], arguments)
         else:
-            said = self._there.do(do, arguments)
-            if callable(said):
-                thread = Thread(target=lambda: self._guarded(lambda: tell("info", said()), tell), name="files")
+            answer = self._current.do(do, arguments)
+            if callable(answer):
+                thread = Thread(target=lambda: self._guarded(lambda: reply("info", answer()), reply), name="files")
                 thread.start()
                 self._writing = [*filter(Thread.is_alive, self._writing), thread]
-            elif said:
-                from cdpr.ui.gui.stage import Doubt
+            elif answer:
+                from cdpr.ui.gui.session import Doubt
 
-                tell("warning" if isinstance(said, Doubt) else "info", said)
+                reply("warning" if isinstance(answer, Doubt) else "info", answer)
         self._publish(monotonic(), everything=True)
 
     @property
@@ -186,14 +186,14 @@ class Driver:
         return self._stage
 
     @property
-    def _going(self) -> Stage:
-        if self._there.over:
+    def _unfinished(self) -> SimulationSession:
+        if self._current.over:
             raise CdprError("the run is over: reset it to run it again")
-        return self._there
+        return self._current
 
     def _run(self) -> None:
-        stage = self._going
-        self._clock.start(stage.time, self._speed)
+        session = self._unfinished
+        self._clock.start(session.time, self._speed)
         self._go_to("running", "")
 
     def _pause(self) -> None:
@@ -210,7 +210,7 @@ class Driver:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
         stage = self._going
         self._pause()
-        self._take(stage, n)
+        self._simulate(session, n)
         if self._phase == "ready":
             self._go_to("paused", "")
 
@@ -218,30 +218,30 @@ class Driver:
         if value is not None and not (isinstance(value, int | float) and SLOWEST <= value <= FASTEST):
             raise CdprError(f"speed: expected a number from {SLOWEST:g} to {FASTEST:g}, or null, got {value!r}")
         self._speed = value
-        if self._stage is not None:
-            self._clock.start(self._stage.time, value)
+        if self._session is not None:
+            self._clock.start(self._session.time, value)
 
     def _advance(self) -> None:
         """Simulate up to the current time of the clock, and publish what is due."""
         if self._phase == "running":
-            stage = self._there
-            n = self._clock.steps(stage.time, stage.period)
+            session = self._current
+            n = self._clock.steps(session.time, session.period)
             if n:
-                self._take(stage, n)
+                self._simulate(session, n)
         self._publish(monotonic())
 
-    def _take(self, stage: Stage, n: int) -> None:
+    def _simulate(self, session: SimulationSession, n: int) -> None:
         """Simulate n steps and set the phase if the run ends."""
         began = monotonic()
         try:
-            stage.step(n)
+            session.step(n)
         except CdprError as error:
             self._go_to("ended" if isinstance(error, PlantEnded) else "failed", str(error))
         else:
             self._clock.took(n, monotonic() - began)
-            if stage.over:
+            if session.over:
                 self._go_to("done", "")
-        if stage.over:
+        if session.over:
             self._publish(monotonic(), everything=True)
 
     def _go_to(self, phase: Phase, text: str) -> None:
@@ -259,21 +259,21 @@ class Driver:
         beat = self._due["frame"] if 0.0 <= now - self._due["frame"] < FRAME else now
         self._due["frame"] = beat + FRAME if running else now + IDLE
         try:
-            if self._stage is not None:
-                self._stage.show_frame()
+            if self._session is not None:
+                self._session.show_frame()
                 if everything or now >= self._due["samples"]:
                     self._due["samples"] = now + SAMPLES
-                    self._stage.show_curves()
+                    self._session.show_curves()
         finally:
             if everything or self._due["status"] == 0.0 or (running and now >= self._due["status"]):
                 self._status(now)
 
     def _status(self, now: float) -> None:
         self._due["status"] = now + STATUS
-        about = NOTHING if self._stage is None else self._stage.about()
-        rtf = self._clock.factor(now, self._stage.time) if self._stage and self._phase == "running" else None
+        about = NOTHING if self._session is None else self._session.about()
+        rtf = self._clock.factor(now, self._session.time) if self._session and self._phase == "running" else None
         pace = {"phase": self._phase, "speed": self._speed, "rtf": rtf, "text": self._text}
-        self._board.put({"kind": "status", **about, **pace})
+        self._broadcast.put({"kind": "status", **about, **pace})
 
 
 class Clock:

@@ -12,7 +12,7 @@ from cdpr.scenario.scenario import Scenario
 from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Reader
 from cdpr.ui.gui.incoming import Incoming
-from cdpr.ui.gui.server import Words, said
+from cdpr.ui.gui.server import Words, notice
 
 
 class Exchange:
@@ -44,7 +44,7 @@ class Exchange:
             self._incoming.give_up(reader)
             return
         if not self._going.acquire(blocking=False):
-            reader.tell(said("error", f"{do}: another import or export is in progress: wait for it", about=do))
+            reader.send(notice("error", f"{do}: another import or export is in progress: wait for it", about=do))
             return
         # Threads inherit the daemon flag, even those that start processes, and this window's thread is a daemon.
         self._thread = Thread(target=self._guarded, args=(do, words, reader), name="exchange", daemon=False)
@@ -57,23 +57,23 @@ class Exchange:
             self._thread.join()
 
     def _guarded(self, do: str, words: Words, reader: Reader) -> None:
-        told: list[Words] = []
+        messages: list[Words] = []
         try:
-            told.extend(call(do, partial(self._doing[do], reader), words))
+            messages.extend(call(do, partial(self._doing[do], reader), words))
         except CdprError as error:
-            told.append(said("error", str(error)))
+            messages.append(notice("error", str(error)))
         except Exception as error:
             self._log(traceback.format_exc())
-            told.append(said("error", f"internal error: {one_line(error)}; the terminal has more"))
+            messages.append(notice("error", f"internal error: {one_line(error)}; the terminal has more"))
         finally:
             self._going.release()  # before the answer: its receiver may send the next request
-        for message in told:
-            reader.tell({**message, "about": do})
+        for message in messages:
+            reader.send({**message, "about": do})
 
     def _take(self, reader: Reader, out: str = "", open: str = "") -> Iterator[Words]:
         """Write the imported files, and open one of them."""
         written, file = self._incoming.write(reader, out, open)
-        yield said("info", f"imported: {', '.join(written)}")
+        yield notice("info", f"imported: {', '.join(written)}")
         self._open(file, reader)
 
     def _export(
@@ -86,5 +86,5 @@ class Exchange:
         file, left_out = exported(self._scenario(), to, given)
         yield file
         for each in left_out:
-            yield said("warning", f"{file['name']}: left out: {each}")
-        yield said("info", f"exported: {file['name']}")
+            yield notice("warning", f"{file['name']}: left out: {each}")
+        yield notice("info", f"exported: {file['name']}")

@@ -27,15 +27,15 @@ def main(parent: int) -> None:
         json.dump(_answer(json.load(sys.stdin)), answer)
 
 
-def _answer(asked: dict[str, Any]) -> dict[str, Any]:
+def _answer(request: dict[str, Any]) -> dict[str, Any]:
     try:
         from cdpr.formats.read.import_files import import_any
 
-        if "tension" in asked:
-            asked["tension"] = tuple(asked["tension"])
-        every = import_any(**asked)
+        if "tension" in request:
+            request["tension"] = tuple(request["tension"])
+        every = import_any(**request)
         if sum(len(text) for each in every for text in each.files.values()) > MOST_MADE:
-            return {"error": f"{asked['path']}: more than {MOST_MADE // 2**20} MiB would be written"}
+            return {"error": f"{request['path']}: more than {MOST_MADE // 2**20} MiB would be written"}
         return {"taken": [vars(each) for each in every]}
     except CdprError as error:
         return {"error": str(error)}

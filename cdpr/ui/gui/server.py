@@ -41,11 +41,11 @@ Receive = Callable[[Words, Reader], None]
 
 
 class Server:
-    """Server of the page and of the board's messages.
+    """Server of the page and of the broadcast's messages.
 
     Args:
         page: returns the page.
-        board: messages for windows.
+        broadcast: messages for windows.
         receive: called with each message and its window; must neither raise nor block.
         host: address or name to listen on.
         port: port; defaults to the first free one of `PORTS`, or any free port.
@@ -57,12 +57,12 @@ class Server:
     def __init__(
         self,
         page: Callable[[], str],
-        board: Broadcast,
+        broadcast: Broadcast,
         receive: Receive,
         host: str = "127.0.0.1",
         port: int | None = None,
     ) -> None:
-        self._page, self._board, self._receive = page, board, receive
+        self._page, self._broadcast, self._receive = page, broadcast, receive
         self._access = Access(host)
         self._server = self._listen(port)
         self.port: int = self._server.port
@@ -87,7 +87,7 @@ class Server:
             return WebServer(
                 listening,
                 self._access,
-                self._hold,
+                self._serve,
                 most=MOST_WINDOWS,
                 max_size=MOST_BYTES + 1 + MOST_UPLOAD,
                 page=self._document,
@@ -105,9 +105,9 @@ class Server:
         headers |= {name: value.replace("{host}", host) for name, value in HEADERS.items()}
         return Response(HTTPStatus.OK.value, HTTPStatus.OK.phrase, Headers(headers), body)
 
-    def _hold(self, window: WebSocket) -> None:
+    def _serve(self, window: WebSocket) -> None:
         """Serve a window until it disconnects."""
-        reader = self._board.join()
+        reader = self._broadcast.join()
         sender = Thread(target=_send, args=(window, reader), name="window", daemon=True)
         sender.start()
         try:
@@ -116,12 +116,12 @@ class Server:
                 if len(words) > MOST_BYTES:
                     window.close(CloseCode.MESSAGE_TOO_BIG)
                     break
-                self._take(words, files, reader)
+                self._parse_and_receive(words, files, reader)
         finally:
-            self._board.leave(reader)
+            self._broadcast.leave(reader)
             sender.join(STUCK)
 
-    def _take(self, text: str | bytes, files: bytes, reader: Reader) -> None:
+    def _parse_and_receive(self, text: str | bytes, files: bytes, reader: Reader) -> None:
         try:
             words = json.loads(text, parse_constant=_no_number)
         except (ValueError, RecursionError) as error:
@@ -133,7 +133,7 @@ class Server:
         self._receive({**words, **({"body": files} if files else {})}, reader)
 
 
-def said(level: str, text: str, **more: str) -> dict[str, Any]:
+def notice(level: str, text: str, **more: str) -> dict[str, Any]:
     """Return a message for users, with GUI fields in place of command-line options."""
     return {"kind": "message", "level": level, "text": in_window(text), **more}
 

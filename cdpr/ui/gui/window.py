@@ -16,7 +16,7 @@ from cdpr.ui.gui.driver import Driver, Level
 from cdpr.ui.gui.editor import Editor
 from cdpr.ui.gui.exchange import Exchange
 from cdpr.ui.gui.scratch import sweep
-from cdpr.ui.gui.server import Server, Words, said
+from cdpr.ui.gui.server import Server, Words, notice
 
 Log = Callable[[str], None]
 
@@ -25,7 +25,7 @@ class Window:
     """Scenario that is edited, simulated and shown in any number of browser windows.
 
     Args:
-        desk: editor of the files.
+        editor: editor of the files.
         log: receives text that only the terminal shows.
         host: address or name to listen on.
         port: port; defaults to the first free one.
@@ -34,30 +34,30 @@ class Window:
         CdprError: if it cannot listen there.
     """
 
-    def __init__(self, desk: Editor, log: Log, host: str = "127.0.0.1", port: int | None = None) -> None:
-        self._desk, self._log, self._lock = desk, log, Lock()
-        self._board = Broadcast()
-        self._show = Driver(self._board, log)
+    def __init__(self, editor: Editor, log: Log, host: str = "127.0.0.1", port: int | None = None) -> None:
+        self._editor, self._log, self._lock = editor, log, Lock()
+        self._broadcast = Broadcast()
+        self._driver = Driver(self._broadcast, log)
         self._exchange = Exchange(self._scenario, self._open, log)
         self._doing: dict[str, Callable[..., Any]] = {
-            "edit": desk.edit,
-            "remove": desk.remove,
-            "insert": desk.insert,
-            "undo": desk.undo,
-            "redo": desk.redo,
-            "revert": desk.revert,
+            "edit": editor.edit,
+            "remove": editor.remove,
+            "insert": editor.insert,
+            "undo": editor.undo,
+            "redo": editor.redo,
+            "revert": editor.revert,
             "apply": self._apply,
-            "save": desk.save,
-            "save_as": lambda file: desk.save_as(file),  # parameter names are those of the messages
-            "open": lambda name: self._other(desk.open, name),
-            "new": lambda kind, **arguments: self._other(desk.new, kind, **arguments),
-            "yaml": desk.texts,
+            "save": editor.save,
+            "save_as": lambda file: editor.save_as(file),  # parameter names are those of the messages
+            "open": lambda name: self._other(editor.open, name),
+            "new": lambda kind, **arguments: self._other(editor.new, kind, **arguments),
+            "yaml": editor.texts,
         }
         try:
-            self._server = Server(_page, self._board, self.receive, host, port)
+            self._server = Server(_page, self._broadcast, self.receive, host, port)
         except BaseException:
             self._exchange.close()
-            self._show.close()
+            self._driver.close()
             raise
 
     @property
@@ -70,7 +70,7 @@ class Window:
         from cdpr.ui.gui.page import hello
 
         sweep()
-        self._board.put({"kind": "hello", **hello()})
+        self._broadcast.put({"kind": "hello", **hello()})
         with self._lock:
             go_on = self._begin()
             self._put_form()
@@ -80,22 +80,22 @@ class Window:
         """Execute a message of a window; errors are reported to that window."""
         do = words.pop("do")
 
-        def tell(level: Level, text: str) -> None:
-            reader.tell(said(level, text))
+        def reply(level: Level, text: str) -> None:
+            reader.send(notice(level, text))
 
         if do in self._exchange.does:
             self._exchange.begin(do, words, reader)
             return
         if do not in self._doing:
-            self._show.command(do, words, tell)
+            self._driver.command(do, words, reply)
             return
         try:
             self._edit(do, words, reader)
         except CdprError as error:
-            tell("error", str(error))
+            reply("error", str(error))
         except Exception as error:
             self._log(traceback.format_exc())
-            tell("error", f"internal error: {one_line(error)}; the terminal has more")
+            reply("error", f"internal error: {one_line(error)}; the terminal has more")
 
     def _edit(self, do: str, words: Words, reader: Reader) -> None:
         """Execute an editor command and send the form to all windows."""
@@ -107,23 +107,23 @@ class Window:
             if callable(done):  # start after the form that it belongs to is sent
                 done()
         if do == "yaml":
-            reader.tell({"kind": "yaml", "files": done})
+            reader.send({"kind": "yaml", "files": done})
         elif do in ("save", "save_as"):
-            reader.tell(said("info", f"saved: {', '.join(map(str, done))}"))
+            reader.send(notice("info", f"saved: {', '.join(map(str, done))}"))
 
     def _apply(self) -> Callable[[], None]:
         """Return a function that starts the scenario of the form."""
         try:
-            scenario = self._desk.apply()
+            scenario = self._editor.apply()
         except CdprError as error:
             raise _in_short("not applied", error) from error
-        return partial(self._show.load, scenario)
+        return partial(self._driver.load, scenario)
 
     def _scenario(self) -> Scenario:
         """Return the scenario of the form, for export."""
         with self._lock:
             try:
-                return self._desk.scenario()
+                return self._editor.scenario()
             except CdprError as error:
                 raise _in_short("not exported", error) from error
 
@@ -141,16 +141,16 @@ class Window:
         try:
             return self._apply()
         except CdprError:
-            return self._show.nothing
+            return self._driver.nothing
 
     def _put_form(self) -> None:
-        self._board.put(self._desk.form())
+        self._broadcast.put(self._editor.form())
 
     def close(self) -> None:
         """Close everything."""
         self._server.close()
         self._exchange.close()
-        self._show.close()
+        self._driver.close()
 
     def __enter__(self) -> Self:
         return self

@@ -11,14 +11,14 @@ from cdpr.base.errors import CdprError
 from cdpr.formats.read.import_files import import_file
 from cdpr.ui.gui.choices import FIELDS, in_window
 from cdpr.ui.gui.page import document
-from cdpr.ui.gui.server import said
+from cdpr.ui.gui.server import notice
 
 
 def test_a_cable_set_is_a_field(tmp_path):
     seen = SEEN["2_DoF_VSD"]
     with pytest.raises(CdprError, match=r"\(--cable-set\)$") as caught:
         import_file(model(tmp_path, "robot", seen.bodies, seen.cables))
-    text = said("error", str(caught.value))["text"]
+    text = notice("error", str(caught.value))["text"]
     assert text.endswith("choose cable set 'basic_linear' (the field Cable set)")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from conftest import ROOT
-from show_cases import staged
+from driver_cases import running_driver
 
 import cdpr
 from cdpr.scenario import load_scenario
@@ -24,10 +24,10 @@ def test_the_scene_contains_the_rotation_of_the_base():
 
 def test_cables_that_leave_from_pulleys_show_where():
     winch = load_scenario(ROOT / "scenarios" / "cogiro_pulleys.yaml")
-    with staged(winch) as it:
+    with running_driver(winch) as it:
         it.phase("ready")
         it.do("step", n=2)
         it.said()
-        frame = it.board.latest("frame")
+        frame = it.broadcast.latest("frame")
         assert len(frame["exits"]) == 3 * len(frame["tension"])
         assert all(len(point) == 3 for line in frame["outlines"] for point in line)

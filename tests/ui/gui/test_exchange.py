@@ -12,8 +12,8 @@ from base64 import b64decode
 import pytest
 import yaml
 from conftest import ROOT
+from driver_cases import FakeWindow, wait
 from plugin_cases import SUCCESSOR, TRAJECTORY
-from show_cases import Looker, wait
 from spread import sampled
 
 pytest.importorskip("websockets")
@@ -47,7 +47,7 @@ def window():
     log = []
     with Window(Editor(str(CAROCA)), log.append, port=0) as made:
         made.begin()
-        wait(made._board, "status", lambda status: status["phase"] == "ready")
+        wait(made._broadcast, "status", lambda status: status["phase"] == "ready")
         yield made
     assert log == []
 
@@ -55,7 +55,7 @@ def window():
 @pytest.fixture
 def looker(window):
     with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
-        found = Looker(opened)
+        found = FakeWindow(opened)
         form = found.get("form")
         if form["file"] != str(CAROCA) or form["modified"] or not form["applied"]:  # by the test before
             found.send(do="open", name=str(CAROCA))
@@ -144,7 +144,7 @@ def test_of_a_folder_all_that_can_be_read_is_shown(looker, tmp_path):
 
 def test_imported_data_belongs_to_its_window(window, looker, tmp_path):
     with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
-        other = Looker(opened)
+        other = FakeWindow(opened)
         upload(other, {"crane.yaml": ROBOT})
         answer(other, "import")
         looker.send(do="take", out=str(tmp_path / "out"), open="crane.yaml")
@@ -216,7 +216,7 @@ def test_file_messages_are_short(window, message):
     with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
         opened.send(message)
         with pytest.raises(ConnectionClosedError, match="1009"):
-            Looker(opened).get("nothing")
+            FakeWindow(opened).get("nothing")
 
 
 @pytest.mark.slow
@@ -299,7 +299,7 @@ def test_imports_can_be_cancelled_and_run_one_at_a_time(looker, window, tmp_path
         looker.send(do="export", to="urdf")
         assert "another import or export is in progress" in failed(looker, "export")
         with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
-            Looker(opened).send(do="give_up")  # another's
+            FakeWindow(opened).send(do="give_up")  # another's
         looker.send(do="edit", path="simulation.duration", value=0.2)  # edits go on
         looker.get("form", lambda form: form["undo"] == "simulation.duration = 0.2")
         while window._exchange._incoming._process is None:

@@ -22,8 +22,8 @@ from cdpr.ui.gui.editor.fields import every
 SCENARIOS = ROOT / "scenarios"
 
 
-def fields(desk: Editor) -> dict[str, dict[str, Any]]:
-    return {each["path"]: each for tab in desk.form()["tabs"] for each in every(tab["fields"])}
+def fields(editor: Editor) -> dict[str, dict[str, Any]]:
+    return {each["path"]: each for tab in editor.form()["tabs"] for each in every(tab["fields"])}
 
 
 def values(choices: list[dict[str, Any]]) -> list[str]:
@@ -32,7 +32,7 @@ def values(choices: list[dict[str, Any]]) -> list[str]:
 
 @pytest.fixture(scope="module")
 def caroca() -> Editor:
-    """Return a desk that no test changes."""
+    """Return a editor that no test changes."""
     return Editor("caroca")
 
 
@@ -123,34 +123,34 @@ def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
     desk = Editor("caroca")
     desk.edit("robot.cable.diameter", 0.01)
     for event in EVENTS:
-        desk.insert("events", event.kind())
-        form = desk.form()
+        editor.insert("events", event.kind())
+        form = editor.form()
         assert [each["path"] for each in form["problems"]] == [f"events[0].{key}" for key in event.files]
-        desk.undo()
+        editor.undo()
     files = {motion.kind(): motion.files for motion in get_args(get_args(AnyMotion)[0])}
-    for name in values(fields(desk)["trajectory"]["choices"]):
-        desk.edit("trajectory", name)
-        paths = [each["path"] for each in desk.form()["problems"]]
+    for name in values(fields(editor)["trajectory"]["choices"]):
+        editor.edit("trajectory", name)
+        paths = [each["path"] for each in editor.form()["problems"]]
         assert paths == [f"trajectory.{key}" for key in files[name]]
-    assert fields(desk)["trajectory"]["value"] == name
+    assert fields(editor)["trajectory"]["value"] == name
 
 
 def test_another_form_keeps_what_it_takes() -> None:
-    desk = Editor("caroca")
-    desk.edit("trajectory.type", "pick_and_place")
-    found = fields(desk)
+    editor = Editor("caroca")
+    editor.edit("trajectory.type", "pick_and_place")
+    found = fields(editor)
     assert found["trajectory.to.position"]["value"] == [1.5, 0.5, 1.6]
-    assert "# s, then hold" in desk.texts()[0]["text"]
-    desk.edit("trajectory.to.orientation", "quaternion")
-    assert fields(desk)["trajectory.to.orientation.quaternion"]["value"] == [0.988771078, 0.0, 0.0, 0.149438132]
-    desk.edit("controller", "pid")
-    assert fields(desk)["controller.kp"]["value"] == 100
-    desk.edit("robot.platform.shape", "sphere")
-    assert fields(desk)["robot.platform.shape.sphere"]["value"] == 0.45
-    desk.edit("robot.cables[0].exit.type", "pulley")
-    assert desk.scenario().robot.cables[0].exit is not None
+    assert "# s, then hold" in editor.texts()[0]["text"]
+    editor.edit("trajectory.to.orientation", "quaternion")
+    assert fields(editor)["trajectory.to.orientation.quaternion"]["value"] == [0.988771078, 0.0, 0.0, 0.149438132]
+    editor.edit("controller", "pid")
+    assert fields(editor)["controller.kp"]["value"] == 100
+    editor.edit("robot.platform.shape", "sphere")
+    assert fields(editor)["robot.platform.shape.sphere"]["value"] == 0.45
+    editor.edit("robot.cables[0].exit.type", "pulley")
+    assert editor.scenario().robot.cables[0].exit is not None
     with pytest.raises(CdprError, match="did you mean 'circle'"):
-        desk.edit("trajectory", "cirle")
+        editor.edit("trajectory", "cirle")
 
 
 def test_problems_are_under_the_field_of_their_value() -> None:
@@ -162,8 +162,8 @@ def test_problems_are_under_the_field_of_their_value() -> None:
         ("controller.kp", -1),
         ("world", "moon"),
     ):
-        desk.edit(path, value)
-    form = desk.form()
+        editor.edit(path, value)
+    form = editor.form()
     assert {each["path"]: each["key"] for each in form["problems"]} == {
         "robot.platform.mass": "robot.platform.mass",
         "robot.cables[3].frame": "robot.cables[3].frame[1]",
@@ -171,21 +171,21 @@ def test_problems_are_under_the_field_of_their_value() -> None:
         "controller.kp": "controller.kp",
         "world": "world",
     }
-    found = fields(desk)
+    found = fields(editor)
     assert found["robot.platform.mass"]["value"] == "heavy"
     assert (found["world"]["kind"], found["world"]["value"]) == ("yaml", "moon")
-    desk.edit("world", "{gravity: [0, 0, -1.62]}")
-    assert fields(desk)["world.gravity"]["value"] == [0, 0, -1.62]
+    editor.edit("world", "{gravity: [0, 0, -1.62]}")
+    assert fields(editor)["world.gravity"]["value"] == [0, 0, -1.62]
 
 
 def test_an_unknown_key_has_a_field_and_can_be_removed() -> None:
-    desk = Editor("caroca")
-    desk.edit("robot.platform.weight", 5)
-    (problem,) = desk.form()["problems"]
+    editor = Editor("caroca")
+    editor.edit("robot.platform.weight", 5)
+    (problem,) = editor.form()["problems"]
     assert problem["path"] == "robot.platform.weight"
-    assert fields(desk)["robot.platform.weight"]["value"] == "5"
-    desk.edit("robot.platform.weight", None)
-    assert not desk.form()["problems"]
+    assert fields(editor)["robot.platform.weight"]["value"] == "5"
+    editor.edit("robot.platform.weight", None)
+    assert not editor.form()["problems"]
 
 
 def test_suspicious_values_are_warnings() -> None:
@@ -198,21 +198,21 @@ def test_suspicious_values_are_warnings() -> None:
 
 
 def test_believed_cables_are_those_of_the_robot() -> None:
-    desk = Editor("believed")
-    rows = fields(desk)["believed.cables"]["rows"]
+    editor = Editor("believed")
+    rows = fields(editor)["believed.cables"]["rows"]
     assert [row["cells"]["frame"]["given"] for row in rows] == [True, *[False] * 4, True, False, False]
-    desk.edit("believed.cables[2].frame[2]", 3.6)
-    desk.edit("believed.cables[5].platform", [0.6, 0.3, 0.21])
-    desk.edit("believed.platform.inertia[0]", 7)
-    believed = desk.scenario().nominal
+    editor.edit("believed.cables[2].frame[2]", 3.6)
+    editor.edit("believed.cables[5].platform", [0.6, 0.3, 0.21])
+    editor.edit("believed.platform.inertia[0]", 7)
+    believed = editor.scenario().nominal
     assert believed is not None
     assert believed.cables[2].frame.tolist() == [3.5, -2.0, 3.6]
     assert believed.cables[5].frame.tolist() == [-3.5, 2.02, 3.5]
     assert believed.cables[5].platform.tolist() == [0.6, 0.3, 0.21]
     assert believed.platform.inertia[0, 0] == 7
-    assert "  - {name: cable_3, frame: [3.5, -2.0, 3.6]}\n" in desk.texts()[0]["text"]
-    desk.edit("believed.cables[0].frame", None)
-    assert not fields(desk)["believed.cables"]["rows"][0]["cells"]["frame"]["given"]
+    assert "  - {name: cable_3, frame: [3.5, -2.0, 3.6]}\n" in editor.texts()[0]["text"]
+    editor.edit("believed.cables[0].frame", None)
+    assert not fields(editor)["believed.cables"]["rows"][0]["cells"]["frame"]["given"]
 
 
 def test_edits_keep_the_spelling_nominal(tmp_path: Path) -> None:
@@ -238,17 +238,17 @@ def test_edits_keep_the_spelling_nominal(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["believed", "cable_break", "cogiro_pulleys", "winch_fmu", "waypoints", "spherical"])
 def test_every_field_takes_back_what_it_shows(name: str) -> None:
     """And the file stays as it was, to the letter."""
-    desk = Editor(name)
-    form = desk.form()
+    editor = Editor(name)
+    form = editor.form()
     assert not form["problems"]
     json.dumps(form, allow_nan=False)
     found = [each for tab in form["tabs"] for each in every(tab["fields"])]
     assert len({each["path"] for each in found}) == len(found)
-    before = desk.texts()
+    before = editor.texts()
     for each in found:
         if each["given"] and each["kind"] not in ("section", "list", "table"):
-            desk.edit(each["path"], each["value"])
-            assert desk.texts() == before, each["path"]
+            editor.edit(each["path"], each["value"])
+            assert editor.texts() == before, each["path"]
 
 
 def test_invalid_nominal_values_of_a_cable_are_shown() -> None:
@@ -257,4 +257,4 @@ def test_invalid_nominal_values_of_a_cable_are_shown() -> None:
     first, second = fields(desk)["believed.cables"]["rows"][:2]
     assert first["odd"] == "3"
     assert second["cells"]["diameter"]["value"] == 0.01
-    assert any(problem["key"] == "believed.cables[0]" for problem in desk.form()["problems"])
+    assert any(problem["key"] == "believed.cables[0]" for problem in editor.form()["problems"])

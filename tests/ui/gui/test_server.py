@@ -15,7 +15,7 @@ from urllib.request import Request, urlopen
 import pytest
 from click.testing import CliRunner
 from conftest import ROOT
-from show_cases import PATIENCE, QUIET, Looker, wait
+from driver_cases import PATIENCE, QUIET, FakeWindow, wait
 from spread import sampled
 
 pytest.importorskip("websockets")
@@ -41,7 +41,7 @@ def window():
     log = []
     with Window(Editor(CAROCA, [f"{key}={value}" for key, value in CHANGES]), log.append, port=0) as made:
         made.begin()
-        wait(made._board, "status", lambda status: status["phase"] == "ready")
+        wait(made._broadcast, "status", lambda status: status["phase"] == "ready")
         yield made
     assert log == []
 
@@ -57,7 +57,7 @@ def socket_of(window):
 @pytest.fixture
 def looker(window):
     with look(window) as opened:
-        found = Looker(opened)
+        found = FakeWindow(opened)
         found.send(do="reset")
         found.get("status", lambda status: status["phase"] == "ready" and status["t"] == 0.0)
         yield found
@@ -65,7 +65,7 @@ def looker(window):
 
 def test_a_window_is_sent_all_that_there_is(window):
     with look(window) as opened:
-        found = Looker(opened)
+        found = FakeWindow(opened)
         found.get("frame")
         found.get("samples")
         kinds = [message["kind"] for message in found.seen]
@@ -78,7 +78,7 @@ def test_a_window_is_sent_all_that_there_is(window):
 
 def test_two_windows_show_the_same(window, looker):
     with look(window) as opened:
-        other = Looker(opened)
+        other = FakeWindow(opened)
         looker.send(do="speed", value=None)
         looker.send(do="push", force=[10, 0, 0], duration=0.1)
         looker.send(do="run")
@@ -89,7 +89,7 @@ def test_two_windows_show_the_same(window, looker):
             seen.append(each.get("frame", lambda frame: frame["n"] == 300))
         assert seen[0] == seen[1]
     with look(window) as opened:  # and one that joins after the end
-        late, times = Looker(opened), []
+        late, times = FakeWindow(opened), []
         while len(times) < 301:
             times += late.get("samples")["t"]
         assert times == pytest.approx([0.001 * k for k in range(301)])
@@ -137,7 +137,7 @@ def test_a_form_is_edited_applied_and_undone(looker):
 def test_invalid_requests_get_one_message(window, text, says):
     with look(window) as opened:
         opened.send(text)
-        told = Looker(opened).get("message")
+        told = FakeWindow(opened).get("message")
     assert told["level"] == "error"
     assert re.search(says, told["text"]), told
     assert "Traceback" not in told["text"]
@@ -148,7 +148,7 @@ def test_oversized_messages_close_only_their_window(window, looker):
     with look(window) as other:
         other.send("x" * (MOST_BYTES + 1))
         with pytest.raises(ConnectionClosedError, match="1009"):
-            Looker(other).get("nothing")
+            FakeWindow(other).get("nothing")
     looker.send(do="pause")
     looker.get("status")
 
@@ -193,7 +193,7 @@ def test_admitted_clients(window):
 def test_windows_are_so_many_at_most(window):
     with ExitStack() as opened:
         for _ in range(MOST_WINDOWS):
-            Looker(opened.enter_context(look(window))).get("hello")
+            FakeWindow(opened.enter_context(look(window))).get("hello")
         with pytest.raises(InvalidStatus, match="503"), look(window):
             pass
     end = time.monotonic() + PATIENCE
@@ -248,8 +248,8 @@ def test_a_stalled_window_does_not_slow_others_or_the_exit():
     )
     with connect(server.address.replace("http:", "ws:")) as other:
         for n in range(300):  # 30 MB, more than any socket holds: what waited for this reader would never end
-            board.put({"kind": "frame", "n": n, "fat": "x" * 100_000})
-        Looker(other).get("frame", lambda frame: frame["n"] == 299)
+            broadcast.put({"kind": "frame", "n": n, "fat": "x" * 100_000})
+        FakeWindow(other).get("frame", lambda frame: frame["n"] == 299)
     server.close()
     assert not server._server._threads
     stuck.close()
@@ -261,7 +261,7 @@ def test_the_command_stops_on_signals(number):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         address = process.stdout.readline().strip()
         with connect(address.replace("http:", "ws:"), max_size=None, open_timeout=PATIENCE) as opened:
-            Looker(opened).get("hello")
+            FakeWindow(opened).get("hello")
             process.send_signal(number)
             out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out, err) == ({signal.SIGINT: 130, signal.SIGTERM: 143}[number], "", "")

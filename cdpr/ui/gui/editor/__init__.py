@@ -4,7 +4,7 @@
 - `files`: texts and files on disk;
 - `fields`, `table`, `form`: form generated from the schema;
 - `choose`, `nominal`: conversion of form edits into data;
-- `desk`: composition of all parts.
+- `editor`: composition of all parts.
 """
 
 from cdpr.ui.gui.editor.editor import Editor

@@ -49,7 +49,7 @@ class Editor:
         self._applied: dict[str, str] | None = None
         self._notes: list[Problem] = []  # on the last edit
         self._files = self._opened(FIRST if name is None else name)
-        self._look()
+        self._parse_texts()
         problems = Problems()
         given = read_overrides(changes, problems)
         report_contradictions(given, problems)
@@ -63,13 +63,13 @@ class Editor:
         Raises:
             ScenarioError: if it cannot be read.
         """
-        self._turn(f"open {_brief(name)}", self._opened(name))
+        self._replace_files(f"open {_brief(name)}", self._opened(name))
         self._applied = None
 
     def new(self, kind: str, /, **arguments: Any) -> None:
         """Create a new robot or scenario; this can be undone. `arguments` are those of `cdpr new`."""
         file, note = new_file(kind, arguments, self._plugins)
-        self._turn(f"new {kind}", self._with(file, robot=kind == "robot"))
+        self._replace_files(f"new {kind}", self._files_of(file, robot=kind == "robot"))
         self._applied = None
         if note:
             self._notes = [Problem(Mark(self._files.scenario.name), ("controller", "type"), note)]
@@ -79,28 +79,28 @@ class Editor:
         path = examples.resolve(given, None)
         document = open_document(path, None, Problems())
         fixed = f"'{given}' is an example of cdpr: save it under another name" if path != given else ""
-        return self._with(File.open(path, fixed), robot=kind_of(document) == "robot")
+        return self._files_of(File.open(path, fixed), robot=kind_of(document) == "robot")
 
-    def _with(self, file: File, *, robot: bool) -> Files:
+    def _files_of(self, file: File, *, robot: bool) -> Files:
         """Return the files of the editor, with a generated scenario for a robot."""
         files = [around(file, self._plugins), file] if robot else [file]
         keyed = {os.path.abspath(each.name): each for each in files}
         return Files(next(iter(keyed)), keyed)
 
-    def _turn(self, told: str, files: Files) -> None:
+    def _replace_files(self, title: str, files: Files) -> None:
         """Replace the files, which can be undone.
 
         Raises:
             CdprError: if the scenario is not valid YAML; nothing is replaced then.
         """
         edit.read(files.scenario.text)
-        self._remember(told)
+        self._remember(title)
         self._files = files
-        self._look()
+        self._parse_texts()
 
     # State of the editor.
 
-    def _look(self) -> None:
+    def _parse_texts(self) -> None:
         """Parse the texts."""
         main = self._files.scenario
         self._data = nominal.renamed_data(edit.read(main.text))
@@ -140,7 +140,7 @@ class Editor:
             raise loaded.with_traceback(None)
         return loaded
 
-    def _told(self) -> tuple[Sequence[Problem], Sequence[Problem]]:
+    def _problems(self) -> tuple[Sequence[Problem], Sequence[Problem]]:
         """Return the problems and warnings."""
         loaded, whole = self._load(), Mark(self._files.scenario.name)
         if isinstance(loaded, CdprError):
@@ -151,7 +151,7 @@ class Editor:
     def apply(self) -> Scenario:
         """Return the scenario and mark the current texts as applied."""
         notes = self._notes
-        self._look()  # referenced files may have changed
+        self._parse_texts()  # referenced files may have changed
         self._notes = notes
         scenario = self.scenario()
         self._applied = self._shown_texts()
@@ -160,7 +160,7 @@ class Editor:
     def form(self) -> dict[str, Any]:
         """Return the message with all fields, their problems and the undo state."""
         made, files = self._tabs(), self._shown_files()
-        problems, warnings = self._told()
+        problems, warnings = self._problems()
         reasons = [reason for file in files if file.modified and (reason := unsaved(file))]
         first = next((file for file in files if not file.fixed or file.saved is not None), files[0])
         stale = [(file, reason) for file in files if (reason := outdated(file))]
@@ -213,53 +213,53 @@ class Editor:
             self._set(_path(path), value)
 
     def _set(self, key: Path, value: Any) -> None:
-        texts, before = self._meaning().set(key, value), self._data
-        self._take(f"{dotted(key)} = {_brief(value)}", texts)
+        texts, before = self._form_edits().set(key, value), self._data
+        self._replace_texts(f"{dotted(key)} = {_brief(value)}", texts)
         for role in ROLES:
             if key[0] == role and (note := plugin_note(self._plugins, role, before.get(role), self._data.get(role))):
                 self._notes = [Problem(Mark(self._files.scenario.name), (role, "type"), note)]
 
     def remove(self, path: str) -> None:
         """Remove a key or a list item; do nothing if it is not present."""
-        self._take(f"remove {path}", self._meaning().remove(_path(path)))
+        self._replace_texts(f"remove {path}", self._form_edits().remove(_path(path)))
 
     def insert(self, path: str, value: Any = None) -> None:
         """Append an item to a list; by default it is generated from the schema or copied from the last item.
 
         A type name such as "wrench" for `events` appends an item of that type with initial values.
         """
-        self._take(f"insert {path}", self._meaning().insert(_path(path), value))
+        self._replace_texts(f"insert {path}", self._form_edits().insert(_path(path), value))
 
-    def _meaning(self) -> FormEdits:
+    def _form_edits(self) -> FormEdits:
         return FormEdits(self._files, self._data, self._robot_file, self._robot, self._tabs, self._known, self._plugins)
 
-    def _take(self, told: str, texts: dict[str, str]) -> None:
+    def _replace_texts(self, title: str, texts: dict[str, str]) -> None:
         """Replace the texts; this can be undone."""
         if texts != self._files.texts():
-            self._remember(told)
+            self._remember(title)
             self._files.put(texts)
-            self._look()
+            self._parse_texts()
 
-    def _remember(self, told: str) -> None:
-        self._undo = [*self._undo, (told, self._files, self._files.texts())][-UNDOS:]
+    def _remember(self, title: str) -> None:
+        self._undo = [*self._undo, (title, self._files, self._files.texts())][-UNDOS:]
         self._redo = []
 
     def undo(self) -> None:
         """Undo the last edit."""
-        self._back(self._undo, self._redo)
+        self._move_step(self._undo, self._redo)
 
     def redo(self) -> None:
         """Redo the last undone edit."""
-        self._back(self._redo, self._undo)
+        self._move_step(self._redo, self._undo)
 
-    def _back(self, source: list[Step], other: list[Step]) -> None:
+    def _move_step(self, source: list[Step], other: list[Step]) -> None:
         if not source:
             raise CdprError("no change to undo" if source is self._undo else "nothing was undone")
         told, files, texts = source.pop()
         other.append((told, self._files, self._files.texts()))
         self._files = files
         self._files.put(texts)
-        self._look()
+        self._parse_texts()
 
     # Files.
 
@@ -269,7 +269,7 @@ class Editor:
         Raises:
             CdprError: if a file cannot be read.
         """
-        self._take("revert", saving.reread(self._files, self._shown_files()))
+        self._replace_texts("revert", saving.reread(self._files, self._shown_files()))
 
     def save(self) -> list[str]:
         """Write modified texts to their files and return the file names.
@@ -292,7 +292,7 @@ class Editor:
         """
         runs = self._applied == self._shown_texts()
         files, names = saving.save_as(self._files, self._robot, target, self._plugins)
-        self._turn(f"save as {_brief(target)}", files)
+        self._replace_files(f"save as {_brief(target)}", files)
         self._applied = self._shown_texts() if runs else None
         return names
 

@@ -38,7 +38,7 @@ FILES = (
     "form.js",
     "files.js",
     "exchange.js",
-    "told.js",
+    "messages.js",
     "transport.js",
     "disturb.js",
     "link.js",

@@ -134,9 +134,9 @@ class Disturb {
   }
 
   widget(item) {
-    const desk = { edit: (_, value) => this.live.send({ do: "set", key: item.key, value }), clear() {} };
+    const editor = { edit: (_, value) => this.live.send({ do: "set", key: item.key, value }), clear() {} };
     const kind = kindOf(item.value, item.choices);
-    return WIDGETS[kind]({ ...item, kind, path: item.key, single: true }, desk, `Change ${item.label || words(item.key)}`);
+    return WIDGETS[kind]({ ...item, kind, path: item.key, single: true }, editor, `Change ${item.label || words(item.key)}`);
   }
 }
 

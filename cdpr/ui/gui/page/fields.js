@@ -4,21 +4,21 @@ function nameOf({ path, label }) { return words(path || label); }
 
 // Line of the form: label, unit, widget, reset button and problems.
 class Line {
-  constructor(field, desk) {
+  constructor(field, editor) {
     this.kind = field.kind;
-    this.desk = desk;
-    this.widget = widgetOf(field, desk);
+    this.editor = editor;
+    this.widget = widgetOf(field, editor);
     const wrong = fresh("wrong"), help = fresh("help");
     this.problem = make("p", { className: "problem", id: wrong });
     this.help = make("span", { id: help, hidden: true });
     this.label = make("span", { className: "name", "aria-hidden": "true" });
     this.unit = make("span", { className: "unit" });
-    this.clear = button("↺", () => desk.clear(this.field), { className: "clear", title: "Back to the default" });
+    this.clear = button("↺", () => editor.clear(this.field), { className: "clear", title: "Back to the default" });
     this.clear.setAttribute("aria-label", `Default for ${nameOf(field)}`);
     this.root = make("div", { className: `line has-${field.kind}`, "data-path": field.path }, this.label,
       make("span", { className: "hold" }, this.widget.root, this.unit, this.clear), this.problem, this.help);
     for (const input of this.inputs()) input.setAttribute("aria-describedby", `${help} ${wrong}`);
-    for (const kind of ["focusin", "pointerenter"]) this.root.addEventListener(kind, () => desk.explain(this.field));
+    for (const kind of ["focusin", "pointerenter"]) this.root.addEventListener(kind, () => editor.explain(this.field));
     this.show(field);
   }
 
@@ -37,7 +37,7 @@ class Line {
   }
 
   fault() {
-    const texts = this.desk.faults(this.field.path);
+    const texts = this.editor.faults(this.field.path);
     say(this.problem, texts.join("\n"));
     this.problem.hidden = !texts.length;
     for (const input of this.inputs()) input.setAttribute("aria-invalid", String(texts.length > 0));
@@ -46,21 +46,21 @@ class Line {
 
 // Group of fields; may be optional, or have one of several forms.
 class Group {
-  constructor(field, desk) {
+  constructor(field, editor) {
     this.kind = field.kind;
-    this.desk = desk;
+    this.editor = editor;
     this.title = make("span", { className: "title" });
     this.problem = make("p", { className: "problem" });
-    this.lines = new Lineup(desk);
-    this.chosen = field.choices ? choiceWidget(field, desk, `Form of ${nameOf(field)}`) : null;
+    this.lines = new Lineup(editor);
+    this.chosen = field.choices ? choiceWidget(field, editor, `Form of ${nameOf(field)}`) : null;
     this.fold = button("", () => this.open(this.lines.root.hidden), { className: "fold" });
     this.fold.setAttribute("aria-label", `Fold ${nameOf(field)}`);
     this.fold.append(this.title);
-    this.gone = button("×", () => desk.clear(this.field), { className: "clear", title: "Remove the whole section" });
+    this.gone = button("×", () => editor.clear(this.field), { className: "clear", title: "Remove the whole section" });
     this.gone.setAttribute("aria-label", `Leave out ${nameOf(field)}`);
     this.root = make("fieldset", { className: "group", "data-path": field.path },
       make("legend", {}, this.fold, this.chosen && this.chosen.root, this.gone), this.problem, this.lines.root);
-    for (const kind of ["focusin", "pointerenter"]) this.root.firstChild.addEventListener(kind, () => desk.explain(this.field));
+    for (const kind of ["focusin", "pointerenter"]) this.root.firstChild.addEventListener(kind, () => editor.explain(this.field));
     this.show(field);
     this.open(field.given || !field.optional); // fold optional groups that are not in the file
   }
@@ -84,7 +84,7 @@ class Group {
   }
 
   fault() {
-    const texts = this.desk.faults(this.field.path);
+    const texts = this.editor.faults(this.field.path);
     say(this.problem, texts.join("\n"));
     this.problem.hidden = !texts.length;
     this.lines.fault();
@@ -94,13 +94,13 @@ class Group {
 
 // List of sections with remove buttons; new ones get a selected type.
 class List {
-  constructor(field, desk) {
+  constructor(field, editor) {
     this.kind = field.kind;
-    this.lines = new Lineup(desk);
+    this.lines = new Lineup(editor);
     this.title = make("span", { className: "title" });
     const types = choicesOf(field), options = types.map(({ value, label, help }) => option(value, label, help));
     const type = types.length ? make("select", { "aria-label": `Type to add to ${nameOf(field)}` }, ...options) : null;
-    const add = button("Add", () => desk.insert(field.path, type?.value), { "aria-label": `Add to ${nameOf(field)}` });
+    const add = button("Add", () => editor.insert(field.path, type?.value), { "aria-label": `Add to ${nameOf(field)}` });
     this.root = make("div", { className: "list", "data-path": field.path }, bar(this.title, grow(), type, add), this.lines.root);
     this.show(field);
   }
@@ -115,8 +115,8 @@ class List {
 
 // Column of fields: persistent ones keep their elements with focus and selection.
 class Lineup {
-  constructor(desk) {
-    this.desk = desk;
+  constructor(editor) {
+    this.editor = editor;
     this.root = make("div", { className: "lines" });
     this.all = new Map();
   }
@@ -127,7 +127,7 @@ class Lineup {
       const key = [field.kind, field.path, field.label, field.size, Boolean(field.choices)].join(), old = this.all.get(key);
       const Kind = { section: Group, table: Table, list: List }[field.kind] || Line;
       if (old) old.show(field);
-      kept.set(key, old || new Kind(field, this.desk));
+      kept.set(key, old || new Kind(field, this.editor));
     }
     for (const [key, old] of this.all) if (!kept.has(key)) old.root.remove();
     [...kept.values()].forEach((line, i) => {

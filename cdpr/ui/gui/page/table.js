@@ -1,14 +1,14 @@
 // Table of cables, one per row: anchors, limits and own values. The focused row is marked in the scene.
 
 class Table {
-  constructor(field, desk) {
+  constructor(field, editor) {
     this.kind = field.kind;
-    this.desk = desk;
+    this.editor = editor;
     this.rows = [];
     this.shape = "";
     this.table = make("table", { "aria-label": words(field.path) });
     this.problem = make("p", { className: "problem" });
-    const add = button("Add", () => desk.insert(field.path), { "aria-label": `Add to ${words(field.path)}`, title: "Adds a cable" });
+    const add = button("Add", () => editor.insert(field.path), { "aria-label": `Add to ${words(field.path)}`, title: "Adds a cable" });
     const wide = button("Wide", () => {
       const on = document.body.classList.toggle("wideform");
       wide.setAttribute("aria-pressed", String(on));
@@ -59,22 +59,22 @@ class Table {
       const cell = make("td"), given = row.cells[column.key];
       if (!given) return cell;
       const one = { ...column, ...given, path: `${row.path}.${column.key}` };
-      const widget = widgetOf(one, this.desk, `${words(row.path)}, ${column.label}`);
+      const widget = widgetOf(one, this.editor, `${words(row.path)}, ${column.label}`);
       cell.dataset.path = one.path;
       cell.append(widget.root);
-      cell.addEventListener("focusin", () => this.desk.explain(one));
+      cell.addEventListener("focusin", () => this.editor.explain(one));
       cells[column.key] = Object.assign(widget, { cell });
       return cell;
     });
-    const gone = button("×", () => this.desk.remove(row.path), { className: "clear", title: "Remove this cable" });
+    const gone = button("×", () => this.editor.remove(row.path), { className: "clear", title: "Remove this cable" });
     gone.setAttribute("aria-label", `Remove ${words(row.path)}`);
     const root = make("tr", {}, make("th", { scope: "row", text: i + 1 }), ...nodes, make("td", {}, gone));
-    root.addEventListener("focusin", () => this.desk.mark(i));
-    root.addEventListener("focusout", () => this.desk.mark(null));
+    root.addEventListener("focusin", () => this.editor.mark(i));
+    root.addEventListener("focusout", () => this.editor.mark(null));
     body.append(root);
     let more = null;
     if (row.fields?.length) {
-      more = new Lineup(this.desk);
+      more = new Lineup(this.editor);
       const fold = make("details", {}, make("summary", { text: `More of ${words(row.path)}` }), more.root);
       body.append(make("tr", { className: "more" }, make("td"), make("td", { colspan: this.columns.length + 1 }, fold)));
     }
@@ -82,11 +82,11 @@ class Table {
   }
 
   fault() {
-    const own = [...this.desk.faults(this.field.path)];
+    const own = [...this.editor.faults(this.field.path)];
     this.rows.forEach(({ cells, more }, i) => {
-      own.push(...this.desk.faults(this.field.rows[i].path).map((text) => `cable ${i + 1}: ${text}`));
+      own.push(...this.editor.faults(this.field.rows[i].path).map((text) => `cable ${i + 1}: ${text}`));
       for (const { cell } of Object.values(cells)) {
-        const texts = this.desk.faults(cell.dataset.path);
+        const texts = this.editor.faults(cell.dataset.path);
         own.push(...texts.map((text) => `cable ${i + 1}: ${text}`));
         cell.querySelectorAll("input, select, textarea").forEach((input) => input.setAttribute("aria-invalid", String(texts.length > 0)));
         cell.title = texts.join("\n");

@@ -17,15 +17,15 @@ function entry(label, commit, given = {}) {
   return { input, put: (text) => { if (!typing && input.value !== text) input.value = text; } };
 }
 
-function textWidget(field, desk, label = words(field.path || field.label)) {
-  const { input, put } = entry(label, (text) => desk.edit(field, field.kind === "text" ? text : reading(text)),
+function textWidget(field, editor, label = words(field.path || field.label)) {
+  const { input, put } = entry(label, (text) => editor.edit(field, field.kind === "text" ? text : reading(text)),
     { inputmode: field.kind === "text" ? null : "decimal", className: field.kind === "text" ? "wide" : "number" });
   return { root: input, show: (now) => put(writing(now.value)) };
 }
 
 // Selection; unavailable choices show what is missing, but can be selected.
-function choiceWidget(field, desk, label = words(field.path || field.label)) {
-  const select = make("select", { "aria-label": label, onchange: () => desk.edit(field, offered[select.selectedIndex].value) });
+function choiceWidget(field, editor, label = words(field.path || field.label)) {
+  const select = make("select", { "aria-label": label, onchange: () => editor.edit(field, offered[select.selectedIndex].value) });
   let offered = [], shape = "";
   return {
     root: select,
@@ -47,7 +47,7 @@ function choiceWidget(field, desk, label = words(field.path || field.label)) {
 }
 
 // Multiple selection.
-function setWidget(field, desk, label = words(field.path || field.label)) {
+function setWidget(field, editor, label = words(field.path || field.label)) {
   const root = make("span", { className: "set", role: "group", "aria-label": label });
   let boxes = [];
   return {
@@ -55,7 +55,7 @@ function setWidget(field, desk, label = words(field.path || field.label)) {
     show(now) {
       const choices = choicesOf(now);
       if (boxes.length !== choices.length) {
-        const change = () => desk.edit(field, choices.filter((_, i) => boxes[i].checked).map(({ value }) => value));
+        const change = () => editor.edit(field, choices.filter((_, i) => boxes[i].checked).map(({ value }) => value));
         const box = (choice) => make("input", { type: "checkbox", "aria-label": `${label}, ${choice.label}`, onchange: change });
         boxes = choices.map(box);
         root.replaceChildren(...choices.map((choice, i) => make("label", {}, boxes[i], choice.label)));
@@ -66,16 +66,16 @@ function setWidget(field, desk, label = words(field.path || field.label)) {
   };
 }
 
-function flagWidget(field, desk, label = words(field.path || field.label)) {
-  const input = make("input", { type: "checkbox", "aria-label": label, onchange: () => desk.edit(field, input.checked) });
+function flagWidget(field, editor, label = words(field.path || field.label)) {
+  const input = make("input", { type: "checkbox", "aria-label": label, onchange: () => editor.edit(field, input.checked) });
   return { root: input, show: (now) => { input.checked = now.value === true; } };
 }
 
 const AXES_OF = { 3: ["x", "y", "z"], 4: ["w", "x", "y", "z"], 6: ["x", "y", "z", "rx", "ry", "rz"] };
 
 // Row of numbers. If a single number is allowed, the others may be empty.
-function vectorWidget(field, desk, label = words(field.path || field.label)) {
-  if (!field.size && field.single) return textWidget(field, desk, label); // a single number, or a list of any length
+function vectorWidget(field, editor, label = words(field.path || field.label)) {
+  if (!field.size && field.single) return textWidget(field, editor, label); // a single number, or a list of any length
   const size = field.size || (Array.isArray(field.value) ? field.value.length : 3);
   const names = field.labels || AXES_OF[size] || Array.from({ length: size }, (_, i) => String(i + 1));
   const part = (name) => entry(`${label}, ${name}`, commit, { inputmode: "decimal", className: "number", title: name });
@@ -89,8 +89,8 @@ function vectorWidget(field, desk, label = words(field.path || field.label)) {
     inputs.forEach((input, i) => input.setAttribute("aria-invalid", String(waiting && empty[i])));
     if (whole || alone) {
       known.push(JSON.stringify(whole ? values : values[0]));
-      desk.edit(field, whole ? values : values[0]);
-    } else if (!waiting && field.optional) desk.clear(field);
+      editor.edit(field, whole ? values : values[0]);
+    } else if (!waiting && field.optional) editor.clear(field);
   }
   return {
     root,
@@ -111,15 +111,15 @@ function sixDigits(colour) {
   return c.fillStyle;
 }
 
-function colourWidget(field, desk, label = words(field.path || field.label)) {
+function colourWidget(field, editor, label = words(field.path || field.label)) {
   const picker = make("input", { type: "color", "aria-label": `${label}, picked` });
-  picker.addEventListener("change", () => desk.edit(field, picker.value));
-  const { input, put } = entry(label, (text) => desk.edit(field, text.trim()), { className: "number" });
+  picker.addEventListener("change", () => editor.edit(field, picker.value));
+  const { input, put } = entry(label, (text) => editor.edit(field, text.trim()), { className: "number" });
   return {
     root: make("span", { className: "colour" }, picker, input),
     show(now) {
       const value = typeof now.value === "string" ? now.value : "";
-      picker.value = sixDigits(value || desk.usual?.(field) || "#808080"); // not given: show the colour that is drawn
+      picker.value = sixDigits(value || editor.usual?.(field) || "#808080"); // not given: show the colour that is drawn
       input.placeholder = value ? "" : "as drawn";
       put(value);
     },
@@ -127,11 +127,11 @@ function colourWidget(field, desk, label = words(field.path || field.label)) {
 }
 
 // Text field for values without a widget of their own, in YAML.
-function yamlWidget(field, desk, label = words(field.path || field.label)) {
+function yamlWidget(field, editor, label = words(field.path || field.label)) {
   const area = make("textarea", { rows: 3, spellcheck: "false", "aria-label": label });
   let typing = false;
   area.addEventListener("input", () => { typing = true; });
-  area.addEventListener("change", () => { typing = false; desk.edit(field, area.value); });
+  area.addEventListener("change", () => { typing = false; editor.edit(field, area.value); });
   area.addEventListener("blur", () => { typing = false; });
   return {
     root: area,

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from show_cases import scenario, staged, wait
+from driver_cases import running_driver, scenario, wait
 
 from cdpr.plugins import Controller, PluginOptions
 from cdpr.ui.gui.broadcast import encoded
@@ -16,7 +16,7 @@ from cdpr.ui.gui.broadcast import encoded
 def test_a_run_that_ends_badly_leaves_all_usable():
     """No tensions hold the platform at such limits, and the scenario stops in this case."""
     strict = scenario(**{"solver.infeasible": "stop"})
-    with staged(strict) as it:
+    with running_driver(strict) as it:
         it.phase("ready")
         it.do("step", n=5)
         it.do("limits", tension_max=60)
@@ -35,8 +35,8 @@ def test_a_run_that_ends_badly_leaves_all_usable():
         it.do("speed", value=None)
         it.do("run")
         assert it.phase("done", "failed")["status"] == "FINISHED"
-        it.show.load(scenario(**{"simulation.duration": 0.05}), it.tell)
-        assert wait(it.board, "status", lambda now: now["duration"] == 0.05)["phase"] == "ready"
+        it.driver.load(scenario(**{"simulation.duration": 0.05}), it.tell)
+        assert wait(it.broadcast, "status", lambda now: now["duration"] == 0.05)["phase"] == "ready"
 
 
 class Raising(Controller):
@@ -67,13 +67,13 @@ class Raising(Controller):
 def test_a_plugin_that_raises_is_a_status(now):
     found, name = scenario().plugins.with_class("controller", Raising)
     bad = scenario().with_changes({"controller": {"type": name, "now": now}}, plugins=found)
-    with staged(bad) as it:
+    with running_driver(bad) as it:
         if not now:
             it.phase("ready")
             it.do("run")
         status = it.phase("failed")
         assert ("not today" if now else "t = 0.011 s: a plugin raised ZeroDivisionError: by zero") in status["text"]
-        it.show.load(scenario(), it.tell)
+        it.driver.load(scenario(), it.tell)
         it.phase("ready")
         it.do("step")
         assert [told for told in it.said() if told[1] != status["text"]] == []
@@ -82,7 +82,7 @@ def test_a_plugin_that_raises_is_a_status(now):
 def test_an_option_without_a_limit_is_reported():
     """JSON has no number for it, and a window whose messages cannot be written would receive no more."""
     found, name = scenario().plugins.with_class("controller", Raising)
-    with staged(scenario().with_changes({"controller": {"type": name}}, plugins=found)) as it:
+    with running_driver(scenario().with_changes({"controller": {"type": name}}, plugins=found)) as it:
         status = it.phase("ready")
         encoded(status)
         assert status["changeable"] == [{"key": "controller.most", "value": ".inf"}]
@@ -92,20 +92,20 @@ def test_an_option_without_a_limit_is_reported():
 def test_plugins_cannot_stop_the_process():
     found, name = scenario().plugins.with_class("controller", Raising)
     bad = scenario().with_changes({"controller": {"type": name, "quits": True}}, plugins=found)
-    with staged(bad) as it:
+    with running_driver(bad) as it:
         assert "KeyboardInterrupt" in it.phase("failed")["text"]
-        it.show.load(scenario(), it.tell)
+        it.driver.load(scenario(), it.tell)
         it.phase("ready")
         it.do("step")
         it.said()
-        assert it.board.latest("frame")["n"] == 0
+        assert it.broadcast.latest("frame")["n"] == 0
 
 
 @pytest.mark.slow
 def test_an_internal_error_is_reported_and_the_thread_survives(monkeypatch):
     with staged(scenario()) as it:
         it.phase("ready")
-        monkeypatch.setattr(it.show, "_pause", lambda: {}["nothing"])
+        monkeypatch.setattr(it.driver, "_pause", lambda: {}["nothing"])
         it.do("pause")
         ((level, text),) = it.said()
         assert level == "error"
@@ -114,19 +114,19 @@ def test_an_internal_error_is_reported_and_the_thread_survives(monkeypatch):
         monkeypatch.undo()
         it.do("step")
         assert it.said() == []
-        monkeypatch.setattr(it.show._stage, "step", lambda n: {}["nothing"])
+        monkeypatch.setattr(it.driver._session, "step", lambda n: {}["nothing"])
         it.do("run")
         assert "internal error" in it.phase("failed")["text"]
         it.do("reset")
         it.phase("ready")
         it.said()
         del it.log[:]
-        monkeypatch.setattr(it.show._stage, "show_frame", lambda: {}["nothing"])
+        monkeypatch.setattr(it.driver._session, "show_frame", lambda: {}["nothing"])
         it.do("run")
         it.phase("failed")
         time.sleep(1.2)  # s, in which two frames are due
         assert len(it.log) <= 2  # of the command, and of frames
-        monkeypatch.setattr("cdpr.ui.gui.stage.Stage.__init__", lambda *_: {}["nothing"])
+        monkeypatch.setattr("cdpr.ui.gui.session.SimulationSession.__init__", lambda *_: {}["nothing"])
         it.do("reset")
         assert it.said()[-1][1].startswith("internal error")
         assert it.phase("failed")["text"].startswith("internal error")

@@ -6,7 +6,7 @@ import time
 from threading import Event
 
 import pytest
-from show_cases import PATIENCE, scenario, staged, until, wait
+from driver_cases import PATIENCE, running_driver, scenario, until, wait
 
 import cdpr
 from cdpr.scenario import load_scenario
@@ -22,7 +22,7 @@ def no_report(monkeypatch):
 def test_runs_too_long_for_the_memory_go_to_a_folder_that_is_gone_in_the_end(tmp_path, monkeypatch, no_report):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     long = scenario(**{"simulation.duration": 120.0})
-    with staged(long) as it:
+    with running_driver(long) as it:
         it.phase("ready")
         assert len(list(tmp_path.glob("cdpr-gui-*/log.mcap"))) == 1
         it.do("step", n=5000)
@@ -39,7 +39,7 @@ def test_runs_too_long_for_the_memory_go_to_a_folder_that_is_gone_in_the_end(tmp
 
 
 def test_a_run_is_saved_as_it_would_have_logged(tmp_path):
-    with staged(scenario()) as it:
+    with running_driver(scenario()) as it:
         it.phase("ready")
         it.do("step", n=50)
         it.do("save_run", out=str(tmp_path / "half"))
@@ -65,13 +65,13 @@ def test_a_session_repeats_to_the_bit(backend, tmp_path, no_report):
     """Actions of a user during a real-time run, at any samples."""
     pytest.importorskip({"reference": "numpy"}.get(backend, backend))
     live = scenario(**{"simulation.backend": backend, "simulation.duration": 5.0})  # no end while something compiles
-    with staged(live) as it:
+    with running_driver(live) as it:
         it.phase("ready")
         it.do("run")
-        wait(it.board, "frame", lambda frame: frame["t"] > 0.03)
+        wait(it.broadcast, "frame", lambda frame: frame["t"] > 0.03)
         it.do("push", force=[100, 0, 20], duration=0.05)
         it.do("target", position=[1.0, 0.32, 1.5], duration=0.1)
-        wait(it.board, "frame", lambda frame: frame["t"] > 0.1)
+        wait(it.broadcast, "frame", lambda frame: frame["t"] > 0.1)
         it.do("set", key="controller.kp", value=30)
         it.do("cut", cable=2)
         it.do("speed", value=None)
@@ -91,7 +91,7 @@ def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
     mine, session = tmp_path / "mine.yaml", tmp_path / "session.yaml"
     mine.write_text("# hours of work\n")
     (tmp_path / "given_outside.csv").write_text("t\n")
-    with staged(scenario()) as it:
+    with running_driver(scenario()) as it:
         it.phase("ready")
         it.do("step", n=2)
         for out in (mine, tmp_path / "given.yaml", session):
@@ -120,8 +120,8 @@ def test_started_writes_are_completed(tmp_path, monkeypatch):
         written.append(folder)
         return ""
 
-    monkeypatch.setattr("cdpr.ui.gui.stage._report", report)
-    with staged(scenario()) as it:
+    monkeypatch.setattr("cdpr.ui.gui.session._report", report)
+    with running_driver(scenario()) as it:
         it.phase("ready")
         it.do("step", n=3)
         it.do("save_run", out=str(tmp_path / "run"))

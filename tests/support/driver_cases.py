@@ -1,4 +1,4 @@
-"""A show without a window, and a window of Python in place of a browser's."""
+"""Driver without a window, and a window of Python in place of a browser."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ def scenario(**changes):
     return load_scenario(CAROCA, overrides={**QUIET, **changes})
 
 
-def wait(board, kind, such=lambda message: True):
-    """Return the first message of a kind on the board that is such."""
+def wait(broadcast, kind, such=lambda message: True):
+    """Return the first message of a kind on the broadcast that is such."""
     end = time.monotonic() + PATIENCE
-    with board.changed:
+    with broadcast.changed:
         while True:
-            message = board.latest(kind)
+            message = broadcast.latest(kind)
             if message is not None and such(message):
                 return message
-            assert board.changed.wait(end - time.monotonic()), (kind, message)
+            assert broadcast.changed.wait(end - time.monotonic()), (kind, message)
 
 
 def until(done):
@@ -44,37 +44,37 @@ class Staged:
     """A driver, and its messages."""
 
     def __init__(self, *scenarios):
-        self.board, self.told, self.log = Broadcast(), [], []
-        self.show = Driver(self.board, self.log.append)
+        self.broadcast, self.told, self.log = Broadcast(), [], []
+        self.driver = Driver(self.broadcast, self.log.append)
         for each in scenarios:
-            self.show.load(each, self.tell)
+            self.driver.load(each, self.tell)
 
     def tell(self, level, text):
-        with self.board.changed:
+        with self.broadcast.changed:
             self.told.append((level, text))
-            self.board.changed.notify_all()
+            self.broadcast.changed.notify_all()
 
     def do(self, what, **arguments):
-        self.show.command(what, arguments, self.tell)
+        self.driver.command(what, arguments, self.tell)
 
     def phase(self, *phases):
         """Wait until it is in one of these phases; return the status."""
-        return wait(self.board, "status", lambda status: status["phase"] in phases)
+        return wait(self.broadcast, "status", lambda status: status["phase"] in phases)
 
     def said(self):
         """Wait until all requests are done; return their messages."""
         done = []
-        self.show._jobs.put(lambda: done.append(True))
+        self.driver._jobs.put(lambda: done.append(True))
         until(lambda: done)
         told, self.told[:] = list(self.told), []
         return told
 
     def points(self):
         """All samples that a window that joins now is sent."""
-        mark, points = self.board.curves.start(), []
-        with self.board.changed:
+        mark, points = self.broadcast.curves.start(), []
+        with self.broadcast.changed:
             while True:
-                messages, mark = self.board.curves.since(mark)
+                messages, mark = self.broadcast.curves.since(mark)
                 if not messages:
                     return points
                 for message in messages:
@@ -82,15 +82,15 @@ class Staged:
 
 
 @contextmanager
-def staged(*scenarios):
-    made = Staged(*scenarios)
+def running_driver(*scenarios):
+    made = RunningDriver(*scenarios)
     try:
         yield made
     finally:
-        made.show.close()
+        made.driver.close()
 
 
-class Looker:
+class FakeWindow:
     """A window: it keeps what it was sent."""
 
     def __init__(self, socket):

@@ -52,16 +52,16 @@ class Doubt(str):
     __slots__ = ()
 
 
-class Stage:
-    """Simulation with its output on the board.
+class SimulationSession:
+    """Simulation whose output goes to the broadcast.
 
     Raises:
         CdprError: if it cannot be built.
     """
 
-    def __init__(self, scenario: Scenario, board: Broadcast) -> None:
+    def __init__(self, scenario: Scenario, broadcast: Broadcast) -> None:
         self.scenario = scenario
-        self._board, self._drawing = board, Drawing(scenario)
+        self._broadcast, self._drawing = broadcast, Drawing(scenario)
         self._kept = ExitStack()
         header = self._drawing.header
         size = 8 * header.layout.width * (scenario.simulation.steps // header.log_every + 1)
@@ -77,14 +77,14 @@ class Stage:
         self._pushes: dict[int, Wrench] = {}
         self._numbers = count(1)
         self._run: Run | None = None
-        self._sessions: set[Path] = set()  # saved by this simulation
+        self._saved: set[Path] = set()  # saved by this simulation
         sim = self._sim
         self._drawing.change(sim.events)
         self._frame = self._drawing.still(sim.state, sim.desired)
-        with board.changed:
-            board.curves.begin(self._drawing.columns, sim.steps + 1)
-            board.put(self._drawing.scene(sim.state, sim.desired))
-            board.put(self._frame)
+        with broadcast.changed:
+            broadcast.curves.begin(self._drawing.columns, sim.steps + 1)
+            broadcast.put(self._drawing.scene(sim.state, sim.desired))
+            broadcast.put(self._frame)
 
     @property
     def time(self) -> float:
@@ -108,11 +108,11 @@ class Stage:
                 self._sim.step(min(n, BLOCK))
                 n -= BLOCK
                 if self._sim.samples - self._looked > BLOCK:
-                    self._look()
+                    self._process_rows()
         finally:
             if self._sim.done:
-                self._look()
-                self._board.curves.end()
+                self._process_rows()
+                self._broadcast.curves.end()
                 self._run = self._sim.run()
 
     def do(self, what: str, arguments: Mapping[str, Any]) -> str | Later:
@@ -138,23 +138,23 @@ class Stage:
         }
         if what not in doing:
             raise CdprError(f"'{what[:40]}' is not an allowed request")
-        said = call(what, doing[what], arguments)
+        message = call(what, doing[what], arguments)
         self._drawing.change(sim.events)
-        return said if isinstance(said, str) or callable(said) else ""
+        return message if isinstance(message, str) or callable(message) else ""
 
     def show_frame(self) -> None:
         """Publish the frame of the last complete sample, if there is one."""
         last = self._sim.samples - 1
         if last >= 0 and self._frame["n"] != last:
             self._frame = self._drawing.frame(last, self._sim.row)
-        self._board.put(self._frame)
+        self._broadcast.put(self._frame)
 
     def show_curves(self) -> None:
         """Publish the curves up to the current time."""
-        self._look()
-        with self._board.changed:
-            self._board.curves.show()
-            self._board.changed.notify_all()
+        self._process_rows()
+        with self._broadcast.changed:
+            self._broadcast.curves.show()
+            self._broadcast.changed.notify_all()
 
     def about(self) -> dict[str, Any]:
         """Return the content of a status message on the simulation."""
@@ -169,7 +169,7 @@ class Stage:
             "t": round(self.time, 9),
             "duration": scenario.simulation.steps * self.period,
             "status": self._status.name if self._run is None else self._run.status.upper(),
-            "events": _latest([{"t": event.time, "text": event.text} for event in self._told(events)]),
+            "events": _latest([{"t": event.time, "text": event.text} for event in self._event_log(events)]),
             "pushes": [{"id": key, "text": _wrench(push)} for key, push in self._acting()],
             "cables": [
                 {"name": cable.name, **{fate: fates.get(cable.name) == fate for fate in FATES}}
@@ -187,12 +187,12 @@ class Stage:
         with self._kept:
             self._sim.close()
 
-    def _look(self) -> None:
+    def _process_rows(self) -> None:
         """Process new samples into curves and spans."""
         rows = self._sim.rows(self._looked)
         if not len(rows):
             return
-        self._board.curves.add(self._drawing.curves(rows))
+        self._broadcast.curves.add(self._drawing.curves(rows))
         status = Run(self._drawing.header, rows).solver_status
         for k in np.flatnonzero(np.diff(status, prepend=float(self._status))).tolist():
             if status[k] != Status.OK and len(self._spans) < MOST:
@@ -206,14 +206,14 @@ class Stage:
         events = sorted(self._sim.events, key=attrgetter("time"))
         return [event for event in events if first_sample(event.time, period) <= samples]
 
-    def _told(self, events: list[ScenarioEvent]) -> Iterator[Event]:
+    def _event_log(self, events: list[ScenarioEvent]) -> Iterator[Event]:
         """Yield log entries of past events and solver failures; after the end, those of the run."""
         if self._run is not None:
             yield from self._run.events
             return
-        told = [one for event in events for one in event.event_log(self.period, self._sim.samples + 1, {})]
-        told += [Event(first * self.period, status.name.lower(), MEANING[status]) for status, first in self._spans]
-        yield from sorted(told, key=attrgetter("time"))
+        entries = [one for event in events for one in event.event_log(self.period, self._sim.samples + 1, {})]
+        entries += [Event(first * self.period, status.name.lower(), MEANING[status]) for status, first in self._spans]
+        yield from sorted(entries, key=attrgetter("time"))
 
     def _in_force(self, events: list[ScenarioEvent]) -> dict[str, list[float]]:
         """Return the current tension limits, N, after these events."""
@@ -262,7 +262,7 @@ class Stage:
         if there and place not in self._sessions:
             raise OutputError(f"'{there[0]}' already exists and is not overwritten: choose another name")
         self._sim.save(path)
-        self._sessions.add(place)
+        self._saved.add(place)
         return f"the session is saved: cdpr run {out} repeats it"
 
     def _save_run(self, out: str = "") -> Later:
@@ -277,10 +277,12 @@ class Stage:
         return partial(_report, run, Path(run.folder), touch)
 
 
-def _latest(told: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _latest(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the latest events, and the number of earlier ones."""
-    earlier = len(told) - MOST
-    return told if earlier <= 0 else [{"t": told[0]["t"], "text": f"{earlier} earlier events"}, *told[earlier:]]
+    earlier = len(entries) - MOST
+    return (
+        entries if earlier <= 0 else [{"t": entries[0]["t"], "text": f"{earlier} earlier events"}, *entries[earlier:]]
+    )
 
 
 def _report(run: Run, folder: Path, touch: str | None) -> str:
@@ -296,4 +298,4 @@ def _wrench(push: Wrench) -> str:
     return ", ".join(f"[{', '.join(f'{x:g}' for x in values)}] {unit}" for values, unit in parts if any(values))
 
 
-__all__ = ["Stage"]
+__all__ = ["SimulationSession"]

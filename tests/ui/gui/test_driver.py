@@ -6,30 +6,30 @@ import time
 
 import numpy as np
 import pytest
-from show_cases import PATIENCE, scenario, staged, wait
+from driver_cases import PATIENCE, running_driver, scenario, wait
 
 import cdpr
 from cdpr.scene import State
-from cdpr.ui.gui import stage
+from cdpr.ui.gui import session
 
 
 def test_a_run_from_its_beginning_to_its_end():
-    with staged(scenario()) as it:
+    with running_driver(scenario()) as it:
         status = it.phase("ready")
         assert status["t"] == 0.0
         assert status["duration"] == 0.3
         assert {"backend": "reference", "solver": "qp", "controller": "computed_torque"}.items() <= status.items()
-        scene = it.board.latest("scene")
+        scene = it.broadcast.latest("scene")
         assert scene["scene"]["time"]["n"] == 1
         assert len(scene["limits"]["tension_min"]) == 8
-        still = it.board.latest("frame")
+        still = it.broadcast.latest("frame")
         assert (still["n"], still["tension"]) == (-1, None)
         assert still["p"] == [1.0, 0.3, 1.5]
         it.do("speed", value=None)
         it.do("run")
         status = it.phase("done")
         assert status["status"] == "FINISHED"
-        frame = it.board.latest("frame")
+        frame = it.broadcast.latest("frame")
         run = cdpr.simulate(scenario())
         assert frame["n"] == len(run.rows) - 1 == 300
         assert np.allclose(frame["tension"], run.tension[-1], atol=1e-3)
@@ -44,12 +44,12 @@ def test_frames_are_of_one_row():
     """For any activity of the thread, each frame is found complete among the rows of the run."""
     moving = scenario(trajectory={"type": "quintic", "duration": 0.3, "to": {"position": [1.1, 0.4, 1.6]}})
     run = cdpr.simulate(moving)
-    with staged(moving) as it:
+    with running_driver(moving) as it:
         it.phase("ready")
         it.do("run")
         seen = {}
-        while it.board.latest("status")["phase"] != "done":
-            frame = it.board.latest("frame")
+        while it.broadcast.latest("status")["phase"] != "done":
+            frame = it.broadcast.latest("frame")
             seen[frame["n"]] = frame
             time.sleep(0.002)
     assert len(seen) > 5
@@ -63,18 +63,18 @@ def test_frames_are_of_one_row():
 
 
 def test_real_time_pause_and_steps():
-    with staged(scenario(**{"simulation.duration": 60.0})) as it:
+    with running_driver(scenario(**{"simulation.duration": 60.0})) as it:
         it.phase("ready")
         it.do("step", n=7)
         assert it.phase("paused")["t"] == pytest.approx(0.007)
         start = time.monotonic()
         it.do("run")
-        wait(it.board, "frame", lambda frame: frame["t"] > 0.25)
+        wait(it.broadcast, "frame", lambda frame: frame["t"] > 0.25)
         it.do("pause")
         status = it.phase("paused")
         assert 0.2 < status["t"] <= 0.007 + time.monotonic() - start
         it.do("step")
-        later = wait(it.board, "status", lambda now: now["t"] > status["t"])
+        later = wait(it.broadcast, "status", lambda now: now["t"] > status["t"])
         assert later["t"] == pytest.approx(status["t"] + 0.001)
         for n in (0, 1.5, True, "1", 1e9):
             it.do("step", n=n)
@@ -86,11 +86,11 @@ def test_real_time_pause_and_steps():
 
 
 def test_a_run_is_seen_from_its_first_moment():
-    with staged(scenario(**{"simulation.duration": 60.0})) as it:
+    with running_driver(scenario(**{"simulation.duration": 60.0})) as it:
         it.phase("ready")
         time.sleep(0.05)
         it.do("run")
-        first = wait(it.board, "frame", lambda frame: frame["n"] >= 0)
+        first = wait(it.broadcast, "frame", lambda frame: frame["n"] >= 0)
         assert first["t"] < 0.3  # s; it would be more if it waited as long as when nothing runs
 
 
@@ -107,7 +107,7 @@ def test_actions_are_shown_and_reported():
         it.do("target", position=[1.0, 0.32, 1.5], rpy=[0, 0, 0.05], duration=0.1)
         it.do("step", n=20)
         assert it.said() == []
-        status, frame = it.board.latest("status"), it.board.latest("frame")
+        status, frame = it.broadcast.latest("status"), it.broadcast.latest("frame")
         assert [cable["name"] for cable in status["cables"] if cable["broken"]] == ["cable_2"]
         assert [cable["name"] for cable in status["cables"] if cable["jammed"]] == ["cable_3"]
         assert frame["state"][1] == State.BROKEN
@@ -131,8 +131,8 @@ def test_actions_are_shown_and_reported():
         it.do("stop")
         it.do("step", n=2)
         it.said()
-        assert it.board.latest("status")["pushes"] == []
-        assert it.board.latest("frame")["force"] == [0.0, 0.0, 0.0]
+        assert it.broadcast.latest("status")["pushes"] == []
+        assert it.broadcast.latest("frame")["force"] == [0.0, 0.0, 0.0]
 
 
 def test_the_latest_events_are_always_shown(monkeypatch):
@@ -145,7 +145,7 @@ def test_the_latest_events_are_always_shown(monkeypatch):
             it.do("limits", tension_max=1000 + k)
             it.do("step")
             it.said()
-        events = it.board.latest("status")["events"]
+        events = it.broadcast.latest("status")["events"]
         assert "become max 1022 N" in events[-1]["text"]
         assert len(events) == 21
         assert events[0] == {"t": 0.002, "text": "3 earlier events"}
@@ -153,7 +153,7 @@ def test_the_latest_events_are_always_shown(monkeypatch):
 
 @pytest.fixture(scope="module")
 def shared():
-    with staged(scenario()) as it:
+    with running_driver(scenario()) as it:
         it.phase("ready")
         it.do("step", n=3)
         it.said()
@@ -190,7 +190,7 @@ def test_rejections_have_no_side_effects(shared, do, arguments, says):
     ((level, text),) = shared.said()
     assert level == "error"
     assert says in text, text
-    assert shared.board.latest("status")["events"] == []
+    assert shared.broadcast.latest("status")["events"] == []
     assert shared.log == []
 
 
@@ -203,13 +203,13 @@ def test_a_target_outside_the_frame_is_reported_and_reached():
         ((level, text),) = it.said()
         assert level == "warning"
         assert text.startswith("target: lies outside the frame: its anchors go from z = 3.5 to 3.5 m, and here z = 9 m")
-        assert "new target" in it.board.latest("status")["events"][-1]["text"]
+        assert "new target" in it.broadcast.latest("status")["events"][-1]["text"]
 
 
 def test_the_request_queue_of_windows_is_bounded():
     with staged(scenario()) as it:
         it.phase("ready")
-        it.show._jobs.put(lambda: time.sleep(0.2))
+        it.driver._jobs.put(lambda: time.sleep(0.2))
         for _ in range(300):
             it.do("step")
         told = it.said()
@@ -221,20 +221,20 @@ def test_the_request_queue_of_windows_is_bounded():
 
 @pytest.mark.slow
 def test_it_closes_whatever_it_does():
-    with staged(scenario(**{"simulation.duration": 600.0})) as it:
+    with running_driver(scenario(**{"simulation.duration": 600.0})) as it:
         it.phase("ready")
         it.do("speed", value=None)
         it.do("run")
         it.phase("running")
-    it.show._thread.join(PATIENCE)  # what it does just now may be to compile, on a busy machine
-    assert not it.show._thread.is_alive()
-    with staged(scenario()) as it:
+    it.driver._thread.join(PATIENCE)  # what it does just now may be to compile, on a busy machine
+    assert not it.driver._thread.is_alive()
+    with running_driver(scenario()) as it:
         known = it.phase("ready").keys()
-        it.show.nothing()
+        it.driver.nothing()
         assert it.phase("failed").keys() == known
         it.do("run")
         assert "not simulated: correct the errors" in it.said()[0][1]
     with staged():
         pass
-    with staged(scenario()):
+    with running_driver(scenario()):
         pass  # while it builds

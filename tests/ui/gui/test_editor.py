@@ -1,4 +1,4 @@
-"""The desk: opening, editing, undoing, and the scenario that comes of it."""
+"""The editor: opening, editing, undoing, and the scenario that comes of it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from desk_cases import SCENARIOS, caroca_in
+from editor_cases import SCENARIOS, caroca_in
 
 from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.scenario import load_scenario

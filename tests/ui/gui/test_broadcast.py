@@ -1,4 +1,4 @@
-"""The board between the simulation and its windows: bounded whatever windows do."""
+"""The broadcast between the simulation and its windows: bounded whatever windows do."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from cdpr.ui.gui.broadcast import KINDS, Broadcast, encoded
 
 
 def test_a_slow_window_gets_the_newest_alone():
-    board = Broadcast()
-    board.curves.begin({"tension": (1, 3)}, 10)
-    reader = board.join()
+    broadcast = Broadcast()
+    broadcast.curves.begin({"tension": (1, 3)}, 10)
+    reader = broadcast.join()
     texts = iter(reader)
     for n in range(1000):
-        board.put({"kind": "frame", "n": n})
-        board.put({"kind": "message", "n": n})
-    board.put({"kind": "hello"})
+        broadcast.put({"kind": "frame", "n": n})
+        broadcast.put({"kind": "message", "n": n})
+    broadcast.put({"kind": "hello"})
     first = [next(texts) for _ in range(2)]
     assert first == [encoded({"kind": "hello"}), encoded({"kind": "frame", "n": 999})]
-    board.curves.add(np.ones((3, 2)))
-    with board.changed:
-        board.curves.show()
+    broadcast.curves.add(np.ones((3, 2)))
+    with broadcast.changed:
+        broadcast.curves.show()
     rest = [next(texts) for _ in range(51)]  # an empty `samples`, and the last of the messages
     assert '"samples"' in rest[0]
     assert rest[-1] == encoded({"kind": "message", "n": 999})
     assert '"t":[1.0,1.0,1.0]' in next(texts)
-    late = iter(board.join())
+    late = iter(broadcast.join())
     assert next(late) == encoded({"kind": "hello"})
-    board.leave(reader)
+    broadcast.leave(reader)
     assert list(texts) == []
 
 

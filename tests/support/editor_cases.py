@@ -1,4 +1,4 @@
-"""A scenario with its robot in a folder of its own, for the desk to edit."""
+"""A scenario with its robot in a folder of its own, for the editor to edit."""
 
 from __future__ import annotations
 
