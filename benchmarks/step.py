@@ -60,7 +60,7 @@ def one_run(kind: Kind, steps: list[float], pinvs: list[float]) -> None:
     if kind.interpreted:
         vars(parts.controller)["control"] = parts.controller.control  # for what is put in by hand no kernel speaks
     loop = Loop(parts)
-    assert ("controller" in loop.program.interpreted) == kind.interpreted
+    assert ("controller" in loop.pipeline.interpreted) == kind.interpreted
     loop.warm_up(scenario.initial.state())
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(make_header(scenario), scenario.simulation.steps, Path(folder))
@@ -126,22 +126,22 @@ def part_costs(backend: str) -> dict[str, float]:
     still = parts.backend.snapshot()
 
     def cost(operations: list[Operation]) -> float:
-        program = Pipeline(operations, [], loop.row, 0.0)
-        program.rows, program.due = rows, -1
+        pipeline = Pipeline(operations, [], loop.row, 0.0)
+        pipeline.rows, pipeline.due = rows, -1
 
         def go() -> None:
-            program.look(program.count + STEPS)
+            pipeline.run_until(pipeline.count + STEPS)
 
         return share(go, STEPS, loop.W, lambda: parts.backend.restore(still))
 
-    done = [act for act in loop.program.operations if act.name and not act.due]
+    done = [operation for operation in loop.pipeline.operations if operation.name and not operation.due]
     # The plant comes last: only it moves something, above all its clock, which must not be found to go wrong.
-    names = sorted(dict.fromkeys(act.name for act in done), key=lambda name: name == "backend")
+    names = sorted(dict.fromkeys(operation.name for operation in done), key=lambda name: name == "backend")
     row = cost([])
     shares: dict[str, float] = {}
     for name in names:
-        told = f"{name} (Python)" if name in loop.program.interpreted else name
-        shares[told] = cost([act for act in done if act.name == name]) - row
+        told = f"{name} (Python)" if name in loop.pipeline.interpreted else name
+        shares[told] = cost([operation for operation in done if operation.name == name]) - row
     return {**shares, "row": row, "log": log / median(pinv_cost(loop.W) for _ in range(30))}
 
 

@@ -30,6 +30,10 @@ OWN_DISTRIBUTION = "cdpr"
 DISABLE = "CDPR_DISABLE_PLUGINS"
 
 
+# Methods of backends under their names in earlier checkouts, which the loop no longer calls.
+RENAMED_METHODS = {"acts": "operations", "engine_acts": "engine_operations"}
+
+
 @dataclass(frozen=True)
 class Registered:
     """Plugin with the distribution, file or module that provides it; classes that are not installed are included."""
@@ -87,12 +91,19 @@ class Registered:
         factory = self.load()
         try:
             with hushed():
-                return with_arrays(factory(*arguments), self.info.columns, arguments)
+                made = factory(*arguments)
+                self._reject_old_names(made)
+                return with_arrays(made, self.info.columns, arguments)
         except (CdprError, KeyboardInterrupt):
             raise
         except BaseException as error:
             where = self.place(error)
             raise PluginError(f"{self.role} '{self.info.name}' cannot be created: {one_line(error)}{where}") from error
+
+    def _reject_old_names(self, made: object) -> None:
+        for old, new in RENAMED_METHODS.items() if self.role == "backend" else ():
+            if callable(getattr(type(made), old, None)):
+                raise PluginError(f"backend '{self.info.name}': method '{old}' is not used: rename it to '{new}'")
 
     @property
     def file(self) -> str | None:

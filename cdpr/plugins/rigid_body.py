@@ -137,7 +137,7 @@ class RigidBodyBackend(Backend):
         engine = (
             self.engine_operations() if speaks_for(self.engine_operations, self.advance) else [self.advance, self.read]
         )
-        return [act for _ in range(n) for act in (self._pull, *engine)] + [self._publish]
+        return [operation for _ in range(n) for operation in (self._pull, *engine)] + [self._publish]
 
     def engine_operations(self) -> Operations:
         """Return the operations of `advance` and then `read`, as in `operations`; kernels may replace them."""

@@ -12,8 +12,8 @@ from cdpr.cables.tables import line_table
 from cdpr.fmu.export import Control
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
+from cdpr.native.exported_pipeline import ANSWER, FINITE, IGNORED, Call, ExportedPipeline, Link, Translation
 from cdpr.native.own import Own
-from cdpr.native.program import ANSWER, FINITE, IGNORED, Call, Link, Program, Translation
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
@@ -30,7 +30,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
 
     Args:
         scenario: scenario.
-        motion: True if the program's last operation writes the desired motion, for the calling code.
+        motion: True if the pipeline's last operation writes the desired motion, for the calling code.
 
     Raises:
         CdprError: if controller or solver has no compiled operation, or the scenario has a feature that exported FMUs
@@ -56,13 +56,13 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
             names.append(scenario.solver.type)
         desired = np.zeros(19)
         scenario.desired.sampler(desired)(0.0)
-        program, own = _program(scenario, controller, solver, motion)
+        pipeline, own = _pipeline(scenario, controller, solver, motion)
         tunable = controller.tunable()
         return Control(
             names=names,
             options={name: np.array(each.value, dtype=float) for name, each in tunable.items()},
             robot=scenario.controlled_robot,
-            program=program,
+            pipeline=pipeline,
             own=own,
             control_step=step,
             desired=desired,
@@ -71,10 +71,10 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
         controller.close()
 
 
-def _program(
+def _pipeline(
     scenario: Scenario, controller: Controller, solver: TensionSolver | None, motion: bool
-) -> tuple[Program, Mapping[str, Own]]:
-    """Return the program of a control step, and the operations that are not in the kernel library."""
+) -> tuple[ExportedPipeline, Mapping[str, Own]]:
+    """Return the pipeline of a control step, and the operations that are not in the kernel library."""
     robot = scenario.controlled_robot
     state, desired, measured = np.zeros(13), np.zeros(19), np.zeros((2, robot.m))
     live = Present.of(robot.m)
@@ -98,11 +98,13 @@ def _program(
     ]
     named = {"state": state, "desired": desired, "tension": live.tension, "report": live.report, "lines": lines}
     translation = Translation(named, shared=("lines",))
-    program = translation.translate(calls, [Call(scenario.desired.sampler(desired))] if motion else [])
+    pipeline = translation.translate(calls, [Call(scenario.desired.sampler(desired))] if motion else [])
     for name, tunable in controller.tunable().items():
         array, place = translation.where(tunable.array)
-        program.links.append(Link(f"controller.{name}", 0, tunable.array.size, array, place, per_step=tunable.per_step))
-    return program, own
+        pipeline.links.append(
+            Link(f"controller.{name}", 0, tunable.array.size, array, place, per_step=tunable.per_step)
+        )
+    return pipeline, own
 
 
 def _stage(scenario: Scenario, solver: TensionSolver, live: Present) -> TensionStage:
@@ -146,8 +148,10 @@ def _own_entry(role: str, plugin: Controller | TensionSolver, bound: Any, own: d
 def _calls(operations: Sequence[Operation], solver: TensionSolver | None, own: dict[str, Own]) -> list[Call]:
     """Return the operations of a stage as calls."""
     calls = []
-    for act in operations:
-        vital = IGNORED if act.refused is None else ANSWER
-        entry = _own_entry("solver", solver, act.do, own) if act.name == "solver" and solver is not None else ""
-        calls.append(Call(act.do, vital, act.skip, act.mend, entry))
+    for operation in operations:
+        vital = IGNORED if operation.refused is None else ANSWER
+        entry = (
+            _own_entry("solver", solver, operation.do, own) if operation.name == "solver" and solver is not None else ""
+        )
+        calls.append(Call(operation.do, vital, operation.skip, operation.mend, entry))
     return calls

@@ -29,7 +29,7 @@ class ClosedLoop(Protocol):
     """Loop with an external command in place of its controller or solver."""
 
     parts: Parts
-    program: Pipeline
+    pipeline: Pipeline
     stage: Stage
     advancing: list[Operation]
     row: Array
@@ -52,18 +52,18 @@ class Command:
         kind: name of the command.
         values: (6,) wrench in N and N m, or (m,) tensions in N; the pipeline reads them here.
         stage: distribution of the wrench, or check of the tensions.
-        program: steps in which they replace the answer.
+        pipeline: steps in which they replace the answer.
         take: operation that checks and copies values, and records them for a number of `steps`.
     """
 
-    __slots__ = ("_record", "_steps", "kind", "program", "stage", "steps", "take", "values")
+    __slots__ = ("_record", "_steps", "kind", "pipeline", "stage", "steps", "take", "values")
 
-    def __init__(self, kind: Kind, values: Array, stage: Stage, program: Pipeline, record: Record) -> None:
-        self.kind, self.values, self.stage, self.program = kind, values, stage, program
+    def __init__(self, kind: Kind, values: Array, stage: Stage, pipeline: Pipeline, record: Record) -> None:
+        self.kind, self.values, self.stage, self.pipeline = kind, values, stage, pipeline
         self._record, self._steps, self.steps = record, np.ones(1, dtype=np.int64), 1
         table, used = record.table(kind, len(values))
         given = {"given": np.zeros_like(values), "values": values}
-        live = {"standing": program.standing[0], "steps": self._steps}
+        live = {"standing": pipeline.standing[0], "steps": self._steps}
         self.take = bind("record_command", **given, record=table, used=used, **live).on
 
     def last(self, steps: int) -> None:
@@ -91,9 +91,9 @@ class ExternalCommands:
         self._last: Command | None = None  # for commands after the first sample
 
     @property
-    def programs(self) -> Iterator[Pipeline]:
+    def pipelines(self) -> Iterator[Pipeline]:
         """Return all pipelines made so far."""
-        return (command.program for command in self._made.values())
+        return (command.pipeline for command in self._made.values())
 
     def give(self, kind: Kind, values: ArrayLike, steps: int) -> Pipeline:
         """Return the pipeline with this wrench (6,) or these tensions (m,), copied and recorded for `steps`.
@@ -108,15 +108,15 @@ class ExternalCommands:
             command.last(steps)
         try:
             if not command.take(GIVEN, values):
-                return command.program
+                return command.pipeline
         except (TypeError, ValueError):  # another type, shape or memory layout
             pass
         command.take_checked(values)
-        return command.program
+        return command.pipeline
 
     def command(self, kind: Kind) -> Command:
         """Return the command for the present sample."""
-        loop, first = self._loop, self._loop.program.count == 0
+        loop, first = self._loop, self._loop.pipeline.count == 0
         found = self._made.get((kind, first))
         if found is None:
             found = self._made[kind, first] = self._make(kind, first)
@@ -138,8 +138,8 @@ class ExternalCommands:
         if stage is not loop.stage:
             before = [] if first else self._following(stage)
             deciding = [*before, *deciding, *self._following(loop.stage)]
-        program = Pipeline(deciding, loop.advancing, loop.row, loop.parts.control_step, loop.program)
-        return Command(kind, values, stage, program, self._record)
+        pipeline = Pipeline(deciding, loop.advancing, loop.row, loop.parts.control_step, loop.pipeline)
+        return Command(kind, values, stage, pipeline, self._record)
 
     def _stage(self, kind: Kind) -> Stage:
         output: Output = "wrench" if kind == "wrench" else "command"

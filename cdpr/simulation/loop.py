@@ -51,7 +51,7 @@ class Loop:
 
     Attributes:
         parts: parts of the loop.
-        program: pipeline of a step.
+        pipeline: pipeline of a step.
         stage: distribution of the controller's wrench, or check of its commands.
         advancing: operations that take the plant to the next sample.
         row: present sample, columns as `cdpr.log.layout` defines; the parts work on views of it.
@@ -82,12 +82,12 @@ class Loop:
     @property
     def count(self) -> int:
         """Return the number of complete samples."""
-        return self.program.count
+        return self.pipeline.count
 
     @property
     def time(self) -> float:
         """Return the time of the present sample, s."""
-        return self.program.time
+        return self.pipeline.time
 
     def warm_up(self, start: Array) -> None:
         """Call every part once and reset all of them to `start` (13,).
@@ -125,7 +125,7 @@ class Loop:
     def _try_control(self) -> None:
         parts = self.parts
         self.out[:] = np.nan
-        perform(self.program.operations[:1])
+        perform(self.pipeline.operations[:1])
         if np.isnan(self.out).all():
             raise PluginError(
                 f"the controller wrote no {parts.output}, or NaN: `control` must write into the array it is given"
@@ -148,11 +148,11 @@ class Loop:
         """
         self.write_to(rows)
         self.last = last
-        self.program.place = 0, 0, 0.0, 0
+        self.pipeline.place = 0, 0, 0.0, 0
         self._first()
-        self.program.due = self.schedule.begin()
+        self.pipeline.due = self.schedule.begin()
         self.row[0] = 0.0
-        if self.program.due == 0:
+        if self.pipeline.due == 0:
             self._happen()
         self._refresh()
         self.sample(0.0)
@@ -162,13 +162,13 @@ class Loop:
         self.parts = replace(self.parts, events=tuple(events), trajectory=motion)
         self.sample = motion.sampler(self.desired)
         self.schedule.plan(events)
-        self._plan(self.program)
+        self._plan(self.pipeline)
 
     def follow(self, motion: Trajectory) -> bool:
         """Follow another motion from the next sample on; return False if its sampler needs Python."""
         self.sample = motion.sampler(self.desired)
         before, self.advancing[-1] = self.advancing[-1], Operation("trajectory", self.sample, timed=True)
-        return all(program.swap(before, self.advancing[-1]) for program in self._programs())
+        return all(pipeline.swap(before, self.advancing[-1]) for pipeline in self._pipelines())
 
     def join(self, event: ScenarioEvent) -> None:
         """Apply an event, already added by `revise`, at the present sample before its decision."""
@@ -179,29 +179,29 @@ class Loop:
 
     def push(self) -> None:
         """Update the external wrench of the present sample from the events."""
-        self.program.due = self.schedule.push(self.count)
+        self.pipeline.due = self.schedule.push(self.count)
 
     def write_to(self, rows: Array) -> None:
         """Write the samples into `rows` from now on."""
-        for program in self._programs():
-            if program.rows is not rows:
-                program.rows = rows
+        for pipeline in self._pipelines():
+            if pipeline.rows is not rows:
+                pipeline.rows = rows
 
     def decide(self, given: Pipeline | None = None) -> None:
         """Complete the present sample; with the pipeline of an external command, if given."""
         if given is None and self._playback is not None:
             given = self._playback.at(self.count)
         if given is None:
-            self.program.decide()
+            self.pipeline.decide()
         else:
             try:
                 given.decide()
             finally:
-                self.program.stand()
+                self.pipeline.mark_complete()
 
     def advance(self) -> None:
         """Take the plant to the next sample, and observe it."""
-        self.program.look(self.count)
+        self.pipeline.run_until(self.count)
 
     def run(
         self,
@@ -231,20 +231,20 @@ class Loop:
 
     def go(self, k: int, pace: Pace, given: Pipeline | None = None) -> None:
         """Complete the samples before sample k, and observe that one; errors as for `run`, `given` as for `decide`."""
-        program, most = given or self.program, 1
+        pipeline, most = given or self.pipeline, 1
         try:
-            while (count := program.count) < k:
+            while (count := pipeline.count) < k:
                 if given is None and self._playback is not None:
                     self.decide()
                     self.advance()
                 elif k - count == 1:
-                    program.look(k)
+                    pipeline.run_until(k)
                 else:
                     start = monotonic()
-                    program.look(min(k, max(pace.count, count + 1), count + most))
+                    pipeline.run_until(min(k, max(pace.count, count + 1), count + most))
                     most = min(2 * most, pace.block) if monotonic() - start < BRIEF else max(most // 2, 1)
-                if program.count >= pace.count or monotonic() > pace.due:
-                    pace.after(program.count, program.time)
+                if pipeline.count >= pace.count or monotonic() > pace.due:
+                    pace.after(pipeline.count, pipeline.time)
         except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs as much as a single step
             raise self._dated(stop) from stop
 
@@ -259,9 +259,9 @@ class Loop:
     def _dated(self, stop: SimulationStopped | PluginError) -> SimulationStopped | PluginError:
         return type(stop)(f"t = {self.time:.6g} s: {stop}")
 
-    def _programs(self) -> Iterator[Pipeline]:
-        yield self.program
-        yield from self.outside.programs
+    def _pipelines(self) -> Iterator[Pipeline]:
+        yield self.pipeline
+        yield from self.outside.pipelines
 
     def snapshot(self) -> Moment:
         """Return a snapshot of the loop, taken between two samples.
@@ -269,7 +269,7 @@ class Loop:
         Raises:
             PluginError: if a part does not support it.
         """
-        return self._memory.take(self.program.place)
+        return self._memory.take(self.pipeline.place)
 
     @property
     def memory(self) -> tuple[Array, ...] | None:
@@ -286,12 +286,12 @@ class Loop:
             PluginError: if a part does not support it.
         """
         self._memory.put_back(snapshot)
-        self.program.place = snapshot.place
+        self.pipeline.place = snapshot.place
         self._refresh()
 
     def close(self) -> None:
         """Release all parts: operations and loop refer to each other, and many loops are made one after another."""
-        vars(self.program).clear()
+        vars(self.pipeline).clear()
         vars(self).clear()
 
     def stage_of(self, output: Output) -> TensionStage | CommandStage:
@@ -338,7 +338,7 @@ class Loop:
         ]
         checking = Operation("controller", bind("not_finite", values=self.out), self._refuse_output)
         operations = [deciding, checking, *self.through(self.stage)]
-        self.program = Pipeline(operations, self.advancing, self.row, parts.control_step, before)
+        self.pipeline = Pipeline(operations, self.advancing, self.row, parts.control_step, before)
         self.outside = ExternalCommands(self, self._record)
         playback = Playback(parts.events, parts.control_step, self.outside.command)
         self._playback = playback if playback else None
@@ -352,20 +352,20 @@ class Loop:
 
     def _happen(self) -> None:
         """Apply the events that are due at the present sample."""
-        self.program.due = self.schedule.act(self.count)
+        self.pipeline.due = self.schedule.apply(self.count)
         self._refresh()
 
     def _refresh(self) -> None:
         """Update for all operations whether they run from now on."""
-        for program in self._programs():
-            program.refresh()
+        for pipeline in self._pipelines():
+            pipeline.refresh()
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state
         perform(self._looking_first)
 
     def _check(self, fault: int) -> None:
-        parts, k, rows = self.parts, self.count, self.program.rows
+        parts, k, rows = self.parts, self.count, self.pipeline.rows
         state = self.layout.span("position", "angular_velocity")
         before = rows[(k - 1) % len(rows), state] if k else None
         raise Diverged(told(fault, parts.robot, parts.nominal, parts.backend.state, before, parts.control_step))

@@ -19,7 +19,7 @@ from cdpr.tension.stage import TensionStage
 class Moment:
     """Copy of the complete state of a loop."""
 
-    place: tuple[int, int, float, int]  # as `Program.place`
+    place: tuple[int, int, float, int]  # as `Pipeline.place`
     live: Saved
     own: list[Any]  # of the parts
 

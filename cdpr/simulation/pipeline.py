@@ -17,7 +17,6 @@ from cdpr.base.errors import CdprError, Infeasible
 from cdpr.model.robot import Array
 from cdpr.native.bind import Compiled, bind
 from cdpr.simulation.step_kernel import (
-    ACT,
     ALWAYS,
     CALLED,
     DUE,
@@ -25,9 +24,10 @@ from cdpr.simulation.step_kernel import (
     GIVEN,
     KEEP,
     LAST,
-    LAST_ACT,
+    LAST_OPERATION,
     MENDS,
     NEVER,
+    OPERATION,
     PYTHON,
     REACHED,
     SAMPLE,
@@ -59,7 +59,7 @@ class Pipeline:
         beside: another pipeline of the same run, with which this one shares position, time and rows.
 
     Attributes:
-        acts: all operations, in order.
+        operations: all operations, in order.
         due: next sample at which something is due.
     """
 
@@ -73,24 +73,26 @@ class Pipeline:
     ) -> None:
         self.operations = (*deciding, COMPLETE, NEXT, *advancing)
         self._complete = len(deciding)
-        known = {id(act.do): bound(act.do) for act in self.operations}  # some occur more than once
-        self._bound = [known[id(act.do)] for act in self.operations]
+        known = {id(operation.do): bound(operation.do) for operation in self.operations}  # some occur more than once
+        self._bound = [known[id(operation.do)] for operation in self.operations]
         self._table = np.zeros((len(self.operations), 1 + SKIP), dtype=np.int64)
-        for line, act, found in zip(self._table, self.operations, self._bound, strict=True):
+        for line, operation, found in zip(self._table, self.operations, self._bound, strict=True):
             if found is not None:
                 line[: GIVEN + 1] = found.operation, found.place
-                mend = None if act.mend is None else bound(act.mend)  # the operation keeps it alive
+                mend = None if operation.mend is None else bound(operation.mend)  # the operation keeps it alive
                 if mend is not None:
-                    line[MENDS:] = mend.operation, mend.place, act.skip
+                    line[MENDS:] = mend.operation, mend.place, operation.skip
         self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
         pairs = list(zip(self.operations, self._bound, strict=True))
-        self._plain = [(act.do, act.timed) if found is None and act.plain else None for act, found in pairs] + [None]
+        self._plain = [
+            (operation.do, operation.timed) if found is None and operation.plain else None for operation, found in pairs
+        ] + [None]
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
         self._row, self._period, self._rows = row, period, np.zeros((1, len(row)))
-        self._turn: Callable[[], int]
-        self._apart = False
+        self._run_compiled: Callable[[], int]
+        self._without_gil = False
         if beside is not None:
-            self._place, self._time, self._apart = beside._place, beside._time, beside._apart
+            self._place, self._time, self._without_gil = beside._place, beside._time, beside._without_gil
             self.rows = beside.rows
         # An index into a numpy array costs a tenth of a turn to Python.
         self._at, self._now = self._place.data, self._time.data
@@ -100,7 +102,13 @@ class Pipeline:
     def interpreted(self) -> tuple[str, ...]:
         """Return the owners of operations that Python runs, each once."""
         operations = zip(self.operations, self._bound, strict=True)
-        return tuple(dict.fromkeys(act.name for act, found in operations if found is None and act.name and not act.due))
+        return tuple(
+            dict.fromkeys(
+                operation.name
+                for operation, found in operations
+                if found is None and operation.name and not operation.due
+            )
+        )
 
     @property
     def count(self) -> int:
@@ -133,7 +141,7 @@ class Pipeline:
             raise CdprError(f"rows: expected a float64 table of at least {width} columns, got {np.shape(rows)}")
         self._rows = rows
         self._whole = whole = bind(
-            "proceed",
+            "step_kernel",
             table=self._table,
             place=self._place,
             time=self._time,
@@ -141,16 +149,16 @@ class Pipeline:
             rows=rows,
             period=self._period,
         )
-        self._turn = whole.unlocked if self._apart else whole
+        self._run_compiled = whole.unlocked if self._without_gil else whole
 
     @property
     def place(self) -> tuple[int, int, float, int]:
         """Return the position: sample, operation, time (s), and the sample at which something is due."""
-        return self.count, int(self._place[ACT]), self.time, self.due
+        return self.count, int(self._place[OPERATION]), self.time, self.due
 
     @place.setter
     def place(self, place: tuple[int, int, float, int]) -> None:
-        self._place[[SAMPLE, ACT]] = place[:2]
+        self._place[[SAMPLE, OPERATION]] = place[:2]
         self._time[0], self.due = place[2:]
 
     @property
@@ -165,22 +173,22 @@ class Pipeline:
 
     @property
     def standing(self) -> tuple[NDArray[np.int64], Array]:
-        """Return the live arrays of position and time, as arguments of `proceed`."""
+        """Return the live arrays of position and time, as arguments of `step_kernel`."""
         return self._place, self._time
 
     @property
     def when(self) -> NDArray[np.int64]:
-        """Return the live array of the samples at which each operation is due, as an argument of `proceed`."""
+        """Return the live array of the samples at which each operation is due, as an argument of `step_kernel`."""
         return self._table[:, WHEN]
 
-    def apart(self) -> None:
+    def release_gil(self) -> None:
         """Release the GIL during compiled code."""
-        self._apart = True
+        self._without_gil = True
         self.rows = self._rows
 
-    def swap(self, act: Operation, other: Operation) -> bool:
-        """Replace an act by another one; return False if either needs Python."""
-        at, found = self.operations.index(act), bound(other.do)
+    def swap(self, operation: Operation, other: Operation) -> bool:
+        """Replace an operation by another one; return False if either needs Python."""
+        at, found = self.operations.index(operation), bound(other.do)
         if found is None or self._bound[at] is None:
             return False
         self.operations = (*self.operations[:at], other, *self.operations[at + 1 :])
@@ -190,30 +198,32 @@ class Pipeline:
 
     def refresh(self) -> None:
         """Update for all operations whether they run from now on."""
-        for line, act in zip(self._table, self.operations, strict=True):
-            line[WHEN] = DUE if act.due else NEVER if act.when is not None and not act.when() else ALWAYS
+        for line, operation in zip(self._table, self.operations, strict=True):
+            line[WHEN] = (
+                DUE if operation.due else NEVER if operation.when is not None and not operation.when() else ALWAYS
+            )
 
-    def look(self, sample: int, act: int = 0) -> None:
+    def run_until(self, sample: int, operation: int = 0) -> None:
         """Continue until a sample is observed and not yet decided, or until this operation of it is next."""
         at = self._at
-        at[LAST], at[LAST_ACT] = sample, act
-        if (code := self._turn()) != REACHED:
-            self._go(code)
+        at[LAST], at[LAST_OPERATION] = sample, operation
+        if (code := self._run_compiled()) != REACHED:
+            self._serve_python(code)
 
     def decide(self) -> None:
         """Complete the present sample."""
-        self.look(self.count + 1, self._complete + 1)
+        self.run_until(self.count + 1, self._complete + 1)
 
-    def stand(self) -> None:
+    def mark_complete(self) -> None:
         """Take the position after a sample that a pipeline beside this one has completed."""
-        self._place[ACT] = self._complete + 1
+        self._place[OPERATION] = self._complete + 1
 
-    def _go(self, code: int) -> None:
+    def _serve_python(self, code: int) -> None:
         """Serve a return of the compiled code in Python, and continue."""
-        operations, plain, turn = self.operations, self._plain, self._turn
+        operations, plain, turn = self.operations, self._plain, self._run_compiled
         place, time = self._at, self._now
         while code != REACHED:
-            at = place[ACT]
+            at = place[OPERATION]
             try:
                 if code != PYTHON:
                     at += 1 + operations[at].meet(code)
@@ -227,11 +237,11 @@ class Pipeline:
                 tell(operations[at + 1 : self._complete], self.time)
                 self._keep()
                 raise
-            place[ACT] = at
+            place[OPERATION] = at
             code = turn()
 
     def _keep(self) -> None:
         """Store the row of a complete sample."""
         count = self.count
         self._rows[count % len(self._rows)] = self._row
-        self._place[[SAMPLE, ACT]] = count + 1, self._complete + 1
+        self._place[[SAMPLE, OPERATION]] = count + 1, self._complete + 1

@@ -34,4 +34,4 @@ class Playback:
         span = self._spans[i][2]
         command = self._command(span.kind)
         command.values[:] = span.values
-        return command.program
+        return command.pipeline

@@ -277,7 +277,7 @@ class Runner:
             timings={"setup_s": self._started - self._begun, "loop_s": looped - self._started},
             unused=self.scenario.unused,
             plugins=plugins,
-            interpreted=None if self.loop is None else self.loop.program.interpreted,
+            interpreted=None if self.loop is None else self.loop.pipeline.interpreted,
             folder=None if self.folder is None or going_on else str(self.folder.path),
             counted=counted,
             clearance=clearance,

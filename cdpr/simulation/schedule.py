@@ -97,9 +97,9 @@ class Schedule:
             return list(stage.operations)
         unasked = bind("power_off", wrench=stage.live.wrench, status=stage.live.status)
         return [
-            *(act._replace(when=lambda: self._power) for act in stage.operations),
+            *(each._replace(when=lambda: self._power) for each in stage.operations),
             Operation("distribution", unasked, when=lambda: not self._power),
-            *(act._replace(when=lambda: self._imposing) for act in stage.imposing),
+            *(each._replace(when=lambda: self._imposing) for each in stage.imposing),
         ]
 
     def snapshot(self) -> object:
@@ -115,7 +115,7 @@ class Schedule:
             self._settings.restore(settings)
 
     def begin(self) -> int:
-        """Reset everything; return the sample at which `act` is due, or NEVER."""
+        """Reset everything; return the sample at which `apply` is due, or NEVER."""
         self._imposing, self._power = False, True
         self._stage.cables.put(self._first)
         self._locked[:] = False
@@ -132,7 +132,7 @@ class Schedule:
             self._stage.impose()
             self._write_loads(0)
 
-    def act(self, k: int) -> int:
+    def apply(self, k: int) -> int:
         """Apply the events due at sample k, before it is computed; return the next sample that is due."""
         for do in self._todo.get(k, ()):
             do()

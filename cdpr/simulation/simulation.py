@@ -183,7 +183,7 @@ class Simulation(Branches):
         if type(n) is not int or n < 1:
             n = _steps(n)
         with self._stepping:
-            first, last = self._loop.program.count, self._last
+            first, last = self._loop.pipeline.count, self._last
             if first > last or self._runner.run is not None:
                 self._ready()
             until = first + n

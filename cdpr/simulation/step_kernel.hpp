@@ -20,7 +20,7 @@ enum { PYTHON = 1 << 29, REACHED = 1 << 30 };
 enum When : int64_t { NEVER, ALWAYS, DUE };
 
 // One row of the table.
-struct Act {
+struct ListedOperation {
     int64_t operation;  // 0: Python's turn; or one of the two below
     int64_t place;
     int64_t when;
@@ -34,68 +34,69 @@ struct Act {
 
 // Position in the run.
 struct Standing {
-    int64_t sample, act;     // the next ones
-    int64_t last, last_act;  // stop before these
-    int64_t due;             // sample at which an event is due
+    int64_t sample, operation;     // the next ones
+    int64_t last, last_operation;  // stop before these
+    int64_t due;                   // sample at which an event is due
 };
 
-struct Proceed {
-    const int64_t* table;  // (acts, 6), rows as Act
+struct StepKernel {
+    const int64_t* table;  // (operations, 6), rows as ListedOperation
     int64_t* place;        // (5), as Standing
     double* time;          // (1), of the sample, s
     const double* row;     // (w), the present sample
     double* rows;          // (n, v), v >= w: sample k goes to row k % n
     double period;         // s
-    int64_t acts;
+    int64_t operations;
     int64_t w;
     int64_t n;
     int64_t v;
     static constexpr char fields[] =
-        "table(acts, 6), both place(5), both time(1), row(w), both rows(n >= 1, v), period, acts, w, n, v";
+        "table(operations, 6), both place(5), both time(1), row(w), both rows(n >= 1, v), period, operations, w, n, v";
 };
 
-// Call an operation; return its code, 0 if it was handled, and then add to `act` the number of operations to skip.
-CDPR_INLINE int call_act(const Act& called, double time, int64_t& act) {
+// Call an operation; return its code, 0 if it was handled, and then add to `operation` the number of operations to
+// skip.
+CDPR_INLINE int call_listed(const ListedOperation& called, double time, int64_t& operation) {
     const int code = call_at(called.operation, called.place, time);
     if (code == 0) return 0;
     if (called.mends == 0 || call_at(called.mends, called.mends_place, double(code)) != 0) return code;
-    act += called.skip;
+    operation += called.skip;
     return 0;
 }
 
 // Call operations from the present position on; return REACHED, PYTHON, or the code of the operation at which it
 // stopped.
-inline int proceed(Proceed& loop) {
-    const Act* const acts = reinterpret_cast<const Act*>(loop.table);
+inline int step_kernel(StepKernel& loop) {
+    const ListedOperation* const operations = reinterpret_cast<const ListedOperation*>(loop.table);
     Standing& standing = *reinterpret_cast<Standing*>(loop.place);
-    int64_t sample = standing.sample, act = standing.act;
+    int64_t sample = standing.sample, operation = standing.operation;
     int code = 0;
     while (true) {
-        if (act >= loop.acts) act = 0;
-        if (sample == standing.last && act == standing.last_act) {
+        if (operation >= loop.operations) operation = 0;
+        if (sample == standing.last && operation == standing.last_operation) {
             code = REACHED;
             break;
         }
-        const Act& next = acts[act];
+        const ListedOperation& next = operations[operation];
         if (next.when == ALWAYS || (next.when == DUE && sample == standing.due)) {
-            if (next.operation == Act::KEEP) {
+            if (next.operation == ListedOperation::KEEP) {
                 double* kept = loop.rows + (sample % loop.n) * loop.v;
                 for (int64_t i = 0; i < loop.w; i++) kept[i] = loop.row[i];
                 sample++;
-            } else if (next.operation == Act::TICK) {
+            } else if (next.operation == ListedOperation::TICK) {
                 *loop.time = double(sample) * loop.period;
             } else if (next.operation == 0) {
                 code = PYTHON;
                 break;
             } else {
-                code = call_act(next, *loop.time, act);
+                code = call_listed(next, *loop.time, operation);
                 if (code != 0) break;
             }
         }
-        act++;
+        operation++;
     }
     standing.sample = sample;
-    standing.act = act;
+    standing.operation = operation;
     return code;
 }
 

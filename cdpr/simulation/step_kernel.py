@@ -13,4 +13,4 @@ KEEP, TICK = 1, 2  # markers without a function: the sample is complete; the tim
 
 # Position: the next sample and operation, the sample and operation at which to stop, and the sample at which something
 # is due.
-SAMPLE, ACT, LAST, LAST_ACT, DUE_AT = range(5)
+SAMPLE, OPERATION, LAST, LAST_OPERATION, DUE_AT = range(5)

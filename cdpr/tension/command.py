@@ -28,7 +28,7 @@ class CommandStage:
 
     Attributes:
         command: (m,), output of the controller, N. Commands of locked cables, whose limits are equal, are ignored.
-        acts: operations of `distribute` in order; `imposing` likewise.
+        operations: those of `distribute` in order; `imposing` likewise.
         live, cables: as given.
     """
 

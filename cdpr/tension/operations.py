@@ -58,6 +58,6 @@ def perform(operations: Sequence[Operation], time: float = 0.0) -> None:
 
 def tell(operations: Sequence[Operation], time: float) -> None:
     """Execute the operations that report on a sample without tensions."""
-    for act in operations:
-        if act.telling:
-            act(time)
+    for operation in operations:
+        if operation.telling:
+            operation(time)

@@ -80,7 +80,7 @@ class TensionStage:
 
     Attributes:
         live, cables: as given.
-        acts: operations of `distribute` in order; `imposing` likewise.
+        operations: those of `distribute` in order; `imposing` likewise.
     """
 
     def __init__(

@@ -17,9 +17,9 @@ from cdpr.fmu.export import Controller
 from cdpr.native import get_include
 from cdpr.native.bind import bind
 from cdpr.native.entries import entry_of, header_text, headers_of, table
+from cdpr.native.exported_pipeline import operation_name
 from cdpr.native.operations import operations
 from cdpr.native.own import Own
-from cdpr.native.program import operation_name
 from cdpr.plugins import CompiledSolver
 from cdpr.simulation.exported import control_of
 

@@ -35,19 +35,19 @@ COMPILE_TIME = "cdpr/field.hpp"  # the text of fields is read by the compiler
 STOP = "events=[{type: emergency_stop, time: 0.4, stopping_time: 0.3}]"
 
 
-def program(*changes):
+def pipeline(*changes):
     path = ROOT / "scenarios" / "planar.yaml"
-    return set(control_of(cdpr.load_scenario(path, overrides=[*changes]), motion=True).program.names)
+    return set(control_of(cdpr.load_scenario(path, overrides=[*changes]), motion=True).pipeline.names)
 
 
 def exported_headers():
     """Return the kernel headers of all exportable solvers, controllers and motions."""
-    names = program(STOP)
+    names = pipeline(STOP)
     for controller in CONTROLLERS:
-        names |= program(f"controller={{type: {controller}}}")
+        names |= pipeline(f"controller={{type: {controller}}}")
     for solver in registry().names("solver"):
         try:
-            names |= program(f"solver={{type: {solver}, infeasible: best_effort}}")
+            names |= pipeline(f"solver={{type: {solver}, infeasible: best_effort}}")
         except cdpr.CdprError:  # wraps a library
             continue
     includes, _ = listing(names)

@@ -223,3 +223,17 @@ def test_library_exceptions_are_reported_at_the_calling_line(used):
 def test_unknown_names_mention_plugins():
     with pytest.raises(PluginError, match="--plugin FILE adds your own"):
         registry.registry().get("controller", "Hover")
+
+
+@pytest.mark.parametrize(("old", "new"), [("acts", "operations"), ("engine_acts", "engine_operations")])
+def test_a_method_of_a_backend_under_its_old_name_is_rejected(old: str, new: str) -> None:
+    class Old(Backend):
+        def reset(self, state):
+            self.state[:] = state
+
+        def step(self, n):
+            pass
+
+    setattr(Old, old, lambda self, n=1: [])
+    with pytest.raises(PluginError, match=f"method '{old}' is not used: rename it to '{new}'"):
+        cdpr.simulate(str(CAROCA), backend=Old, overrides=SHORT)

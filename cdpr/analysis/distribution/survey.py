@@ -26,9 +26,9 @@ class Happening(Protocol):
         """Distribute tensions instead of the stage."""
 
     def begin(self) -> int:
-        """Return the first sample at which `act` is due; negative if there is none."""
+        """Return the first sample at which `apply` is due; negative if there is none."""
 
-    def act(self, k: int) -> int:
+    def apply(self, k: int) -> int:
         """Apply the changes due at sample k; return the next sample that is due, negative if there is none."""
 
 
@@ -91,7 +91,7 @@ def survey(
     geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **at)
     for k, row in enumerate(desired):
         while happening and 0 <= due <= numbers[k]:
-            due = happening.act(due)
+            due = happening.apply(due)
         state[:] = row[:13]
         geometry()
         length[k], rate[k] = at["length"], at["rate"]

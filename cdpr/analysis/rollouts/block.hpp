@@ -1,7 +1,7 @@
 // Closed loops side by side: their operations in lanes, step after step. SPDX-License-Identifier: Apache-2.0
 //
 // The arrays of the cases are the lanes of one block (M, 8). Each case has its own sample, time and events. An
-// operation without a vector form, or one that does not serve a case, is run by that case's own program on its own
+// operation without a vector form, or one that does not serve a case, is run by that case's own pipeline on its own
 // arrays, up to the operation before which it rejoins the others.
 #pragma once
 
@@ -11,12 +11,12 @@ namespace cdpr::CDPR_TARGET {
 
 constexpr int CASES = 8;
 
-// Kinds of operations: in lanes, with the bits of the unserved lanes as result; by each case's own program; the desired
-// motion; the time of a sample; the end of a sample; the next time; events.
+// Kinds of operations: in lanes, with the bits of the unserved lanes as result; by each case's own pipeline; the
+// desired motion; the time of a sample; the end of a sample; the next time; events.
 enum Way : int64_t { IN_LANES, ALONE, MOTION, TIME, COMPLETE, NEXT, EVENTS };
 
 // Row of the table of operations.
-struct CommonAct {
+struct SharedOperation {
     int64_t way;
     int64_t operation, place;  // in lanes
     int64_t lanes;             // bits of the lanes that need it
@@ -27,7 +27,7 @@ struct CommonAct {
 struct CommonStanding {
     int64_t steps;  // number of steps
     int64_t alive;  // bits of the participating lanes; at the end, of those that still participate
-    int64_t left;   // bits of the cases that Python must serve: their programs are before the operation in question
+    int64_t left;   // bits of the cases that Python must serve: their pipelines are before the operation in question
 };
 
 // Array of a case and its first row in the block.
@@ -35,43 +35,44 @@ struct CaseArray {
     int64_t address, size, first;
 };
 
-// Program of a case.
-struct CaseProgram {
-    int64_t operation, place;  // of `proceed`
+// Pipeline of a case.
+struct CasePipeline {
+    int64_t operation, place;  // of `step_kernel`
     int64_t standing, time;    // addresses of its position and time
 };
 
 struct Advance {
-    const int64_t* table;     // (acts, 5), rows as CommonAct
-    int64_t* place;           // (3), as CommonStanding
-    const int64_t* programs;  // (8, 4), rows as CaseProgram
-    const int64_t* arrays;    // (8, r, 3), rows as CaseArray: the arrays that steps change
-    const int64_t* motions;   // (8, 2), operations that write the desired motions
-    const int64_t* desired;   // (8, 3), rows as CaseArray: outputs of these operations
-    const int64_t* counting;  // (2), operation that evaluates each complete sample, in lanes
-    const int64_t* columns;   // (w), kept columns, as rows of the block
-    const int64_t* kept;      // (8), addresses of the kept rows (n, w)
-    const int64_t* alike;     // (1), 1 if the cases have the same motion
-    double* block;            // (M, 8); its first row is the time of the sample, s
-    double period;            // s
-    int64_t every;            // distance of kept samples; 0: none
+    const int64_t* table;      // (operations, 5), rows as SharedOperation
+    int64_t* place;            // (3), as CommonStanding
+    const int64_t* pipelines;  // (8, 4), rows as CasePipeline
+    const int64_t* arrays;     // (8, r, 3), rows as CaseArray: the arrays that steps change
+    const int64_t* motions;    // (8, 2), operations that write the desired motions
+    const int64_t* desired;    // (8, 3), rows as CaseArray: outputs of these operations
+    const int64_t* counting;   // (2), operation that evaluates each complete sample, in lanes
+    const int64_t* columns;    // (w), kept columns, as rows of the block
+    const int64_t* kept;       // (8), addresses of the kept rows (n, w)
+    const int64_t* alike;      // (1), 1 if the cases have the same motion
+    double* block;             // (M, 8); its first row is the time of the sample, s
+    double period;             // s
+    int64_t every;             // distance of kept samples; 0: none
     int64_t n;
-    int64_t acts;
+    int64_t operations;
     int64_t r;
     int64_t w;
     int64_t M;
     static constexpr char fields[] =
-        "table(acts, 5), both place(3), programs(8, 4), arrays(8, r, 3), motions(8, 2), desired(8, 3), counting(2), "
-        "columns(w), kept(8), alike(1), both block(M >= 1, 8), period, every, n, acts, r, w, M";
+        "table(operations, 5), both place(3), pipelines(8, 4), arrays(8, r, 3), motions(8, 2), desired(8, 3), "
+        "counting(2), "
+        "columns(w), kept(8), alike(1), both block(M >= 1, 8), period, every, n, operations, r, w, M";
 
-    CDPR_INLINE const CaseProgram& program(int lane) const {
-        return reinterpret_cast<const CaseProgram*>(programs)[lane];
+    CDPR_INLINE const CasePipeline& pipeline(int lane) const {
+        return reinterpret_cast<const CasePipeline*>(pipelines)[lane];
     }
     CDPR_INLINE const CaseArray* memory(int lane) const {
         return reinterpret_cast<const CaseArray*>(arrays) + r * lane;
     }
-    CDPR_INLINE Standing& standing(int lane) const { return *reinterpret_cast<Standing*>(program(lane).standing); }
-    CDPR_INLINE double& time(int lane) const { return *reinterpret_cast<double*>(program(lane).time); }
+    CDPR_INLINE Standing& standing(int lane) const { return *reinterpret_cast<Standing*>(pipeline(lane).standing); }
+    CDPR_INLINE double& time(int lane) const { return *reinterpret_cast<double*>(pipeline(lane).time); }
 };
 
 CDPR_INLINE double* numbers_at(int64_t address) { return reinterpret_cast<double*>(address); }
@@ -121,17 +122,17 @@ inline int move_lane(Lane& moving) {
     return 0;
 }
 
-// Run the operations of a sample up to `until` by a case's own program; return whether it got there.
-CDPR_INLINE bool step_alone(const Advance& cases, int lane, int64_t act, int64_t until) {
-    const CaseProgram& program = cases.program(lane);
+// Run the operations of a sample up to `until` by a case's own pipeline; return whether it got there.
+CDPR_INLINE bool step_alone(const Advance& cases, int lane, int64_t operation, int64_t until) {
+    const CasePipeline& pipeline = cases.pipeline(lane);
     Standing& standing = cases.standing(lane);
     const int64_t sample = standing.sample;
-    standing.act = act;
+    standing.operation = operation;
     standing.last = sample;
-    standing.last_act = until;
-    if (call_at(program.operation, program.place, 0.0) == REACHED) return true;
+    standing.last_operation = until;
+    if (call_at(pipeline.operation, pipeline.place, 0.0) == REACHED) return true;
     standing.sample = sample;
-    standing.act = act;
+    standing.operation = operation;
     return false;
 }
 
@@ -176,25 +177,25 @@ CDPR_INLINE void complete(const Advance& cases, int64_t here) {
 
 // Take the participating lanes `steps` steps further, or fewer if a case needs Python: then to the end of that step.
 inline int advance(Advance& cases) {
-    const CommonAct* const acts = reinterpret_cast<const CommonAct*>(cases.table);
+    const SharedOperation* const operations = reinterpret_cast<const SharedOperation*>(cases.table);
     CommonStanding& common = *reinterpret_cast<CommonStanding*>(cases.place);
     int64_t here = common.alive, waiting = 0, left = 0;  // bits of lanes
-    const auto leave = [&](int lane, int64_t act) {
+    const auto leave = [&](int lane, int64_t operation) {
         scatter(cases.memory(lane), cases.r, cases.block, lane);
-        cases.standing(lane).act = act;
+        cases.standing(lane).operation = operation;
         here &= ~(int64_t(1) << lane);
     };
     for (; common.steps > 0 && left == 0 && here != 0; common.steps--) {
         int64_t join = -1;
-        for (int64_t act = 0; act <= cases.acts; act++) {
-            if (act == join) {
+        for (int64_t operation = 0; operation <= cases.operations; operation++) {
+            if (operation == join) {
                 each_lane(waiting, [&](int lane) { gather(cases.memory(lane), cases.r, cases.block, lane); });
                 here |= waiting;
                 waiting = 0;
                 join = -1;
             }
-            if (act == cases.acts) break;
-            const CommonAct& next = acts[act];
+            if (operation == cases.operations) break;
+            const SharedOperation& next = operations[operation];
             const int64_t asked = next.lanes & here;
             if (asked == 0) continue;
             int64_t missing = 0;  // bits of unserved lanes
@@ -214,14 +215,14 @@ inline int advance(Advance& cases) {
             } else if (next.way == EVENTS) {
                 each_lane(here, [&](int lane) {
                     if (cases.standing(lane).sample != cases.standing(lane).due) return;
-                    leave(lane, act);
+                    leave(lane, operation);
                     left |= int64_t(1) << lane;
                 });
             }
-            if (missing != 0 && join < 0) join = act + next.together;
+            if (missing != 0 && join < 0) join = operation + next.together;
             each_lane(missing, [&](int lane) {
-                leave(lane, act);
-                if (step_alone(cases, lane, act, join % cases.acts)) {
+                leave(lane, operation);
+                if (step_alone(cases, lane, operation, join % cases.operations)) {
                     waiting |= int64_t(1) << lane;
                 } else {
                     scatter(cases.memory(lane), cases.r, cases.block, lane);
@@ -230,7 +231,7 @@ inline int advance(Advance& cases) {
             });
         }
     }
-    each_lane(here, [&](int lane) { cases.standing(lane).act = 0; });
+    each_lane(here, [&](int lane) { cases.standing(lane).operation = 0; });
     common.alive = here;
     common.left = left;
     return 0;

@@ -52,7 +52,7 @@ class Block:
         memory = _memory(case)
         self._recipe = recipe = Recipe(memory)
         self._sizes = [array.size for array in memory]
-        found = [_way(act, bound, case) for act, bound in zip(self._operations, self._bound, strict=True)]
+        found = [_way(operation, bound, case) for operation, bound in zip(self._operations, self._bound, strict=True)]
         self._wide = [at for at, way in enumerate(found) if way == ways.IN_LANES]
         given = [recipe.read(at, _native(self._bound[at])) for at in self._wide]
         for bound in self._bound:
@@ -66,7 +66,7 @@ class Block:
         self._table = np.zeros((len(found), 5), dtype=np.int64)
         self._table[:, ways.WAY], self._table[:, ways.IN] = found, -1
         complete = found.index(ways.COMPLETE)
-        self._table[:, ways.TOGETHER] = _together(found, [act.skip for act in self._operations], complete)
+        self._table[:, ways.TOGETHER] = _together(found, [operation.skip for operation in self._operations], complete)
         self._held = []
         for at, arguments in zip(self._wide, given, strict=True):
             lifted = {name: self._lifted(each) for name, each in arguments.items()}
@@ -83,14 +83,14 @@ class Block:
         self._order: slice | list[int] = []  # their lanes
         self._alike, self._place = np.zeros(1, dtype=np.int64), np.zeros(3, dtype=np.int64)
         self._progress = self._place.data  # faster
-        self._programs, self._motions = np.zeros((LANES, 4), dtype=np.int64), np.zeros((LANES, 2), dtype=np.int64)
+        self._pipelines, self._motions = np.zeros((LANES, 4), dtype=np.int64), np.zeros((LANES, 2), dtype=np.int64)
         self._desired, self._kept = np.zeros((LANES, 3), dtype=np.int64), np.zeros(LANES, dtype=np.int64)
         self._arrays = np.zeros((LANES, len(recipe.moved), 3), dtype=np.int64)
         self._advance = bind(
             "advance",
             table=self._table[:-1],
             place=self._place,
-            programs=self._programs,
+            pipelines=self._pipelines,
             arrays=self._arrays,
             motions=self._motions,
             desired=self._desired,
@@ -190,13 +190,13 @@ class Block:
         self._present, self._order = going, slice(len(going)) if lanes == list(range(len(going))) else lanes
 
     def _take(self, case: Case, lane: int) -> None:
-        if self._tables[lane][0] is not case.program.whole:  # cases before may have had its loop and this lane
-            self._tables[lane] = case.program.whole, self._enlist(case, lane)
+        if self._tables[lane][0] is not case.pipeline.whole:  # cases before may have had its loop and this lane
+            self._tables[lane] = case.pipeline.whole, self._enlist(case, lane)
         self._move(self._tables[lane][1], lane, into=True)
-        motion = _compiled(case.program.bound[self._motion])
+        motion = _compiled(case.pipeline.bound[self._motion])
         self._motions[lane] = motion.operation, motion.place
         self._kept[lane] = address(case.out)
-        needed, bit = case.program.when != NEVER, 1 << lane
+        needed, bit = case.pipeline.when != NEVER, 1 << lane
         column = self._table[:-1, ways.IN]
         column[:] = np.where(needed, column | bit, column & ~bit)
         self._cases[lane], case.home, case.joined = case, self, case.count
@@ -207,8 +207,8 @@ class Block:
         assert words is not None
         placed = self._placed(words)
         self._arrays[lane] = placed[self._recipe.moved]
-        whole, (standing, time) = case.program.whole, case.program.standing
-        self._programs[lane] = whole.operation, whole.place, address(standing), address(time)
+        whole, (standing, time) = case.pipeline.whole, case.pipeline.standing
+        self._pipelines[lane] = whole.operation, whole.place, address(standing), address(time)
         desired = address(loop.desired)
         self._desired[lane] = desired, loop.desired.size, (desired - int(placed[0, 0])) // ways.WORD  # of the row
         return placed
@@ -247,7 +247,7 @@ class Block:
 
     def _asked(self, case: Case) -> Words:
         """Return the struct of the motion of a case, without the addresses of outputs."""
-        words = _words(case.program.bound[self._motion])
+        words = _words(case.pipeline.bound[self._motion])
         asked: Words = words[words != address(case.loop.desired)]
         return asked
 
@@ -261,15 +261,17 @@ class Block:
     def _fits(self, case: Case) -> bool:
         """Return whether a case has the structure of this block."""
         found = case.known.get(self)
-        if found is None or found[0] is not case.program:
+        if found is None or found[0] is not case.pipeline:
             words = self._words_of(case) if case.going and case.loop.memory is not None else None
             fitting = words is not None and self._alike_in_structure(case, words)
-            found = case.known[self] = case.program, words if fitting else None
+            found = case.known[self] = case.pipeline, words if fitting else None
         return found[1] is not None
 
     def _alike_in_structure(self, case: Case, words: Words) -> bool:
         recipe, mine, calls = self._recipe, self._words, _operations(case)
-        if [act.name for act in calls] != [act.name for act in self._operations] or len(words) != len(mine):
+        if [operation.name for operation in calls] != [operation.name for operation in self._operations] or len(
+            words
+        ) != len(mine):
             return False
         if [array.size for array in _memory(case)] != self._sizes:
             return False
@@ -300,29 +302,29 @@ def _memory(case: Case) -> list[Array]:
 
 def _operations(case: Case) -> list[Operation]:
     """Return the operations of a step, and last the one that counts each complete sample."""
-    return [*case.program.operations, Operation("", case.figures.counting)]
+    return [*case.pipeline.operations, Operation("", case.figures.counting)]
 
 
 def _bounds(case: Case) -> list[Compiled | None]:
-    return [*case.program.bound, case.figures.counting]
+    return [*case.pipeline.bound, case.figures.counting]
 
 
-def _way(act: Operation, found: Compiled | None, case: Case) -> int:
+def _way(operation: Operation, found: Compiled | None, case: Case) -> int:
     """Return how an operation is run."""
-    if act in (COMPLETE, NEXT):
-        return ways.COMPLETE if act is COMPLETE else ways.NEXT
-    if act.due:
+    if operation in (COMPLETE, NEXT):
+        return ways.COMPLETE if operation is COMPLETE else ways.NEXT
+    if operation.due:
         return ways.EVENTS
     if found is None:
         raise UnfitError
-    if act.name == "trajectory":
+    if operation.name == "trajectory":
         return ways.MOTION
-    if act.name == "time":
+    if operation.name == "time":
         return ways.TIME
-    if act.name == "solver" and getattr(case.loop.parts.solver, "follows", False):
+    if operation.name == "solver" and getattr(case.loop.parts.solver, "follows", False):
         return ways.ALONE  # in lanes it would overwrite the previous answer
     vector = isinstance(found, Bound) and f"{found.name}_lanes" in operations()
-    return ways.IN_LANES if vector and not act.timed else ways.ALONE
+    return ways.IN_LANES if vector and not operation.timed else ways.ALONE
 
 
 def _together(found: Sequence[int], skips: Sequence[int], complete: int) -> list[int]:

@@ -128,7 +128,7 @@ class Case:
     Attributes:
         loop: closed loop, once begun.
         figures: counted figures, once begun.
-        program: pipeline of its steps: the loop's, or one in which an external wrench replaces the controller's.
+        pipeline: pipeline of its steps: the loop's, or one in which an external wrench replaces the controller's.
         wrench: (6,) N and N m, external wrench of that pipeline; None before the first one.
         going: True if it has begun, and has not ended early.
         error: error of cdpr that ended it.
@@ -141,8 +141,8 @@ class Case:
 
     loop: Loop
     figures: Figures
-    program: Pipeline
-    _place: memoryview  # as `Program.standing`
+    pipeline: Pipeline
+    _place: memoryview  # as `Pipeline.standing`
     _time: memoryview
 
     def __init__(
@@ -197,10 +197,10 @@ class Case:
             scenario = self._scenario = self._scenario or self._plan.changed(self._number, self._values)
             self._parts = parts = build(scenario)
             self.loop = loop = Loop(parts)
-            self.program = loop.program
-            self._place, self._time = (each.data for each in loop.program.standing)
+            self.pipeline = loop.pipeline
+            self._place, self._time = (each.data for each in loop.pipeline.standing)
             self.figures = Figures(loop.layout, loop.row, _broken(scenario))
-            loop.program.apart()
+            loop.pipeline.release_gil()
             self._warm_up(loop)
             if self._plan.tunable and parts.settings is not None and loop.memory is not None:
                 self._start = loop.snapshot()
@@ -232,11 +232,11 @@ class Case:
         except Exception:
             return False
         other._outcome = other.outcome
-        self.loop, self.program, self.figures, self.known = loop, loop.program, other.figures, other.known
+        self.loop, self.pipeline, self.figures, self.known = loop, loop.pipeline, other.figures, other.known
         self._parts, self._place, self._time = other._parts, other._place, other._time
         self.figures.restart()
         other._parts, other.going = None, False
-        del other.loop, other.program, other.figures
+        del other.loop, other.pipeline, other.figures
         self.going = True
         return True
 
@@ -258,21 +258,21 @@ class Case:
     def give(self, wrench: Array | None) -> None:
         """Replace the controller's answer by a wrench (6,) from now on; None restores the controller."""
         if wrench is None:
-            self.program = self.loop.program
+            self.pipeline = self.loop.pipeline
         else:
             self.stand()
             command = self.loop.outside.command("wrench")
-            self.program, self.wrench = command.program, command.values
+            self.pipeline, self.wrench = command.pipeline, command.values
             self.wrench[:] = wrench
 
     def come(self, complete: int) -> None:
         """Continue from within a step to its end; `complete` is the index of the operation that completes a sample."""
-        sample, act, _, _ = self.program.place
-        if act > complete:  # the next sample is observed, and compared with this one
+        sample, operation, _, _ = self.pipeline.place
+        if operation > complete:  # the next sample is observed, and compared with this one
             self._ring[(sample - 1) % len(self._ring)] = self.loop.row
         with self._attempt():
             with self.loop.timed():
-                self.program.look(sample + (act <= complete))
+                self.pipeline.run_until(sample + (operation <= complete))
             self._take(self.loop.count)
 
     def go(self, sample: int) -> None:
@@ -323,7 +323,7 @@ class Case:
             scenario = self._scenario
             events = (*scenario.events, *live)
             self.loop.revise(events, redirected(scenario.planned, events, scenario.simulation.control_step))
-            self.program, self.live = self.loop.program, live
+            self.pipeline, self.live = self.loop.pipeline, live
             self.known.clear()
         self.loop.restore(moment)
         self.loop.push()
@@ -333,7 +333,7 @@ class Case:
 
     @property
     def _given(self) -> Pipeline | None:
-        return None if self.program is self.loop.program else self.program
+        return None if self.pipeline is self.loop.pipeline else self.pipeline
 
     @contextmanager
     def _attempt(self) -> Iterator[None]:

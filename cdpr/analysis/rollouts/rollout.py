@@ -203,7 +203,7 @@ def _compiled(plan: Plan, first: Sequence[Any]) -> bool:
     scenario = plan.changed(0, first)
     parts = build(scenario)
     try:
-        interpreted = Loop(parts).program.interpreted
+        interpreted = Loop(parts).pipeline.interpreted
     finally:
         parts.controller.close()
         parts.backend.close()

@@ -9,8 +9,8 @@ from cdpr.fmu.export.variables import Variable, entrance, parameter
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.entries import TABLE, headers_of, own_entries, table
+from cdpr.native.exported_pipeline import ExportedPipeline
 from cdpr.native.own import Own
-from cdpr.native.program import Program
 
 # Desired motion: name, numbers, unit, text; together the 19 of `cdpr.model`.
 DESIRED = (
@@ -31,7 +31,7 @@ class Control:
         names: names of the controller and, unless it returns commands, of the solver.
         options: options of the controller that stay parameters: values by name.
         robot: nominal robot of controller and solver.
-        program: operations of a control step, with the arrays `state`, `desired`, `tension`, `report` and `lines`.
+        pipeline: operations of a control step, with the arrays `state`, `desired`, `tension`, `report` and `lines`.
         own: headers of operations that are not in the kernel library, and their entries by name.
         desired: (19,) at the start.
     """
@@ -39,7 +39,7 @@ class Control:
     names: Sequence[str]
     options: Mapping[str, Array]
     robot: Robot
-    program: Program
+    pipeline: ExportedPipeline
     own: Mapping[str, Own]
     control_step: float
     desired: Array
@@ -47,14 +47,14 @@ class Control:
     def sources(self) -> dict[str, bytes]:
         """Return the C++ file that lists the operations, and the required headers of the kernel library."""
         headers, entries = own_entries(self.own)
-        listed = table(self.program.names, entries)
+        listed = table(self.pipeline.names, entries)
         found = headers_of(content.decode() for content in (listed, *headers.values()))
         return {TABLE: listed, **headers, **found}
 
-    def copied(self) -> Program:
-        """Return a copy of the program, for more arrays and links."""
-        program = self.program
-        return Program([*program.arrays], [*program.links], [*program.operations])
+    def copied(self) -> ExportedPipeline:
+        """Return a copy of the pipeline, for more arrays and links."""
+        pipeline = self.pipeline
+        return ExportedPipeline([*pipeline.arrays], [*pipeline.links], [*pipeline.operations])
 
     def inputs(self) -> list[Variable]:
         """Return the inputs: the desired motion."""

@@ -15,7 +15,7 @@ import numpy as np
 from cdpr.base.units import BASE_UNITS, si
 from cdpr.fmu.export.parts import width_of
 from cdpr.fmu.export.variables import Model, Variable
-from cdpr.native.program import Array, Operation
+from cdpr.native.exported_pipeline import Array, Operation
 
 # Name of the library, equal for all robots: the binary is generic.
 IDENTIFIER = "cdpr_plant"
@@ -41,14 +41,14 @@ STOP_TIME = 1.0
 
 def configuration(model: Model, token: str) -> str:
     """Return resources/plant.cfg; source/config.cpp documents the format."""
-    variables, program = model.variables(), model.program()
-    stored = [(array, _words_of(array.content)) for array in program.arrays]
+    variables, pipeline = model.variables(), model.pipeline()
+    stored = [(array, _words_of(array.content)) for array in pipeline.arrays]
     work = sum(len(words) for array, words in stored if array.kind == "work")
     numbers = sum(len(words) for _, words in stored) - work
     lines = [
         f"cdpr-plant 2 token {token} cables {model.robot.m} width {width_of(model.robot)} variables {len(variables)} "
         f"numbers {sum(variable.size for variable in variables)} arrays {len(stored)} {numbers} {work} "
-        f"links {len(program.links)} operations {len(program.operations)}"
+        f"links {len(pipeline.links)} operations {len(pipeline.operations)}"
     ]
     places = {}
     for reference, variable in _referenced(variables):
@@ -59,10 +59,10 @@ def configuration(model: Model, token: str) -> str:
         lines.append(" ".join([role, variable.name, variable.unit or "-", str(reference), str(variable.size), *bits]))
     for array, words in stored:
         lines.append(" ".join([array.name, array.kind, str(len(words)), *(words if array.kind != "work" else ())]))
-    for link in program.links:
+    for link in pipeline.links:
         source, flags = places[link.variable] + link.first, (int(link.positive), int(link.per_step))
         lines.append(" ".join(map(str, [source, link.size, link.array, link.to, *flags])))
-    return "\n".join([*lines, *map(_operation_line, program.operations)]) + "\n"
+    return "\n".join([*lines, *map(_operation_line, pipeline.operations)]) + "\n"
 
 
 def _operation_line(operation: Operation) -> str:

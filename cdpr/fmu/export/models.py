@@ -19,7 +19,7 @@ from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.native.program import Program
+from cdpr.native.exported_pipeline import ExportedPipeline
 
 COMMAND = "tension that the motor of each winch would hold at rest"
 DRUM_SPEED = "speed of each drum, positive where it winds in"
@@ -95,13 +95,13 @@ class Plant(Model):
         """Return the sources of the controller."""
         return self.control.sources() if self.control else {}
 
-    def program(self) -> Program:
-        """Return the program of cables and controller."""
-        program = self.control.copied() if self.control else Program()
-        add_lines(program, self.robot)
+    def pipeline(self) -> ExportedPipeline:
+        """Return the pipeline of cables and controller."""
+        pipeline = self.control.copied() if self.control else ExportedPipeline()
+        add_lines(pipeline, self.robot)
         if self.winches:
-            add_chains(program, self.robot)
-        return program
+            add_chains(pipeline, self.robot)
+        return pipeline
 
     def _platform(self) -> list[Variable]:
         robot, state = self.robot, self.state
@@ -230,11 +230,11 @@ class Actuator(Model):
             _unilateral(self.robot),
         ]
 
-    def program(self) -> Program:
-        """Return the program of winches and spans."""
-        program = Program()
-        add_chains(program, self.robot)
-        return program
+    def pipeline(self) -> ExportedPipeline:
+        """Return the pipeline of winches and spans."""
+        pipeline = ExportedPipeline()
+        add_chains(pipeline, self.robot)
+        return pipeline
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,11 +268,11 @@ class Controller(Model):
         """Return the sources of controller and solver."""
         return self.control.sources()
 
-    def program(self) -> Program:
-        """Return the program of controller and solver."""
-        program = self.control.copied()
-        add_lines(program, self.robot)
-        return program
+    def pipeline(self) -> ExportedPipeline:
+        """Return the pipeline of controller and solver."""
+        pipeline = self.control.copied()
+        add_lines(pipeline, self.robot)
+        return pipeline
 
     def variables(self) -> list[Variable]:
         """Return all variables."""

@@ -9,7 +9,7 @@ from cdpr.cables import chain_of
 from cdpr.cables.chain import Number, Part
 from cdpr.cables.tables import chain_table, line_table
 from cdpr.model import Robot
-from cdpr.native.program import Link, Program
+from cdpr.native.exported_pipeline import ExportedPipeline, Link
 
 # Indices in a row of `chains`, `cdpr/native/include/cdpr/chain.hpp`.
 WINCH, SPAN, CHAIN_WIDTH = 3, 11, 19
@@ -20,25 +20,25 @@ def numbers_of(parts: Sequence[Part]) -> list[Number]:
     return list({number.name: number for part in parts for number in part.numbers}.values())
 
 
-def add_lines(program: Program, robot: Robot) -> None:
+def add_lines(pipeline: ExportedPipeline, robot: Robot) -> None:
     """Add the anchors and exits of the cables, and link the variables of the anchors."""
-    index = program.find("lines")
+    index = pipeline.find("lines")
     table = line_table(robot)
     if index is None:
-        index = program.add("lines", table, "memory")
+        index = pipeline.add("lines", table, "memory")
     for i in range(robot.m):
         place = i * table.shape[1]
-        program.links.append(Link("frame_anchors", 3 * i, 3, index, place))
-        program.links.append(Link("platform_anchors", 3 * i, 3, index, place + 3))
+        pipeline.links.append(Link("frame_anchors", 3 * i, 3, index, place))
+        pipeline.links.append(Link("platform_anchors", 3 * i, 3, index, place + 3))
 
 
-def add_chains(program: Program, robot: Robot) -> None:
+def add_chains(pipeline: ExportedPipeline, robot: Robot) -> None:
     """Add the winches and spans of the cables, and link their variables.
 
     Raises:
         CdprError: if a cable sags.
     """
-    index = program.add("chains", chain_table(robot), "memory")
+    index = pipeline.add("chains", chain_table(robot), "memory")
     for i, cable in enumerate(robot.cables):
         chain = chain_of(robot, cable)
         if chain.span.bends:
@@ -49,7 +49,7 @@ def add_chains(program: Program, robot: Robot) -> None:
         for part, first in ((chain.winch, WINCH), (chain.span, SPAN)):
             for k, number in enumerate(part.numbers):
                 place = i * CHAIN_WIDTH + first + k
-                program.links.append(Link(number.name, i, 1, index, place, positive=number.positive))
+                pipeline.links.append(Link(number.name, i, 1, index, place, positive=number.positive))
 
 
 def width_of(robot: Robot) -> int:

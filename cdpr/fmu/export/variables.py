@@ -12,7 +12,7 @@ import numpy as np
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.native.program import Program
+from cdpr.native.exported_pipeline import ExportedPipeline
 
 Causality = Literal["independent", "parameter", "input", "output", "constant"]
 
@@ -85,7 +85,7 @@ class Model(ABC):
         return {}
 
     @abstractmethod
-    def program(self) -> Program:
+    def pipeline(self) -> ExportedPipeline:
         """Return arrays and operations beside the variables."""
 
     @abstractmethod

@@ -7,7 +7,7 @@
 namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
-    entry<Proceed, proceed>("proceed"),
+    entry<StepKernel, step_kernel>("step_kernel"),
     entry<Lane, move_lane>("move_lane"),
     entry<Advance, advance>("advance"),
     entry<CountSample<double>, count_sample<double>>("count_sample"),

@@ -21,7 +21,7 @@ def native_files(scenario: Scenario) -> dict[str, bytes]:
         CdprError: if the scenario has parts that cannot be exported, such as a solver without a compiled operation.
     """
     control = control_of(scenario, motion=True)
-    layout = Layout.of(control.program)
+    layout = Layout.of(control.pipeline)
     header, signature = header_text(control, layout)
     return {HEADER: header.encode(), NUMBERS: layout.file(signature)}
 

@@ -24,7 +24,7 @@ EXIT_KIND = 6  # column of `lines`, where exits are not all points
 def header_text(control: Control, layout: Layout) -> tuple[str, int]:
     """Return the header of a controller, and the signature of its structure."""
     own, entries = own_entries(control.own)
-    includes, expressions = listing(control.program.names, entries)
+    includes, expressions = listing(control.pipeline.names, entries)
     start = "\n".join(["#include <cdpr/entry.hpp>", "#include <cdpr/realtime.hpp>", *includes]) + "\n"
     headers = {name: text.decode() for name, text in own.items()}
     headers |= {name: text.decode() for name, text in headers_of([start, *headers.values()]).items()}
@@ -91,6 +91,6 @@ def _structure(layout: Layout, expressions: Mapping[str, str]) -> dict[str, str]
 
 def _exit_kinds(control: Control) -> list[float]:
     """Return the kinds of the cables' exits, which select the code of kernels; data files must agree in them."""
-    lines = next(array.content for array in control.program.arrays if array.name == "lines")
+    lines = next(array.content for array in control.pipeline.arrays if array.name == "lines")
     table = np.asarray(lines)
     return table[:, EXIT_KIND].tolist() if table.shape[1] > EXIT_KIND else []

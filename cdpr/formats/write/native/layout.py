@@ -1,4 +1,4 @@
-"""Layout of an exported program in the memory of a real-time controller."""
+"""Layout of an exported pipeline in the memory of a real-time controller."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cdpr.native.program import Member, Operation, Program
+from cdpr.native.exported_pipeline import ExportedPipeline, Member, Operation
 
 # As in cdpr/realtime.hpp.
 MAGIC, VERSION, HEAD, CALL_WORDS = b"cdprnum\0", 1, 4, 5
@@ -17,7 +17,7 @@ MAGIC, VERSION, HEAD, CALL_WORDS = b"cdprnum\0", 1, 4, 5
 
 @dataclass(eq=False)
 class Layout:
-    """Positions of a program's arrays and struct members.
+    """Positions of a pipeline's arrays and struct members.
 
     Attributes:
         numbers: float64 values in the file: arrays, then members of structs.
@@ -36,25 +36,25 @@ class Layout:
     places: dict[str, int] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, program: Program) -> Layout:
-        """Return the layout of a program."""
+    def of(cls, pipeline: ExportedPipeline) -> Layout:
+        """Return the layout of a pipeline."""
         layout = cls()
-        array_places = layout._arrays(program)
-        values = [word for call in program.operations for word in call.members if _is_number(word)]
+        array_places = layout._arrays(pipeline)
+        values = [word for call in pipeline.operations for word in call.members if _is_number(word)]
         after = len(layout.numbers)
         layout.numbers += [struct.unpack("<d", struct.pack("<Q", word.value))[0] for word in values]
         scratch = len(layout.numbers)  # follows the numbers of the file
         indices = iter(range(after, scratch))
-        for operation in program.operations:
+        for operation in pipeline.operations:
             layout.calls.append((operation, len(layout.members)))
             for member in operation.members:
                 layout.members.append(_placed(member, array_places, scratch, indices))
         return layout
 
-    def _arrays(self, program: Program) -> list[tuple[str, int]]:
+    def _arrays(self, pipeline: ExportedPipeline) -> list[tuple[str, int]]:
         """Append the arrays; return the kind and position of each."""
         found = []
-        for array in program.arrays:
+        for array in pipeline.arrays:
             content = np.ravel(array.content)
             if content.dtype == np.int64:
                 found.append(("INTEGERS_AT", len(self.integers)))

@@ -1,6 +1,6 @@
 // Desired motion, controller and tension distribution in a real-time program. SPDX-License-Identifier: Apache-2.0
 //
-// `cdpr export --to native` writes the structure of a program into a header and its numbers into a file: 8-byte words,
+// `cdpr export --to native` writes the structure of a pipeline into a header and its numbers into a file: 8-byte words,
 // little-endian: magic, version, signature of the structure, count, the numbers, and the CRC-32 of the preceding words.
 // Nothing here allocates; all memory belongs to the caller.
 #pragma once
@@ -37,8 +37,8 @@ struct ExportedCall {
     int repair;
 };
 
-// Structure of a program: everything except its numbers.
-struct ExportedProgram {
+// Structure of a pipeline: everything except its numbers.
+struct ExportedPipeline {
     uint64_t signature;
     const ExportedCall* calls;
     const ExportedMember* members;
@@ -54,15 +54,15 @@ struct ExportedProgram {
     }
 };
 
-// Parts of a program's memory.
+// Parts of a pipeline's memory.
 struct ExportedMemory {
     uint64_t *calls, *members, *integers, *numbers;
 
-    ExportedMemory(const ExportedProgram& program, uint64_t* memory)
+    ExportedMemory(const ExportedPipeline& pipeline, uint64_t* memory)
         : calls(memory),
-          members(calls + program.call_count * (sizeof(Call) / 8)),
-          integers(members + program.member_count),
-          numbers(integers + program.integer_count) {}
+          members(calls + pipeline.call_count * (sizeof(Call) / 8)),
+          integers(members + pipeline.member_count),
+          numbers(integers + pipeline.integer_count) {}
 
     const Call* call() const { return reinterpret_cast<const Call*>(calls); }
     double* number(size_t index) const { return reinterpret_cast<double*>(numbers + index); }
@@ -78,34 +78,34 @@ inline uint64_t checksum_of(const unsigned char* bytes, size_t size) {
 }
 
 // Check a file of numbers, at any alignment.
-inline Loaded check_numbers(const ExportedProgram& program, const unsigned char* file, size_t size) {
+inline Loaded check_numbers(const ExportedPipeline& pipeline, const unsigned char* file, size_t size) {
     uint64_t head[NUMBERS_HEAD] = {}, checksum = 0;
     if (size < sizeof head) return Loaded::BAD_SIZE;
     memcpy(head, file, sizeof head);
     if (head[0] != NUMBERS_MAGIC) return Loaded::BAD_MAGIC;
     if (head[1] != NUMBERS_VERSION) return Loaded::BAD_VERSION;
     if (size % 8 != 0 || head[3] != size / 8 - NUMBERS_HEAD - 1) return Loaded::BAD_SIZE;
-    if (head[2] != program.signature || head[3] != program.number_count) return Loaded::BAD_SIGNATURE;
+    if (head[2] != pipeline.signature || head[3] != pipeline.number_count) return Loaded::BAD_SIGNATURE;
     memcpy(&checksum, file + size - 8, 8);
     return checksum == checksum_of(file, size - 8) ? Loaded::YES : Loaded::BAD_CHECKSUM;
 }
 
-// Fill the memory of a program: numbers, integers, and the structs and calls that refer to them.
-inline void bind_program(const ExportedProgram& program, const unsigned char* file, uint64_t* memory) {
-    const ExportedMemory parts(program, memory);
-    memcpy(parts.numbers, file + 8 * NUMBERS_HEAD, 8 * program.number_count);
-    memset(parts.numbers + program.number_count, 0, 8 * program.work_count);
-    memcpy(parts.integers, program.integers, 8 * program.integer_count);
-    for (size_t i = 0; i < program.member_count; i++) {
-        const ExportedMember& member = program.members[i];
+// Fill the memory of a pipeline: numbers, integers, and the structs and calls that refer to them.
+inline void bind_pipeline(const ExportedPipeline& pipeline, const unsigned char* file, uint64_t* memory) {
+    const ExportedMemory parts(pipeline, memory);
+    memcpy(parts.numbers, file + 8 * NUMBERS_HEAD, 8 * pipeline.number_count);
+    memset(parts.numbers + pipeline.number_count, 0, 8 * pipeline.work_count);
+    memcpy(parts.integers, pipeline.integers, 8 * pipeline.integer_count);
+    for (size_t i = 0; i < pipeline.member_count; i++) {
+        const ExportedMember& member = pipeline.members[i];
         uint64_t word = member.value;
         if (member.kind == MemberKind::NUMBER) word = parts.numbers[member.value];
         if (member.kind == MemberKind::NUMBERS_AT) word = uint64_t(uintptr_t(parts.numbers + member.value));
         if (member.kind == MemberKind::INTEGERS_AT) word = uint64_t(uintptr_t(parts.integers + member.value));
         memcpy(parts.members + i, &word, 8);
     }
-    for (size_t i = 0; i < program.call_count; i++) {
-        const ExportedCall& from = program.calls[i];
+    for (size_t i = 0; i < pipeline.call_count; i++) {
+        const ExportedCall& from = pipeline.calls[i];
         const Call call = {from.entry.call, parts.members + from.first, from.in_order, from.vital, from.skip,
                            from.repair};
         memcpy(parts.calls + i * (sizeof call / 8), &call, sizeof call);
@@ -123,22 +123,22 @@ inline bool sound_input(double time, const double* state, const double* desired)
            is_unit(desired + 3);
 }
 
-// Write the desired motion at a time, by the last call of the program.
-inline void sample_motion(const ExportedProgram& program, uint64_t* memory, double time, double* desired) {
-    const ExportedMemory parts(program, memory);
-    const Call& motion = parts.call()[program.call_count - 1];
+// Write the desired motion at a time, by the last call of the pipeline.
+inline void sample_motion(const ExportedPipeline& pipeline, uint64_t* memory, double time, double* desired) {
+    const ExportedMemory parts(pipeline, memory);
+    const Call& motion = parts.call()[pipeline.call_count - 1];
     motion.operation(motion.place, time);
-    memcpy(desired, parts.number(program.desired), 19 * sizeof(double));
+    memcpy(desired, parts.number(pipeline.desired), 19 * sizeof(double));
 }
 
 // Run one control step; return the failed call, nullptr for success. Tensions (m) are written on success.
-inline const Call* step_program(const ExportedProgram& program, uint64_t* memory, double time, const double* state,
-                                const double* desired, double* tension) {
-    const ExportedMemory parts(program, memory);
-    memcpy(parts.number(program.state), state, 13 * sizeof(double));
-    memcpy(parts.number(program.desired), desired, 19 * sizeof(double));
-    const Call* failed = make_calls(parts.call(), program.call_count, time);
-    if (!failed) memcpy(tension, parts.number(program.tension), program.cables * sizeof(double));
+inline const Call* step_pipeline(const ExportedPipeline& pipeline, uint64_t* memory, double time, const double* state,
+                                 const double* desired, double* tension) {
+    const ExportedMemory parts(pipeline, memory);
+    memcpy(parts.number(pipeline.state), state, 13 * sizeof(double));
+    memcpy(parts.number(pipeline.desired), desired, 19 * sizeof(double));
+    const Call* failed = make_calls(parts.call(), pipeline.call_count, time);
+    if (!failed) memcpy(tension, parts.number(pipeline.tension), pipeline.cables * sizeof(double));
     return failed;
 }
 

@@ -76,7 +76,7 @@ def test_samples_without_tensions_need_python_once(solver, policy, tmp_path, by_
     """The first one binds what compiled code does from then on; warming up may have met one, too."""
     met = []
     meet = Operation.meet
-    monkeypatch.setattr(Operation, "meet", lambda act, code: (code and met.append(code)) or meet(act, code))
+    monkeypatch.setattr(Operation, "meet", lambda operation, code: (code and met.append(code)) or meet(operation, code))
     overrides = {"simulation.duration": 0.5, "solver.infeasible": policy}
     thesis = ROOT / "scenarios" / "thesis.yaml"
     run = cdpr.simulate(thesis, out=tmp_path / "one", solver=solver, overrides=overrides)
@@ -108,32 +108,39 @@ def foreign(call, timed=False):
 
 
 class Counting:
-    """A program of two acts that decide and two that advance, one of each in Python, and what they noted."""
+    """Pipeline of two operations that decide and two that advance, one of each in Python, and what they noted."""
 
     def __init__(self, python, size=256):
         self.row, self.rows, self.seen = np.zeros(3), np.full((size, 3), np.nan), []
         self.on, self.code = True, np.zeros(1)
-        act = partial(self.python, python)
-        self.program = Pipeline(
-            [act("controller", add, 0, 1.0), Operation("solver", partial(self.note, "solve"), when=lambda: self.on)],
-            [act("backend", add, 1, 10.0), act("time", stamp, timed=True), Operation("events", self.happen, due=True)],
+        operation = partial(self.python, python)
+        self.pipeline = Pipeline(
+            [
+                operation("controller", add, 0, 1.0),
+                Operation("solver", partial(self.note, "solve"), when=lambda: self.on),
+            ],
+            [
+                operation("backend", add, 1, 10.0),
+                operation("time", stamp, timed=True),
+                Operation("events", self.happen, due=True),
+            ],
             self.row,
             0.5,
         )
-        self.program.rows = self.rows
+        self.pipeline.rows = self.rows
 
     def python(self, python, name, function, *arguments, timed=False):
         call = partial(function, self.row, *arguments)
         return Operation(name, call if python else foreign(call, timed), timed=timed)
 
     def note(self, what):
-        self.seen.append((what, self.program.count, self.program.time))
+        self.seen.append((what, self.pipeline.count, self.pipeline.time))
 
     def happen(self):
         self.note("event")
         self.on = not self.on
-        self.program.due = self.program.count + 3
-        self.program.refresh()
+        self.pipeline.due = self.pipeline.count + 3
+        self.pipeline.refresh()
 
 
 def add(row, place, value):
@@ -151,8 +158,8 @@ def answer(codes):
 @pytest.mark.parametrize("python", [False, True])
 def test_acts_are_done_in_their_order_and_when_they_are_due(python):
     it = Counting(python, size=4)
-    it.program.due = 2
-    it.program.look(7)
+    it.pipeline.due = 2
+    it.pipeline.run_until(7)
     k = np.arange(3.0, 7.0)
     np.testing.assert_array_equal(it.rows[[3, 0, 1, 2]], np.stack([k + 1, 10 * k, 0.5 * k], axis=1))
     assert it.seen == [
@@ -163,19 +170,19 @@ def test_acts_are_done_in_their_order_and_when_they_are_due(python):
         ("solve", 5, 2.5),
         ("solve", 6, 3.0),
     ]
-    assert (it.program.count, it.program.time, it.program.due) == (7, 3.5, 8)
-    it.program.decide()
-    assert (it.program.count, it.program.time, it.row[0]) == (8, 3.5, 8.0)
-    it.program.look(8)
-    beside = Pipeline([], [], it.row, 0.5, it.program)
+    assert (it.pipeline.count, it.pipeline.time, it.pipeline.due) == (7, 3.5, 8)
+    it.pipeline.decide()
+    assert (it.pipeline.count, it.pipeline.time, it.row[0]) == (8, 3.5, 8.0)
+    it.pipeline.run_until(8)
+    beside = Pipeline([], [], it.row, 0.5, it.pipeline)
     beside.decide()  # something else decides: neither controller nor solver
-    it.program.stand()
-    assert (it.program.count, it.row[0], it.seen[-1][0]) == (9, 8.0, "event")
-    place = it.program.place
-    it.program.look(9)
+    it.pipeline.mark_complete()
+    assert (it.pipeline.count, it.row[0], it.seen[-1][0]) == (9, 8.0, "event")
+    place = it.pipeline.place
+    it.pipeline.run_until(9)
     assert it.row[1] == 90.0
-    it.program.place = place
-    it.program.look(9)
+    it.pipeline.place = place
+    it.pipeline.run_until(9)
     assert it.row[1] == 100.0
 
 
@@ -186,12 +193,12 @@ def test_a_failed_requirement_skips_dependent_checks(python):
     solve = Operation("solver", call if python else foreign(call), met.append, skip=1)
     made = Pipeline([solve, Operation("distribution", foreign(partial(add, row, 0, 1.0)))], [], row, 1.0)
     made.rows = np.zeros((256, 1))
-    made.look(2)
+    made.run_until(2)
     codes[0] = 3
-    made.look(3)
+    made.run_until(3)
     assert met == [3]
     codes[0] = 0
-    made.look(4)
+    made.run_until(4)
     np.testing.assert_array_equal(made.rows[:4, 0], [1, 2, 2, 3])
 
 
@@ -215,7 +222,7 @@ def test_samples_without_tensions_are_kept_with_their_reason(python):
     )
     made.rows = rows
     with pytest.raises(Infeasible):
-        made.look(5)
+        made.run_until(5)
     assert made.count == 1
     np.testing.assert_array_equal(rows[0], [0.0, 1.0])
     with pytest.raises(Infeasible):

@@ -78,7 +78,7 @@ def test_a_changed_array_changes_no_command_before():
 def test_the_step_of_a_loop_apart_stays_so_where_events_change_it():
     """Other threads of a batch wait otherwise."""
     loop = Loop(build(cdpr.load_scenario(CAROCA)))
-    loop.program.apart()
+    loop.pipeline.release_gil()
     loop.revise((), loop.parts.trajectory)
-    for program in (loop.program, loop.outside.command("wrench").program):
-        assert program._turn == program.whole.unlocked
+    for pipeline in (loop.pipeline, loop.outside.command("wrench").pipeline):
+        assert pipeline._run_compiled == pipeline.whole.unlocked

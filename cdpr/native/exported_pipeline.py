@@ -1,4 +1,4 @@
-"""Exported program: arrays, and the compiled operations on them, for FMUs and real-time controllers."""
+"""Exported pipeline: arrays, and the compiled operations on them, for FMUs and real-time controllers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ IGNORED, ANSWER, FINITE = range(3)
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """Array of the program.
+    """Array of the pipeline.
 
     Attributes:
         name: name in the C++ code; "-" for none.
@@ -65,8 +65,8 @@ class Call:
         bound: bound operation.
         vital: meaning of a status other than 0, one of the constants.
         skip: number of calls to skip then.
-        repair: bound operation that is then called with the status; if it returns 0 the program continues.
-        entry: name of the operation in the program; by default that in the kernel library.
+        repair: bound operation that is then called with the status; if it returns 0 the pipeline continues.
+        entry: name of the operation in the pipeline; by default that in the kernel library.
     """
 
     bound: Any
@@ -97,7 +97,7 @@ class Member(NamedTuple):
 
 @dataclass(frozen=True)
 class Operation:
-    """Operation of the program.
+    """Operation of the pipeline.
 
     Attributes:
         name: name of the operation.
@@ -117,11 +117,11 @@ class Operation:
 
 
 @dataclass(eq=False)
-class Program:
+class ExportedPipeline:
     """Arrays, and the operations on them.
 
     Attributes:
-        arrays: arrays of the program.
+        arrays: arrays of the pipeline.
         links: variables of an FMU that are also in arrays.
         operations: those of a control step in order, the repairs, and those called by the surrounding code.
     """
@@ -163,7 +163,7 @@ def root(array: Array) -> Array:
 
 
 class Translation:
-    """Translation of bound operations into a program.
+    """Translation of bound operations into a pipeline.
 
     Args:
         named: arrays that the surrounding code reads or writes, by name.
@@ -171,14 +171,14 @@ class Translation:
     """
 
     def __init__(self, named: dict[str, Array], shared: Sequence[str] = ()) -> None:
-        self.program = Program()
+        self.pipeline = ExportedPipeline()
         self._places: dict[int, int] = {}  # by address of an array's memory: index of the stored array
         self._named = named
         self._shared = shared
         self._kept: list[Array] = []  # so that no other array gets their addresses
 
-    def translate(self, calls: Sequence[Call], aside: Sequence[Call] = ()) -> Program:
-        """Return the program of these calls; its last operations, `aside`, are for the surrounding code."""
+    def translate(self, calls: Sequence[Call], aside: Sequence[Call] = ()) -> ExportedPipeline:
+        """Return the pipeline of these calls; its last operations, `aside`, are for the surrounding code."""
         every = [*calls, *(Call(call.repair) for call in calls if call.repair is not None), *aside]
         for name, array in self._named.items():
             self._store(name, array, "memory")
@@ -197,7 +197,7 @@ class Translation:
         for i, call in enumerate(every):
             repair = next(repairs) if call.repair is not None else -1
             self._call(call, i < len(calls), repair)
-        return self.program
+        return self.pipeline
 
     def where(self, array: Array) -> tuple[int, int]:
         """Return the index of the stored array that contains an array, and its position there."""
@@ -208,13 +208,13 @@ class Translation:
     def _store(self, name: str, array: Array, kind: Kind) -> None:
         owner = root(array)
         self._kept.append(owner)
-        self._places[address(owner)] = self.program.add(name, owner, kind)
+        self._places[address(owner)] = self.pipeline.add(name, owner, kind)
 
     def _store_by_roles(self, owner: Array, roles: set[str]) -> None:
         if roles == {"in"}:
             for name in self._shared:
                 if owner.shape == self._named[name].shape and np.array_equal(owner, self._named[name]):
-                    self._places[address(owner)] = self.program.find(name) or 0
+                    self._places[address(owner)] = self.pipeline.find(name) or 0
                     self._kept.append(owner)
                     return
         # An array that no operation reads is no state, and its initial content is rubbish.
@@ -229,7 +229,7 @@ class Translation:
                 found.append(Member(None, word & (2**64 - 1), role == "number"))
             else:
                 found.append(Member(*self.where(array)))
-        self.program.operations.append(Operation(call.name, in_order, call.vital, call.skip, repair, tuple(found)))
+        self.pipeline.operations.append(Operation(call.name, in_order, call.vital, call.skip, repair, tuple(found)))
 
 
 def members(call: Call) -> Iterable[tuple[str, Array | None]]:

@@ -1,4 +1,4 @@
-"""Engines as the loop steps them: compiled code that calls one act after the other, and Python, to the same bits."""
+"""Engines as the loop steps them: operations in compiled code and in Python, to the same bits."""
 
 from __future__ import annotations
 
@@ -93,11 +93,11 @@ def test_snapshots_restore_to_the_bit(backend):
     running.again()
     loop.parts.backend.reset(running.scenario.initial.state())
     loop.begin(rows, STEPS)
-    loop.program.look(40)
+    loop.pipeline.run_until(40)
     moment = loop.snapshot()
     for _ in range(2):
         rows[40:] = np.nan
-        loop.program.look(STEPS)
+        loop.pipeline.run_until(STEPS)
         loop.decide()
         np.testing.assert_array_equal(rows, whole)
         loop.restore(moment)
@@ -112,7 +112,7 @@ def test_two_in_one_process(backend):
         running.loop.begin(running.rows, STEPS)
     for k in range(7, STEPS + 7, 7):
         for running in pair:
-            running.loop.program.look(min(k, STEPS))
+            running.loop.pipeline.run_until(min(k, STEPS))
     for running in pair:
         running.loop.decide()
     np.testing.assert_array_equal(pair[0].rows, alone)
@@ -144,7 +144,7 @@ def test_a_wheel_that_lacks_it_is_stepped_by_its_binding(monkeypatch, lacking):
         monkeypatch.setattr(world, "direct", lambda model, data: direct.direct(SimpleNamespace(), data))
     try:
         running = Running("mujoco")
-        assert running.loop.program.interpreted == ("backend",)
+        assert running.loop.pipeline.interpreted == ("backend",)
         np.testing.assert_array_equal(running.run(), whole)
     finally:
         direct.find_library.cache_clear()
@@ -153,17 +153,17 @@ def test_a_wheel_that_lacks_it_is_stepped_by_its_binding(monkeypatch, lacking):
 GIVES_UP = """
 import numpy as np, sys
 sys.path[:0] = {path!r}
-import test_engine_acts as here
+import test_engine_operations as here
 running = here.Running("mujoco")
 whole, loop = running.run(), running.loop
 model = loop.parts.backend._world.model
 for _ in range(2):
     loop.parts.backend.reset(running.scenario.initial.state())
     loop.begin(running.rows, here.STEPS)
-    loop.program.look(40)
+    loop.pipeline.run_until(40)
     model.opt.integrator = 77
     try:
-        loop.program.look(80)
+        loop.pipeline.run_until(80)
     except Exception as error:
         print(type(error).__name__, error, loop.count)
     model.opt.integrator = 0
@@ -194,14 +194,14 @@ def test_operations_keep_their_world_alive(offset_robot):
         if not keep:
             del backend
         for _ in range(50):
-            for act in operations:
-                act()
+            for operation in operations:
+                operation()
             if not keep:
                 gc.collect(0)
         states.append(state)
         gc.collect()
         assert model() is not None
-        del operations, act
+        del operations, operation
         backend = None
         gc.collect()
         assert model() is None, "and who lets go of them lets go of the world"
@@ -217,10 +217,10 @@ def test_non_finite_values_end_the_run_in_the_same_sample(monkeypatch, capfd, tm
             patch.setattr(pipeline, "bound", bound)
             running = Running(backend)
             running.loop.begin(running.rows, STEPS)
-            running.loop.program.look(40)
+            running.loop.pipeline.run_until(40)
             running.loop.parts.backend.external[:] = np.nan
             with pytest.raises(Diverged) as caught:
-                running.loop.program.look(80)
+                running.loop.pipeline.run_until(80)
             said.append((str(caught.value), running.loop.count))
     assert said[0] == said[1]
     assert not any(capfd.readouterr())
@@ -233,11 +233,11 @@ def test_an_engine_that_resets_itself_is_found(monkeypatch, backend):
     if running.loop.parts.backend.engine_time() is None:
         pytest.skip("it has no clock")
     running.loop.begin(running.rows, STEPS)
-    running.loop.program.look(40)
+    running.loop.pipeline.run_until(40)
     state = running.loop.parts.backend.state.copy()
     running.loop.parts.backend.reset(state)
     with pytest.raises(Diverged, match=r"clock reads 0\.001 s: it reset itself"):
-        running.loop.program.look(41)
+        running.loop.pipeline.run_until(41)
 
 
 class Slipping(Backend):
