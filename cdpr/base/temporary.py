@@ -37,7 +37,7 @@ class TemporaryFolder:
     def __init__(self, prefix: str, root: str | None = None) -> None:
         root = root or tempfile.gettempdir()
         _sweep_once(root, prefix)
-        self.path, file = _made(prefix, root)
+        self.path, file = _new_folder(prefix, root)
         self.remove = finalize(self, _remove, self.path, file, os.getpid())
 
     def __enter__(self) -> Self:
@@ -58,7 +58,7 @@ def sweep(root: str, prefix: str) -> None:
 _sweep_once = cache(sweep)
 
 
-def _made(prefix: str, root: str) -> tuple[str, int]:
+def _new_folder(prefix: str, root: str) -> tuple[str, int]:
     """Return a new folder and the descriptor of its lock."""
     while True:
         path = tempfile.mkdtemp(prefix=prefix, dir=root)

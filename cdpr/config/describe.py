@@ -34,7 +34,7 @@ def json_schema(model: type[BaseModel]) -> dict[str, Any]:
         return {}
 
 
-def look(model: type[BaseModel], path: Path, data: Any) -> Place:
+def describe(model: type[BaseModel], path: Path, data: Any) -> Place:
     """Return the description of `path` in `model`; the validated `data` select forms of unions."""
     _, nodes = _at(model, path, data)
     return Place(

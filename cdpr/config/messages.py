@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import Path, dotted, shown
 from cdpr.base.units import known_unit
-from cdpr.config.describe import Place, below, look
+from cdpr.config.describe import Place, below, describe
 
 # Errors of type "wrong kind of value", with the expected kind.
 KINDS = {
@@ -118,11 +118,11 @@ def _collapse(faults: list[_Fault], depth: int) -> list[_Fault]:
         for fault in faults:
             if len(fault.unions) > depth and fault.unions[depth][0] == root:
                 branches.setdefault(fault.unions[depth][1], []).append(fault)
-        result += _meant(root, [_collapse(branch, depth + 1) for branch in branches.values()])
+        result += _likely_branch(root, [_collapse(branch, depth + 1) for branch in branches.values()])
     return result
 
 
-def _meant(root: Path, branches: list[list[_Fault]]) -> list[_Fault]:
+def _likely_branch(root: Path, branches: list[list[_Fault]]) -> list[_Fault]:
     """Return the errors of the branch that accepts the given kind of value; merge all branches if there is none."""
     for branch in branches:
         if not any(fault.path == root and fault.type in KINDS for fault in branch):
@@ -137,7 +137,7 @@ def _kinds(fault: _Fault, model: type[BaseModel], data: Any) -> tuple[str, ...]:
         return ()
     if fault.type == "literal_error":
         return (f"one of {_listed(fault.context['expected'])}",)
-    place = look(model, fault.path, data)
+    place = describe(model, fault.path, data)
     if fault.type in ("tuple_type", "list_type"):
         return (f"{place.size} {place.item}" if place.size else f"a list{place.item and ' of '}{place.item}",)
     if KINDS[fault.type] == "a mapping" and place.keys:
@@ -147,13 +147,13 @@ def _kinds(fault: _Fault, model: type[BaseModel], data: Any) -> tuple[str, ...]:
 
 def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[str, ...]) -> Message:
     path, found = fault.path, shown(fault.value)
-    place = look(model, path, data)
+    place = describe(model, path, data)
     unit = f" ({place.unit})" if place.unit else ""
     if fault.type == "missing":
         meaning = f": {place.description}" if place.description else ""
         return Message(path, f"required but not given{meaning}{unit}")
     if fault.type == "extra_forbidden":
-        allowed = (*core_keys, *look(model, path[:-1], data).keys)
+        allowed = (*core_keys, *describe(model, path[:-1], data).keys)
         return _unknown_key(path, allowed, below(model, path[:-1], data, str(path[-1])))
     if fault.type in ("union_tag_invalid", "union_tag_not_found", "model_attributes_type") and place.types:
         return _unknown_type(fault, place.types)

@@ -42,7 +42,7 @@ class Problems:
         """Raise ScenarioError with all problems, if any; PluginError if all are missing plugins."""
         if not self.items:
             return
-        rows, lines = in_order(self.items), told(self.items)
+        rows, lines = in_order(self.items), problem_lines(self.items)
         if all(problem.plugin for problem in self.items):
             raise PluginError("\n".join(lines), rows)
         raise ScenarioError(lines, rows)
@@ -54,7 +54,7 @@ def in_order(problems: Iterable[Problem]) -> tuple[Problem, ...]:
     return tuple(dict.fromkeys(ordered))
 
 
-def told(problems: Iterable[Problem]) -> list[str]:
+def problem_lines(problems: Iterable[Problem]) -> list[str]:
     """Return the problems as lines, with similar ones merged, and limited in number."""
     lines = _merged(in_order(problems))
     if len(lines) > MAX_PROBLEMS:
@@ -65,8 +65,8 @@ def told(problems: Iterable[Problem]) -> list[str]:
 def judged(warnings: Sequence[Problem], *, strict: bool) -> list[str]:
     """Return a line for each warning; with `strict`, raise ScenarioError if there are warnings."""
     if warnings and strict:
-        raise ScenarioError(told(warnings), in_order(warnings))
-    return [f"warning: {line}" for line in told(warnings)]
+        raise ScenarioError(problem_lines(warnings), in_order(warnings))
+    return [f"warning: {line}" for line in problem_lines(warnings)]
 
 
 def _merged(problems: Sequence[Problem]) -> list[str]:

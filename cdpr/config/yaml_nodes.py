@@ -205,7 +205,7 @@ class _Composer:
         return self._node(next(replayed), path, depth, replayed)
 
     def _node(self, event: Any, path: Path, depth: int, events: Iterator[Any]) -> Any:
-        mark = self._plain(event, path)
+        mark = self._count_node(event, path)
         self.values[path] = mark
         if isinstance(event, yaml.ScalarEvent):
             return self._scalar(event, mark, path)
@@ -224,7 +224,7 @@ class _Composer:
         while not isinstance(event := next(events), yaml.MappingEndEvent):
             if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
                 raise _RefusedError(self._mark(event), "a key takes no anchor and no alias (&name, *name)", path)
-            mark = self._plain(event, path)
+            mark = self._count_node(event, path)
             key = self._key(event, mark, path)
             place = (*path, key)
             if key in data:
@@ -234,7 +234,7 @@ class _Composer:
             data[key] = self._value(next(events), place, depth + 1, events)
         return data
 
-    def _plain(self, event: Any, path: Path) -> Mark:
+    def _count_node(self, event: Any, path: Path) -> Mark:
         """Count a node and reject tags."""
         mark = self._mark(event)
         self.nodes += 1

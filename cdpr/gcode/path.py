@@ -98,7 +98,7 @@ class _Laid:
 
 
 @lru_cache(maxsize=4)
-def lay(program: Program, placing: Placing, begin: tuple[float, float, float], tolerance: float) -> Path:
+def build_path(program: Program, placing: Placing, begin: tuple[float, float, float], tolerance: float) -> Path:
     """Follow a program from a position, m, world; raise ContentError with moves that are impossible.
 
     `tolerance` is the corner deviation, m, if the program does not set it.

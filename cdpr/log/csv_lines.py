@@ -24,11 +24,11 @@ _OTHERWISE = ((1e-5, 1e-4), (1e16, np.inf))
 
 def csv_lines(rows: Array) -> bytes:
     """Return one line per row (n, width), with numbers as in `repr`."""
-    lines = _fast if _is_repr() else _plain
+    lines = _fast if _is_repr() else _format_exactly
     return b"".join([lines(rows[first : first + ROWS]) for first in range(0, len(rows), ROWS)])
 
 
-def _plain(rows: Array) -> bytes:
+def _format_exactly(rows: Array) -> bytes:
     return "".join([",".join(map(repr, row)) + "\n" for row in rows.tolist()]).encode()
 
 
@@ -65,4 +65,4 @@ def _is_repr() -> bool:
     sizes = np.array([1.0, 1.2345678901234567, 9.5]) * 10.0 ** np.arange(-320, 308)[:, None]
     kinds = [np.nan, np.inf, -np.inf, 0.0, -0.0, 5e-324, 10.00001, 1.7976931348623157e308]
     probes = np.concatenate([sizes.ravel(), -sizes.ravel(), kinds])[:, None]
-    return _fast(probes) == _plain(probes)
+    return _fast(probes) == _format_exactly(probes)

@@ -53,7 +53,7 @@ def repair(path: str | Path) -> RepairReport:
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent if path.name == LOG_NAME else None
-    with _alone(path, folder) as room:
+    with _locked(path, folder) as room:
         if folder is not None and _never_began(folder):
             return _interrupt_unbegun(folder, room)
         log, folder = locate(path)
@@ -64,7 +64,7 @@ def repair(path: str | Path) -> RepairReport:
 
 
 @contextlib.contextmanager
-def _alone(path: Path, folder: Path | None) -> Iterator[Reserved | None]:
+def _locked(path: Path, folder: Path | None) -> Iterator[Reserved | None]:
     """Lock out runs and other repairs; yield the space that a killed run reserved for run.json.
 
     A run locks that space before it writes anything else, until its end. Without the space no run can be active, and

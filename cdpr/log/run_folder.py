@@ -59,7 +59,7 @@ class RunFolder:
             "finished": None,
             **({} if branch is None else {"branch": dict(branch)}),
         }
-        text = self._begun(header)
+        text = self._unfinished_text(header)
         self._made = out is None
         self.path = new_folder(header.scenario, header.backend) if out is None else out
         file = self.path / run_json.NAME
@@ -74,7 +74,7 @@ class RunFolder:
             self.withdraw()
             raise
 
-    def _begun(self, header: Header) -> bytes:
+    def _unfinished_text(self, header: Header) -> bytes:
         """Return run.json of a running run."""
         no_rows = Run(header, np.empty((0, header.layout.width)), status="running")
         return run_json.encode(run_json.describe(no_rows) | self._started)
@@ -86,7 +86,7 @@ class RunFolder:
             OutputError: if it cannot be written; run.json is then unchanged.
         """
         if header != self.header:
-            replace(self.path / run_json.NAME, self._begun(header))
+            replace(self.path / run_json.NAME, self._unfinished_text(header))
             self.header = header
 
     def finish(self, run: Run) -> None:

@@ -105,7 +105,7 @@ def now() -> datetime:
 
 def encode(content: dict[str, Any]) -> bytes:
     """Return the bytes of run.json. Non-finite numbers become null."""
-    text = json.dumps(sealed(plain(content)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(sealed(to_json(content)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode(errors="backslashreplace")  # \udcff is a valid escape in JSON, too
 
 
@@ -127,12 +127,12 @@ def read(folder: Path) -> dict[str, Any] | None:
     return content
 
 
-def plain(value: Any) -> Any:
+def to_json(value: Any) -> Any:
     """Return `value` in the types of strict JSON; non-finite numbers become None."""
     if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {str(key): to_json(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
+        return [to_json(item) for item in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value

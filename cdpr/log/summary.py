@@ -175,13 +175,13 @@ class Accumulator:
             for i, error in enumerate((part.position_error, part.orientation_error)):
                 norms = np.linalg.norm(error, axis=1)
                 squares[i] = norms**2
-                self._look(f"error {i}", norms)
+                self._update_extremes(f"error {i}", norms)
             sums, squares = self._added(squares)
             intact = sound(self._header, part.time)
-            self._look("tension", part.tension[intact])
+            self._update_extremes("tension", part.tension[intact])
             held = part.tension if self._before is None else np.concatenate([self._before, part.tension])
-            self._look("step", np.abs(np.diff(held, axis=0))[intact[len(intact) - len(held) + 1 :]])
-            self._look("cable tension", part.cable_tension[intact])
+            self._update_extremes("step", np.abs(np.diff(held, axis=0))[intact[len(intact) - len(held) + 1 :]])
+            self._update_extremes("cable tension", part.cable_tension[intact])
             beyond = self.beyond.copy()
             beyond.add(rows)
             loose = self.slack.added(part.time, slack(part.cable_tension, self._header) & intact)
@@ -190,10 +190,10 @@ class Accumulator:
                 closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
             singular = self.singular.added(part, intact)
             for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
-                self._look(name, part[name])
+                self._update_extremes(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
-            self._look("turned over", parts)
-            self._look("unexplained", np.abs(part.energy_residual))
+            self._update_extremes("turned over", parts)
+            self._update_extremes("unexplained", np.abs(part.energy_residual))
         self._final["time"] = float(part.time[-1])
         before = part.tension[-1:].copy()
         # State that must not be counted twice is assigned last: no interrupt occurs between plain assignments.
@@ -239,7 +239,7 @@ class Accumulator:
             figures["beyond_limits_steps"] = self.beyond.counts()
         return figures
 
-    def _look(self, name: str, values: Array) -> None:
+    def _update_extremes(self, name: str, values: Array) -> None:
         """Update extremes and the last value; NaN persists."""
         if values.size:
             low, high = float(values.min()), float(values.max())

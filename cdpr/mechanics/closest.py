@@ -94,7 +94,7 @@ class Closest:
             self._add(times[start : start + PIECE], table[start : start + PIECE])
 
     def _add(self, time: Array, poses: Array) -> None:
-        clearance, which = self._look(time, poses)
+        clearance, which = self._evaluate(time, poses)
         k = int(np.argmin(clearance))
         if clearance[k] < (math.inf if self.least is None else self.least.clearance):
             self.least = Near(float(clearance[k]), float(time[k]), int(which[k]))
@@ -110,7 +110,7 @@ class Closest:
                 spans.append(span)
             self._spans[i] = level, spans, bool(under[-1])
 
-    def _look(self, time: Array, poses: Array) -> tuple[Array, NDArray[np.int64]]:
+    def _evaluate(self, time: Array, poses: Array) -> tuple[Array, NDArray[np.int64]]:
         """Return the clearances (K,) [m], infinite if there is none, and the indices of the closest pairs."""
         clearance, which = np.full(len(time), math.inf), np.full(len(time), -1, dtype=np.int64)
         sound = np.isfinite(poses).all(axis=1)

@@ -200,7 +200,7 @@ class Reach:
         other._found = tuple(array.copy() for array in self._found)
         return other
 
-    def told(self) -> list[Exceeded]:
+    def exceeded(self) -> list[Exceeded]:
         """Return the violations of each limit."""
         told = []
         far, value, limits, samples = self._found

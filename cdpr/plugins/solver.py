@@ -206,7 +206,7 @@ class CompiledSolver(TensionSolver):
         """Solve with arrays of any layout."""
         given = reals(W=W, wrench=wrench, t_min=t_min, t_max=t_max, tension=tension).values()
         with _turn:
-            call, arrays = self._alone
+            call, arrays = self._single_call
             if any(array.shape != own.shape for array, own in zip(given, arrays, strict=True)):
                 return BAD_INPUT
             for array, own in zip(given, arrays, strict=True):
@@ -252,13 +252,13 @@ class CompiledSolver(TensionSolver):
     @property
     def work(self) -> tuple[Array, ...]:
         """Arrays that `solve` writes besides the tensions; no answer depends on their previous content."""
-        call, arrays = self._alone
+        call, arrays = self._single_call
         kept = [*arrays, *self.parameters.values()]
         found: Any = call.arrays
         return tuple(each for each in found if not any(each is other for other in kept))
 
     @cached_property
-    def _alone(self) -> tuple[Bound | Foreign, tuple[Array, ...]]:
+    def _single_call(self) -> tuple[Bound | Foreign, tuple[Array, ...]]:
         """Operation of `solve`, and arrays for its arguments."""
         n, m = self.robot.n, self.robot.m
         arrays = np.empty((n, m)), np.empty(n), np.empty(m), np.empty(m), np.empty(m)
@@ -267,7 +267,7 @@ class CompiledSolver(TensionSolver):
     @cached_property
     def _on(self) -> tuple[Callable[..., int], bytes] | None:
         """Call on given arrays, and the positions of their addresses in its struct; None for foreign operations."""
-        call, arrays = self._alone
+        call, arrays = self._single_call
         if isinstance(call, Foreign):
             return None
         names = [field.name for field in operations()[call.name].fields]

@@ -68,7 +68,7 @@ class Checks:
         except (ValidationError, TypeError):
             return None
 
-    def say(self, path: Path, text: str) -> None:
+    def add_problem(self, path: Path, text: str) -> None:
         """Report a problem of the value at `path`."""
         self.problems.add(self.document.mark(path), path, text)
 

@@ -53,7 +53,7 @@ class EventChecks(Checks):
         if simulation:
             for i, event in unknown:
                 for key, text in event.check_steps(simulation.control_step):
-                    self.say(("events", i, key), text)
+                    self.add_problem(("events", i, key), text)
         self._against_guide(unknown)
         cables = list(self.cables(("robot",)))
         given = self.document.get(("robot", "cables"))
@@ -66,7 +66,7 @@ class EventChecks(Checks):
             for i, event in sorted(events, key=lambda place: place[1].time):
                 for path, text in event.check_options(self._options):
                     if not self.problems.has(("events", i, *path)):  # a null has been reported
-                        self.say(("events", i, *path), text)
+                        self.add_problem(("events", i, *path), text)
         self._need_ideal_cables(known)
         history = History(self.document.get(("robot", "unilateral")) is not False)
         history.cables = names
@@ -80,10 +80,10 @@ class EventChecks(Checks):
             together = list(group)
             for i, event in together:
                 for text in event.follow(history):
-                    self.say(("events", i), text)
+                    self.add_problem(("events", i), text)
             for i, event in together:
                 for text in event.settle(history):
-                    self.say(("events", i), text)
+                    self.add_problem(("events", i), text)
         return [event for _, event in events]
 
     def _read(self) -> Places:
@@ -104,14 +104,14 @@ class EventChecks(Checks):
         dof = self.directions(("robot", "dof"))
         initial = self.section(Initial, ("initial",))
         if dof and initial:
-            guide = Guide(dof, initial.position, self.say)
+            guide = Guide(dof, initial.position, self.add_problem)
             for i, event in events:
                 event.stay(guide, ("events", i))
 
     def _cable_exists(self, i: int, event: ScenarioEvent, names: Sequence[str]) -> bool:
         text = event.check_cable(names)
         if text:
-            self.say(("events", i, "cable"), text)
+            self.add_problem(("events", i, "cable"), text)
         return not text
 
     def _need_ideal_cables(self, events: Places) -> None:
@@ -132,7 +132,7 @@ class EventChecks(Checks):
             return
         for i, event in events:
             if event.ideal_cables_only:
-                self.say(("events", i, "type"), text)
+                self.add_problem(("events", i, "type"), text)
 
 
 def _thin(cable: CableSection) -> bool:

@@ -73,7 +73,7 @@ class MotionChecks(Checks):
                 self.say(("controlled",), text)
         if not dof or not initial:
             return
-        guide = Guide(dof, initial.position, self.say)
+        guide = Guide(dof, initial.position, self.add_problem)
         if not guide.held.any():
             return
         if ("initial", "orientation") not in self.document.filled:  # problems of the home are reported there
@@ -85,7 +85,7 @@ class MotionChecks(Checks):
                 text = f"{guide.free}: this tool would leave the guide when the platform rotates; remove `tool`"
                 self.say((ROOT, "tool"), text)
                 return
-            guide = Guide(dof, begins.position, self.say, self.motion.tool)
+            guide = Guide(dof, begins.position, self.add_problem, self.motion.tool)
             for path, point in self.motion.poses():
                 guide.check((ROOT, *path), point)
             self.motion.stay(guide, Below(self, (ROOT,)))

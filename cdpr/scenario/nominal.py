@@ -8,7 +8,7 @@ from typing import Any
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import Path, Problem, dotted, shown
 from cdpr.cables import COMMANDED, MODELS
-from cdpr.config.describe import look
+from cdpr.config.describe import describe
 from cdpr.config.document import Document, rename_key
 from cdpr.config.overrides import Change, apply
 from cdpr.config.problems import Problems, exact
@@ -102,7 +102,7 @@ def nominal_document(document: Document, found: Problems) -> Document | None:
         return None
     twin = document.copy()
     twin.drop((KEY,))
-    _Overlay(document, twin, found).lay(ROBOT, (KEY,))
+    _Overlay(document, twin, found).merge(ROBOT, (KEY,))
     for path, value, mark in document.waiting:
         apply(twin, Change((*ROBOT, *path[1:]), value, mark), found)
     _same_robot(document, twin, found)
@@ -121,7 +121,7 @@ def add_problems(found: Problems, problems: Problems) -> None:
             problems.add(each.mark, each.path, f"for the nominal model: {each.text}")
 
 
-def alone(thought: Iterable[Problem], true: Iterable[Problem]) -> tuple[Problem, ...]:
+def only_nominal(thought: Iterable[Problem], true: Iterable[Problem]) -> tuple[Problem, ...]:
     """Return the warnings about the nominal robot that do not also apply to the true one."""
     known = {(each.mark, each.text) for each in true}
     return tuple(
@@ -137,15 +137,15 @@ class _Overlay:
     def __init__(self, document: Document, twin: Document, found: Problems) -> None:
         self._document, self._twin, self._found = document, twin, found
 
-    def lay(self, at: Path, source: Path) -> None:
+    def merge(self, at: Path, source: Path) -> None:
         """Merge the value at `source` in the document into the value at `at` in the twin."""
         given, base = self._document.get(source), self._twin.get(at)
         if isinstance(given, dict) and isinstance(base, dict) and not _another_form(at, given, base):
             for key in given:
-                self.lay((*at, key), (*source, key))
+                self.merge((*at, key), (*source, key))
         elif at == CABLES and isinstance(given, list) and isinstance(base, list):
             for item, index in self._matched(given, base, source):
-                self.lay((*at, index), (*source, item))
+                self.merge((*at, index), (*source, item))
         else:
             self._twin.transplant(at, self._document, source)
 
@@ -239,7 +239,7 @@ def _differences(true: Any, thought: Any, path: Path, root: dict[str, Any]) -> I
         for i, pair in enumerate(zip(true, thought, strict=True)):
             yield from _differences(*pair, (*path, i), root)
     else:
-        unit = look(RobotSection, path, root).unit
+        unit = describe(RobotSection, path, root).unit
         place = (
             dotted(tuple(root["cables"][part]["name"] if part == path[1] else part for part in path))
             if (path[0] == "cables")

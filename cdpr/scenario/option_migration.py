@@ -41,9 +41,9 @@ class Replacement:
         self._document = document
         self._plugins = plugins
         roles: tuple[Role, ...] = ("controller", "solver")
-        self._before = [self._look(role) for role in roles]
+        self._before = [self._given_options(role) for role in roles]
 
-    def _look(self, role: Role) -> _Before:
+    def _given_options(self, role: Role) -> _Before:
         given = self._document.data.get(role)
         options = [key for key in given if key not in CORE_KEYS[role]] if isinstance(given, dict) else []
         return _Before(role, self._type(role), {key: self._document.keys.get((role, key)) for key in options})

@@ -13,7 +13,7 @@ from cdpr.scenario.check import Checked
 from cdpr.scenario.schema import ScenarioSection
 
 
-def plain(sections: ScenarioSection, checked: Checked) -> dict[str, Any]:
+def to_dict(sections: ScenarioSection, checked: Checked) -> dict[str, Any]:
     """Return completed sections and the plugins' options as plain data, in the order of the schema."""
     data = sections.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"})
     for section, options in (("controller", checked.controller_options), ("solver", checked.solver_options)):
@@ -29,7 +29,7 @@ def plain(sections: ScenarioSection, checked: Checked) -> dict[str, Any]:
 
 def plain_in(folder: str, sections: ScenarioSection, checked: Checked) -> dict[str, Any]:
     """Return plain data with file names relative to a folder."""
-    data = plain(sections, checked)
+    data = to_dict(sections, checked)
 
     def move(section: dict[str, Any], *keys: str) -> None:
         for key in keys:

@@ -15,9 +15,9 @@ class Below:
     def __init__(self, checks: Checks, root: Path) -> None:
         self._checks, self._root = checks, root
 
-    def say(self, path: Path, text: str) -> None:
+    def add_problem(self, path: Path, text: str) -> None:
         """Report a problem of the value at `path`, relative to the section."""
-        self._checks.say((*self._root, *path), text)
+        self._checks.add_problem((*self._root, *path), text)
 
     def say_of_file(self, path: Path, file: str, line: int, column: int, text: str) -> None:
         """Report a problem in the file that is referenced at `path`."""
@@ -35,5 +35,5 @@ class Below:
         try:
             return read(self.path(file), size, endings)
         except UnreadableError as error:
-            self.say(path, str(error))
+            self.add_problem(path, str(error))
             return None

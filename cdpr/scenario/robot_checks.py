@@ -66,7 +66,7 @@ class RobotChecks(Checks):
         turns = [name for name in dof if name.startswith("r")]
         given = self.document.get(platform)
         if turns and isinstance(given, dict) and given.get("inertia") is None and not self.problems.has(inertia):
-            self.say(
+            self.add_problem(
                 inertia, "required but not given: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2), because the platform rotates"
             )
         section = self.section(PlatformSection, platform)
@@ -75,12 +75,12 @@ class RobotChecks(Checks):
             try:
                 of_a_body(moments)
             except ValueError as error:
-                self.say(inertia, f"{error} where it turns about {', '.join(turns)}")
+                self.add_problem(inertia, f"{error} where it turns about {', '.join(turns)}")
         home = self.section(Home, (*self.root, "home"))
         base = self.section(FrameSection, (*self.root, "frame")) or FrameSection()
         if home and not held_upright(dof, multiply(base.attitude, home.orientation.quaternion())):
             text = f"may differ from upright only about the free directions, {', '.join(dof)}"
-            self.say((*self.root, "home", "orientation"), text)
+            self.add_problem((*self.root, "home", "orientation"), text)
 
     def _mesh(self) -> None:
         """Check that the mesh file is readable."""
@@ -94,7 +94,7 @@ class RobotChecks(Checks):
         try:
             box_around(os.path.join(self.document.folder, name))
         except UnreadableError as error:
-            self.say(path, str(error))
+            self.add_problem(path, str(error))
 
     def _model(self) -> None:
         """Check that all values required by the cable models are present; sections check their values."""
@@ -135,7 +135,7 @@ class RobotChecks(Checks):
             name = cable_name(cable, i)
             if name in first:
                 text = f"'{name}' is the name of cables[{first[name]}] too; names must differ"
-                self.say((*self.root, "cables", i, "name"), text)
+                self.add_problem((*self.root, "cables", i, "name"), text)
             first.setdefault(name, i)
         tools = self.document.get((*self.root, "platform", "tools"))
         platform = self.section(PlatformSection, (*self.root, "platform")) if tools else None
@@ -143,7 +143,7 @@ class RobotChecks(Checks):
         for name in platform.tools if platform else ():
             if name in reserved:
                 text = "frames, links and sites of exports have this name already; choose another name"
-                self.say((*self.root, "platform", "tools", name), text)
+                self.add_problem((*self.root, "platform", "tools", name), text)
 
     def _coincident(self) -> None:
         cables = list(self.cables(self.root))
@@ -154,7 +154,7 @@ class RobotChecks(Checks):
             if same[b, :b].any():
                 other = f"cables[{cables[int(np.argmax(same[b, :b]))][0]}]"
                 text = f"coincides with {other} at both ends, so they are one cable (sharing one end is fine)"
-                self.say((*self.root, "cables", cables[b][0]), text)
+                self.add_problem((*self.root, "cables", cables[b][0]), text)
 
     def _tensions(self) -> None:
         common = self.section(TensionSection, (*self.root, "tension"))
@@ -167,7 +167,7 @@ class RobotChecks(Checks):
             for path, text in self._limits(common, cable, i, unilateral):
                 if path not in said:
                     said.add(path)
-                    self.say(path, text)
+                    self.add_problem(path, text)
 
     def _one_per_cable(self, common: TensionSection, count: int) -> bool:
         right = True

@@ -63,7 +63,7 @@ class RunChecks(Checks):
             if length < tolerances.LENGTH:
                 why = "its two anchors coincide, so it has no direction"
             if why:
-                self.say(("initial", "position"), f"cable '{cable_name(cable, i)}' has no length here: {why}")
+                self.add_problem(("initial", "position"), f"cable '{cable_name(cable, i)}' has no length here: {why}")
 
     def _obstacles(self) -> None:
         """Report unreadable or unusable obstacle meshes."""
@@ -79,25 +79,25 @@ class RunChecks(Checks):
             try:
                 hull_of(os.path.join(self.document.folder, section.mesh))
             except UnreadableError as error:
-                self.say(path, str(error))
+                self.add_problem(path, str(error))
 
     def _steps(self, simulation: Simulation) -> None:
         duration, control, physics = simulation.duration, simulation.control_step, simulation.physics_step
         count = max(duration, control) / min(control, physics)
         if count > MAX_STEPS:
-            self.say(("simulation", "duration"), f"{count:.3g} steps; at most {MAX_STEPS:g} are allowed")
+            self.add_problem(("simulation", "duration"), f"{count:.3g} steps; at most {MAX_STEPS:g} are allowed")
             return
         if not _is_multiple(control, physics):
             near = _near(control / physics, lambda n: control / n)
             text = f"must be control_step, {exact(control)} (s), divided by an integer, got {exact(physics)}; "
-            self.say(("simulation", "physics_step"), f"{text}nearest: {near}")
+            self.add_problem(("simulation", "physics_step"), f"{text}nearest: {near}")
         self._multiple(("simulation", "duration"), duration, control)
 
     def _multiple(self, path: Path, value: float, control: float) -> None:
         if not _is_multiple(value, control):
             near = _near(value / control, lambda n: control * n)
             text = f"must be an integer multiple of control_step, {exact(control)} (s), got {exact(value)}; "
-            self.say(path, f"{text}nearest: {near}")
+            self.add_problem(path, f"{text}nearest: {near}")
 
 
 def _is_multiple(value: float, step: float) -> bool:

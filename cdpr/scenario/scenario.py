@@ -31,7 +31,7 @@ from cdpr.scenario.event_checks import EventChecks, beyond
 from cdpr.scenario.events import ScenarioEvent, redirected
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
-from cdpr.scenario.plain_data import dumped, plain, plain_in
+from cdpr.scenario.plain_data import dumped, plain_in, to_dict
 from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation, SolverSection, World
 from cdpr.scenario.source import change
 from cdpr.trajectory import Trajectory, of_tool
@@ -174,7 +174,7 @@ class Scenario:
         if sections.believed is None or self.nominal is None or twin is None:
             return found
         thought = replace(setup, section=sections.believed, robot=self.nominal, data=twin.data)
-        return (*found, *nominal.alone(plausible.warnings(thought, twin), found))
+        return (*found, *nominal.only_nominal(plausible.warnings(thought, twin), found))
 
     def doubts(self, events: Sequence[ScenarioEvent]) -> list[str]:
         """Return the warnings on the target of the last of these events, which replace the scenario's events."""
@@ -259,7 +259,7 @@ class Scenario:
     def yaml_in(self, folder: str) -> str:
         """Return `resolved_yaml` for a file in another folder, with adjusted file names."""
         data = plain_in(folder, self.sections, self._checked)
-        return self.resolved_yaml() if data == plain(self.sections, self._checked) else dump(data)
+        return self.resolved_yaml() if data == to_dict(self.sections, self._checked) else dump(data)
 
     def resolved_yaml(self) -> str:
         """Return self-contained YAML with robot and defaults, which loads to an equal scenario.
@@ -270,7 +270,7 @@ class Scenario:
 
     @cached_property
     def _text(self) -> str:
-        return dump(plain(self.sections, self._checked))
+        return dump(to_dict(self.sections, self._checked))
 
     def place(self, *path: str | int) -> str:
         """Return file, line and column of the value at `path`."""

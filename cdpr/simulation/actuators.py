@@ -95,7 +95,7 @@ class ActuatedPlant(Backend):
         self.plant.reset(state)
         self.highest[:], self._tension[:], self._work = 0.0, 0.0, 0.0
         self._put_command(self.command)
-        self._look()
+        self._update_lengths()
         self._put_length(self._cables[1])
         self._put_rate(self._cables[2])
         self.fmu.start(_known(self.robot, self.physics_step) if self._from_robot else {})
@@ -117,7 +117,7 @@ class ActuatedPlant(Backend):
             np.maximum(self.highest, np.abs(tension), out=self.highest)
             past_length[:], past_rate[:] = length, rate
             plant.step(1)
-            self._look()
+            self._update_lengths()
             self._work += float(tension @ (past_length - length))
             if not self._series:
                 self._put_length(0.5 * (past_length + length))
@@ -157,7 +157,7 @@ class ActuatedPlant(Backend):
         finally:
             self.plant.close()
 
-    def _look(self) -> None:
+    def _update_lengths(self) -> None:
         """Update lengths and rates of the cables."""
         self._geometry()
 

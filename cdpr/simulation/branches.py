@@ -41,7 +41,7 @@ class Branches(Interventions):
         Raises:
             PluginError: if the backend, the controller or the solver does not support snapshots.
         """
-        with self._alone("snapshot"):
+        with self._exclusive("snapshot"):
             self._ready(also_done=True)
             scenario = self._runner.scenario
             entry = scenario.plugins.get("solver", scenario.solver.type)
@@ -67,7 +67,7 @@ class Branches(Interventions):
             CdprError: if the samples do not fit into memory; the simulation is unchanged.
             OutputError: if the folder cannot be written; the simulation is unchanged.
         """
-        with self._alone("restore"):
+        with self._exclusive("restore"):
             if not isinstance(snapshot, Snapshot) or snapshot.samples is None or snapshot.of is not self._origin:
                 raise CdprError("restore: expected a snapshot of this simulation, taken since its last reset")
             self._ready(also_done=True)

@@ -28,7 +28,9 @@ LENGTH_MIN = 1e-9  # m; round-off dominates the direction of a shorter cable
 AHEAD = np.linspace(0.0, 2.0, 201)
 
 
-def told(fault: int, robot: Robot, nominal: Robot | None, state: Array, before: Array | None, period: float) -> str:
+def fault_message(
+    fault: int, robot: Robot, nominal: Robot | None, state: Array, before: Array | None, period: float
+) -> str:
     """Return a message for a faulty state (13,), with the cable that causes it, if known.
 
     `before` (13,) is the state of the previous sample, a control `period` (s) earlier, if there was one.

@@ -61,7 +61,7 @@ class Interventions(ABC):
     _loop: Loop
 
     @abstractmethod
-    def _alone(self, what: str) -> AbstractContextManager[None]:
+    def _exclusive(self, what: str) -> AbstractContextManager[None]:
         """Reject a call during another one."""
 
     @abstractmethod
@@ -94,7 +94,7 @@ class Interventions(ABC):
 
     def release(self, push: Wrench) -> None:
         """End a wrench that `push` returned, now."""
-        with self._alone("release"):
+        with self._exclusive("release"):
             self._ready()
             session, loop = self._runner.session, self._loop
             released = session.released(push, loop.count)
@@ -175,7 +175,7 @@ class Interventions(ABC):
 
     def _do(self, title: str, kind: type[E], keys: Mapping[str, Any]) -> E:
         """Apply an event now."""
-        with self._alone(title):
+        with self._exclusive(title):
             self._ready()
             attempt = self._runner
             session = attempt.session

@@ -18,7 +18,7 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.external_command import ExternalCommands
-from cdpr.simulation.faults import told
+from cdpr.simulation.faults import fault_message
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.moment import Memory, Moment
 from cdpr.simulation.pace import Pace
@@ -76,7 +76,7 @@ class Loop:
         self._memory = Memory(parts, present, self.stage, self.schedule)
         # Operations that observe the plant, and the first such: made once, because the geometry of pulleys is
         # expensive.
-        self._looking, self._looking_first = (present.looking(h, self._check) for h in (parts.control_step, 0.0))
+        self._looking, self._looking_first = (present.observing(h, self._check) for h in (parts.control_step, 0.0))
         self._plan()
 
     @property
@@ -368,4 +368,6 @@ class Loop:
         parts, k, rows = self.parts, self.count, self.pipeline.rows
         state = self.layout.span("position", "angular_velocity")
         before = rows[(k - 1) % len(rows), state] if k else None
-        raise Diverged(told(fault, parts.robot, parts.nominal, parts.backend.state, before, parts.control_step))
+        raise Diverged(
+            fault_message(fault, parts.robot, parts.nominal, parts.backend.state, before, parts.control_step)
+        )

@@ -35,7 +35,7 @@ from cdpr.simulation.step_kernel import (
     TICK,
     WHEN,
 )
-from cdpr.tension.operations import Operation, tell
+from cdpr.tension.operations import Operation, report_failed_sample
 
 # Markers in the list: the sample is complete; the time of the next one begins.
 COMPLETE, NEXT = Operation("", lambda: None), Operation("", lambda: None)
@@ -85,7 +85,8 @@ class Pipeline:
         self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
         pairs = list(zip(self.operations, self._bound, strict=True))
         self._plain = [
-            (operation.do, operation.timed) if found is None and operation.plain else None for operation, found in pairs
+            (operation.do, operation.timed) if found is None and operation.unconditional else None
+            for operation, found in pairs
         ] + [None]
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
         self._row, self._period, self._rows = row, period, np.zeros((1, len(row)))
@@ -234,7 +235,7 @@ class Pipeline:
                     answer = do(time[0]) if timed else do()
                     at += 1 if answer is None else 1 + operations[at].meet(answer)
             except Infeasible:
-                tell(operations[at + 1 : self._complete], self.time)
+                report_failed_sample(operations[at + 1 : self._complete], self.time)
                 self._keep()
                 raise
             place[OPERATION] = at

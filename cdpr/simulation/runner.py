@@ -143,7 +143,7 @@ class Runner:
         """Return the number of complete samples."""
         return 0 if self.loop is None else self.loop.count
 
-    def told(self, error: BaseException) -> BaseException:
+    def as_cdpr_error(self, error: BaseException) -> BaseException:
         """Return an exception as an error of cdpr; a foreign exception becomes a plugin's."""
         if isinstance(error, CdprError | KeyboardInterrupt):
             return error
@@ -224,7 +224,7 @@ class Runner:
             tally = self.recorder.tally
             known = None if tally is None else (tally.beyond, tally.slack)
             left, slack = known or left_and_slack(self.header, np.asarray(rows))
-            events += limit_events(left.told(), self.header)
+            events += limit_events(left.exceeded(), self.header)
             events += slack.events(self.header.cables)
             closest = self._closest(rows)
             if closest is not None:
@@ -233,7 +233,7 @@ class Runner:
                     told = least.clearance, least.time, closest.name(least)
                     clearance = dict(zip(CLEARANCE, told, strict=True))
                 events += contact_events(closest, guarding(self.parts.events, self.header.control_step))
-            events += self.session.told(samples)
+            events += self.session.command_events(samples)
             if self.folder is not None and self.session and not going_on:
                 try:
                     self.session.save(self.folder.path / SESSION_NAME, samples)

@@ -68,7 +68,7 @@ class Sample:
         """Return the columns from the field `first` to `last`, live."""
         return self.row[self.layout.span(first, last or first)]
 
-    def looking(self, period: float, refuse: Refuse) -> list[Operation]:
+    def observing(self, period: float, refuse: Refuse) -> list[Operation]:
         """Return the operation that observes the plant a control `period` (s) after the last time, or at once (0)."""
         parts, backend = self._parts, self._parts.backend
         energies = self.view("kinetic", "external_work")

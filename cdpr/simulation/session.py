@@ -126,7 +126,7 @@ class Session:
             return None
         return event.model_copy(update={"duration": _tidy(k * step - event.time)})
 
-    def told(self, samples: int) -> Iterator[Event]:
+    def command_events(self, samples: int) -> Iterator[Event]:
         """Yield an event for each uninterrupted span of one kind of command within these samples."""
         step = self.scenario.simulation.control_step
         rows: list[tuple[str, int, int]] = []

@@ -71,5 +71,5 @@ def simulate(
 
         loop.run(recorder.rows, flush, steps=total - 1, real_time=real_time)
     except BaseException as stop:
-        error = made.told(stop)
+        error = made.as_cdpr_error(stop)
     return made.end(error)

@@ -74,7 +74,7 @@ class Simulation(Branches):
     ) -> None:
         self._observers: list[Observer] = []
         self._at_work = Lock()
-        self._stepping = self._alone("step")
+        self._stepping = self._exclusive("step")
         self._start(attempt(scenario, backend, solver, controller, overrides, out))
 
     def _start(self, made: Runner) -> None:
@@ -199,7 +199,7 @@ class Simulation(Branches):
 
     def until(self, time: float) -> None:
         """Continue to the first sample at or after `time` (s), or to the end."""
-        with self._alone("until"):
+        with self._exclusive("until"):
             self._until(time)
 
     def _until(self, time: float) -> None:
@@ -231,7 +231,7 @@ class Simulation(Branches):
         Raises:
             CdprError: if there is a log, whose samples stay: create another simulation.
         """
-        with self._alone("reset"):
+        with self._exclusive("reset"):
             self._reset(state, seed)
 
     def _reset(self, state: ArrayLike | None, seed: int | None) -> None:
@@ -253,7 +253,7 @@ class Simulation(Branches):
         """
         if self._runner.run is not None:
             return self._runner.run
-        with self._alone("run"):
+        with self._exclusive("run"):
             return self._end()
 
     def _end(self) -> Run:
@@ -271,7 +271,7 @@ class Simulation(Branches):
 
     def so_far(self) -> Run:
         """Return the run up to the last complete sample and continue; the status of an incomplete run is "ended"."""
-        with self._alone("so_far"):
+        with self._exclusive("so_far"):
             return self._runner.so_far()
 
     def close(self) -> None:
@@ -301,7 +301,7 @@ class Simulation(Branches):
         if self.done and not also_done:
             raise CdprError(f"the simulation is done: the scenario ends at {self.time:g} s; run() returns the run")
 
-    def _alone(self, what: str) -> ExclusiveAccess:
+    def _exclusive(self, what: str) -> ExclusiveAccess:
         """Reject a call during another one."""
         return ExclusiveAccess(self._at_work, what)
 
@@ -313,7 +313,7 @@ class Simulation(Branches):
             if self._observers or k == self._last:
                 self._go_watched(k, given)
         except BaseException as error:
-            self._runner.end(self._runner.told(error))
+            self._runner.end(self._runner.as_cdpr_error(error))
 
     def _go_watched(self, k: int, given: Pipeline | None) -> None:
         """Do the same with observers or commands."""
@@ -343,7 +343,7 @@ class Simulation(Branches):
         try:
             yield
         except BaseException as error:
-            self._runner.end(self._runner.told(error))
+            self._runner.end(self._runner.as_cdpr_error(error))
 
 
 def _steps(n: object) -> int:

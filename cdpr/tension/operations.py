@@ -26,7 +26,7 @@ class Operation(NamedTuple):
     telling: bool = False  # also executed after Infeasible, to report on that sample
 
     @property
-    def plain(self) -> bool:
+    def unconditional(self) -> bool:
         """True if it is always executed."""
         return self.when is None and not self.due and self.name != ""
 
@@ -52,11 +52,11 @@ def perform(operations: Sequence[Operation], time: float = 0.0) -> None:
         try:
             i += 1 + operations[i](time)
         except Infeasible:
-            tell(operations[i + 1 :], time)
+            report_failed_sample(operations[i + 1 :], time)
             raise
 
 
-def tell(operations: Sequence[Operation], time: float) -> None:
+def report_failed_sample(operations: Sequence[Operation], time: float) -> None:
     """Execute the operations that report on a sample without tensions."""
     for operation in operations:
         if operation.telling:

@@ -126,7 +126,7 @@ class TensionStage:
         ]
         unanswered, refused = (None, None) if self._stop else self._replacing
         compiled = asked.compiled(*given, answer) if asked.compiled else None
-        solve = compiled or partial(self._ask, partial(asked.solve, *given, answer))
+        solve = compiled or partial(self._call_solver, partial(asked.solve, *given, answer))
         accept = bind("accept", **shared, answer=answer)
         self.operations = [
             *selecting,
@@ -181,7 +181,7 @@ class TensionStage:
         """Restore a snapshot."""
         self._answer[:], self._known[:], self._refused = snapshot
 
-    def _ask(self, solve: Callable[[], int]) -> int:
+    def _call_solver(self, solve: Callable[[], int]) -> int:
         """Call a Python solver; return its status."""
         try:
             status = solve()

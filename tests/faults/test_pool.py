@@ -138,7 +138,7 @@ def test_a_worker_that_dies_idle_costs_no_case(monkeypatch):
             self._process.wait()
         return outcome
 
-    monkeypatch.setattr(pool.Worker, "look", die_after)
+    monkeypatch.setattr(pool.Worker, "poll", die_after)
     outcomes = run_cases([case("first"), case("second")], jobs=1, timeout=None)
     assert [outcome.status for outcome in outcomes] == ["finished", "finished"]
 
@@ -204,7 +204,7 @@ changes = {"controller.type": "faulty", "controller.fault": "hang", "controller.
 worker = Worker()
 worker.begin(Case("hang", sys.argv[1], changes), None)
 print(worker._process.pid, flush=True)
-while worker.look() is None:  # it says that it has begun
+while worker.poll() is None:  # it says that it has begun
     wait(worker.sources())
 """
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cdpr.log import csv_lines as module
-from cdpr.log.csv_lines import _fast, _is_repr, _plain, csv_lines
+from cdpr.log.csv_lines import _fast, _format_exactly, _is_repr, csv_lines
 
 NUMBERS = int(os.environ.get("CDPR_NUMBERS", "100000"))
 
@@ -26,13 +26,13 @@ def samples(kind: str, n: int) -> np.ndarray:
 def test_the_fast_way_gives_the_bytes_of_repr(kind: str) -> None:
     assert _is_repr()
     rows = samples(kind, NUMBERS // 8 * 8).reshape(-1, 8)
-    assert _fast(rows) == _plain(rows)
+    assert _fast(rows) == _format_exactly(rows)
 
 
 def test_edges_of_notations() -> None:
     edges = [float(f"{digits}e{exponent}") for digits in ("1", "9.999999999999999") for exponent in range(-11, 19)]
     for rows in (np.array([edges] * 300), np.array(edges)[:, None], -np.array([edges])):
-        assert csv_lines(rows) == _plain(rows)
+        assert csv_lines(rows) == _format_exactly(rows)
     assert csv_lines(np.empty((0, 3))) == b""
 
 

@@ -59,7 +59,7 @@ def test_interrupted_cases_are_counted_once(more: int, monkeypatch: pytest.Monke
         cut = interrupted(tally, rows[FIRST:STOP], after)
         tally.add(rows[tally.count :])
         assert tally.figures() == whole.figures(), f"an interrupt at line event {after}"
-        assert tally.beyond.told() == whole.beyond.told()
+        assert tally.beyond.exceeded() == whole.beyond.exceeded()
         assert same_bits(tally.status, whole.status)
         if not cut:
             break

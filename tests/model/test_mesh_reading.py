@@ -59,9 +59,9 @@ def test_reading_and_planning_a_program_share_one_budget(tmp_path, monkeypatch):
     program = parse_program(ZIGZAG.encode(), "linuxcnc", "mm", ())
     placing = gcode_path.Placing((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), 1.0)
     clock(monkeypatch, 4)
-    gcode_path.lay(program, placing, (0.0, 0.0, 1.2), 0.001)
+    gcode_path.build_path(program, placing, (0.0, 0.0, 1.2), 0.001)
     with pytest.raises(ContentError) as caught:
-        gcode_path.lay(replace(program, spent=7.0), placing, (0.0, 0.0, 1.2), 0.001)
+        gcode_path.build_path(replace(program, spent=7.0), placing, (0.0, 0.0, 1.2), 0.001)
     assert caught.value.faults == [(1001, 0, "reading it takes more than 10 s of CPU time: divide the file")]
     monkeypatch.undo()
     cdpr_here("validate", tmp_path / "s.yaml")

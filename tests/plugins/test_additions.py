@@ -94,7 +94,7 @@ class Rise(Motion):
 
     def stay(self, guide: Guide, report: Report) -> None:
         if guide.held[2]:
-            report.say(("height",), f"{guide.free}, so it cannot rise")
+            report.add_problem(("height",), f"{guide.free}, so it cannot rise")
 
     def complete(self, initial: Initial) -> Self:
         return self.model_copy(update={"at": posed(self.at, initial)})

@@ -11,7 +11,7 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.base.errors import Diverged, ScenarioError
-from cdpr.simulation.faults import NOT_FINITE, told
+from cdpr.simulation.faults import NOT_FINITE, fault_message
 
 PLANAR = str(ROOT / "scenarios" / "planar.yaml")
 WINCHES = str(ROOT / "scenarios" / "winch_fmu.yaml")
@@ -77,7 +77,7 @@ def test_the_same_if_an_intermediate_stage_violates_first(period):
 def test_a_state_that_is_not_finite_names_no_cable_that_is_not_in_the_way():
     robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "cogiro_pulleys.yaml")
     before = np.concatenate([robot.home, [0.1, 0, 0, 0, 0, 0.1]])
-    text = told(NOT_FINITE, robot, None, np.full(13, np.nan), before, 0.001)
+    text = fault_message(NOT_FINITE, robot, None, np.full(13, np.nan), before, 0.001)
     assert text.startswith("the state is not finite (the sample before: position [0, 0, ")
 
 

@@ -56,10 +56,10 @@ class Here(Runs):
         self._made = {}
 
     def __getitem__(self, wanted):
-        return self._made[self._plain(wanted)]
+        return self._made[self._canonical(wanted)]
 
     def make(self, wanted):
-        for one in map(self._plain, wanted):
+        for one in map(self._canonical, wanted):
             if one not in self._made:
                 self._made[one] = self._one(one)
 

@@ -46,7 +46,7 @@ def test_counts_equal_those_of_a_simple_search():
         reach = reach_of(bounds)
         for part in np.array_split(np.arange(40), rng.integers(1, 6)):
             reach.add(rows(0.1 * part, length[part], rate[part]))
-        found = {one.name: one for one in reach.told()}
+        found = {one.name: one for one in reach.exceeded()}
         low, high, fast = (np.array([np.nan if b is None else b for b in row]) for row in bounds)
         for name, away, value in (
             ("shorter", (low - length) / low, length),
@@ -66,7 +66,7 @@ def test_counts_equal_those_of_a_simple_search():
 def test_a_value_is_distinguished_from_its_limit():
     reach = reach_of(((1.0,), (1.8,), (None,)))
     reach.add(rows(np.zeros(2), np.array([[1.80001], [0.9]]), np.zeros((2, 1))))
-    assert [one.text(["a"]) for one in reach.told()] == [
+    assert [one.text(["a"]) for one in reach.exceeded()] == [
         "cables shorter than allowed: a down to 0.9 of 1 m (1 sample)",
         "cables longer than allowed: a up to 1.80001 of 1.8 m (1 sample)",
     ]
@@ -76,7 +76,7 @@ def test_a_limit_that_is_just_reached_is_kept():
     reach = reach_of(((0.3,), (1.0,), (0.1 + 0.2,)))
     assert not reach.add(rows(np.zeros(2), np.array([[0.1 + 0.2], [1.0]]), np.array([[0.3], [-0.3]])))
     assert reach.add(rows(np.zeros(1), np.array([[0.5]]), np.array([[-0.31]])))
-    assert [one.name for one in reach.told()] == ["faster"]
+    assert [one.name for one in reach.exceeded()] == ["faster"]
     assert not reach_of((), 1).add(rows(np.zeros(1), np.array([[math.inf]]), np.array([[0.0]])))
 
 
@@ -109,7 +109,7 @@ def test_commands_beyond_true_limits_are_those_that_a_plain_look_finds():
         for part in np.array_split(tension, rng.integers(1, 6)):
             reach.add(as_rows(part))
         below, above = limits[0] - tension, tension - limits[1]
-        for one, away in zip(reach.told(), (below, above), strict=True):
+        for one, away in zip(reach.exceeded(), (below, above), strict=True):
             at = np.unravel_index(np.argmax(away), away.shape)
             assert one.samples == (away > 0.0).any(axis=1).sum()
             assert one.first == np.argmax((away > 0.0).any(axis=1))

@@ -18,7 +18,7 @@ from cdpr.analysis.compare.runs import Progress, Runs
 from cdpr.base.temporary import TemporaryFolder
 from cdpr.config.problems import judged
 from cdpr.log.run_folder import claim, folder_name
-from cdpr.log.run_json import plain
+from cdpr.log.run_json import to_json
 from cdpr.scenario import load_scenario
 from cdpr.scenario.repeatable import check_repeatable
 
@@ -144,7 +144,7 @@ def summarise(
     verdicts = [table["agrees"] for table in tables]
     agrees = False if False in verdicts else True if True in verdicts else None
     figures = {"agrees": agrees, **facts, "groups": tables, "versions": _versions(groups)}
-    return Comparison(plain(figures), tuple(groups))
+    return Comparison(to_json(figures), tuple(groups))
 
 
 def _versions(groups: Sequence[Group]) -> dict[str, str]:

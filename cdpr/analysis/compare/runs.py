@@ -93,11 +93,11 @@ class Runs:
 
     def __getitem__(self, wanted: Wanted) -> Made:
         """Load a finished run; it is not cached."""
-        return read(self._ended[self._plain(wanted)])
+        return read(self._ended[self._canonical(wanted)])
 
     def make(self, wanted: Sequence[Wanted]) -> None:
         """Compute the missing runs; each engine has its own processes."""
-        fresh = {one.key: one for one in map(self._plain, wanted) if one not in self._ended}
+        fresh = {one.key: one for one in map(self._canonical, wanted) if one not in self._ended}
         self._asked += len(fresh)
         self._progress(len(self._ended), self._asked)
 
@@ -113,7 +113,7 @@ class Runs:
             ]
             run_cases(cases, jobs=self._jobs, timeout=self._timeout, done=done)
 
-    def _plain(self, wanted: Wanted) -> Wanted:
+    def _canonical(self, wanted: Wanted) -> Wanted:
         """Return the run in its unique form: the scenario's own step is written as `divide=0`."""
         own = wanted.stretch == 1 and wanted.divide == self.scenario.simulation.substeps
         return replace(wanted, divide=0) if own else wanted

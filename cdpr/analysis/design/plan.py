@@ -140,6 +140,6 @@ def document_of(design: Design, values: Array | None) -> Document:
     return document
 
 
-def told(keys: Sequence[Target]) -> str:
+def keys_text(keys: Sequence[Target]) -> str:
     """Return the keys that a variable sets, in words."""
     return ", ".join(("-" if each.factor < 0.0 else "") + dotted(each.change.path) for each in keys)

@@ -94,7 +94,7 @@ class _Reader:
         design = Design(name, source, section, file, text, robot, targets, known, place, start)
         start[:] = _start(design)
         design.candidate(read_only(start))  # reports each error at the varied key
-        self._ask(design)
+        self._evaluate_once(design)
         problems.raise_any()
         return design
 
@@ -216,7 +216,7 @@ class _Reader:
             self._add((*path, section.source), str(error))
         return None
 
-    def _ask(self, design: Design) -> None:
+    def _evaluate_once(self, design: Design) -> None:
         """Evaluate each figure at one pose, and report missing robot data at the figure."""
         place = design.place
         whole = place.region

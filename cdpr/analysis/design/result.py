@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cdpr.analysis.design.ask import FIRST, Row
-from cdpr.analysis.design.plan import Design, told
+from cdpr.analysis.design.plan import Design, keys_text
 from cdpr.analysis.design.rank import best, dominance, front, missed
 from cdpr.base.checksums import sealed
 from cdpr.base.errors import ExitCode
@@ -100,7 +100,7 @@ class Designed:
             found.append(total if len(known) == len(parts) else None)
         return found
 
-    def plain(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return the result as plain data, independent of the folder and the number of jobs."""
         design, section = self.design, self.design.section
         variables = zip(section.vary, design.targets, design.start.tolist(), strict=True)
@@ -113,7 +113,7 @@ class Designed:
             "optimizer": section.optimizer.model_dump(exclude_none=True) | {"type": design.search},
             "versions": dict(self.versions),
             "variables": [
-                {"name": variable.label, "keys": told(targets), "bounds": list(variable.bounds), "start": start}
+                {"name": variable.label, "keys": keys_text(targets), "bounds": list(variable.bounds), "start": start}
                 for variable, targets, start in variables
             ],
             "goals": [goal.label for goal in section.wanted],
@@ -123,9 +123,9 @@ class Designed:
             "feasible": self.feasible,
             "refused": len(self.refused),
             "improved": self.improved,
-            "before": self._plain(self.before),
-            "best": self._plain(self.best),
-            "front": [self._plain(row) for row in self.front],
+            "before": self._row_dict(self.before),
+            "best": self._row_dict(self.best),
+            "front": [self._row_dict(row) for row in self.front],
         }
 
     def write(self) -> None:
@@ -142,7 +142,7 @@ class Designed:
             make_folder(folder / FRONT)
         for row in self.front:
             self._robot(row, folder / FRONT / f"{row.number}.yaml")
-        replace(folder / NAME, json.dumps(sealed(self.plain()), indent=1, allow_nan=False) + "\n")
+        replace(folder / NAME, json.dumps(sealed(self.to_dict()), indent=1, allow_nan=False) + "\n")
 
     def _robot(self, row: Row, path: Path) -> None:
         comment = f"Evaluation {row.number} of the design {self.design.name}, by cdpr design."
@@ -152,7 +152,7 @@ class Designed:
         figure, region = self.design.figures[name], self.design.place.region
         return region.unit if figure.section.volume and region is not None else figure.unit
 
-    def _plain(self, row: Row) -> dict[str, Any]:
+    def _row_dict(self, row: Row) -> dict[str, Any]:
         labels, limits = self.design.labels, self.design.section.constraints
         values = None if row.values is None else dict(zip(labels, row.values.tolist(), strict=True))
         figures = row.figures or {}

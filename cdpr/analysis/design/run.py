@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 from cdpr.analysis.design.ask import Evaluations
 from cdpr.analysis.design.plan import Design
 from cdpr.analysis.design.result import KIND, NAME, Designed
-from cdpr.analysis.design.search import look, require, size
+from cdpr.analysis.design.search import require, run_search, size
 from cdpr.analysis.jobs.folder import JobFolder
 from cdpr.base.checksums import opened
 from cdpr.base.errors import CdprError, LogError, OutputError
@@ -83,7 +83,7 @@ def run_design(
         try:
             low, high = design.bounds
             population = size(given.population, n, given.evaluations)
-            look(design.search, ask, (design.start - low) / (high - low), given.seed, population)
+            run_search(design.search, ask, (design.start - low) / (high - low), given.seed, population)
         finally:
             ask.close()
         found = Designed(design, path, tuple(ask.rows), versions)

@@ -31,7 +31,7 @@ def size(given: int | None, variables: int, evaluations: int) -> int:
     return given or max(FEWEST, min(EACH * variables, evaluations // GENERATIONS))
 
 
-def look(kind: str, ask: Ask, start: Array, seed: int, population: int) -> None:
+def run_search(kind: str, ask: Ask, start: Array, seed: int, population: int) -> None:
     """Run a search until the budget is exhausted; its first candidate is `start` (n,), as shares of the bounds."""
     try:
         SEARCHES[kind](ask, start, seed, population)

@@ -72,13 +72,13 @@ def compare(
     """
     answers = []
     for contestant in contestants:
-        answers.append(_ask(problem, contestant))
+        answers.append(_answer_of(problem, contestant))
         if progress is not None:
             progress(len(answers), len(contestants))
     return answers
 
 
-def _ask(problem: Problem, contestant: Contestant) -> Answer:
+def _answer_of(problem: Problem, contestant: Contestant) -> Answer:
     robot, name = problem.robot, contestant.name
     if contestant.absent:
         return Answer(name, None, contestant.absent)

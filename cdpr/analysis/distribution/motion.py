@@ -9,7 +9,7 @@ import numpy as np
 from cdpr.analysis.distribution.portrait import describe_motion, describe_pose, describe_robot
 from cdpr.analysis.distribution.survey import Survey, survey
 from cdpr.base import defaults
-from cdpr.log.run_json import plain
+from cdpr.log.run_json import to_json
 from cdpr.mechanics.touching import assumption, least_clearance
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -41,7 +41,7 @@ def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -
         gap, names = least or (None, None)
         figures["pose"] |= {"clearance_m": gap, "clearance_by": names and f"{names}{assumption(robot)}"}
     if not isinstance(loaded, Scenario):
-        return plain(figures), None
+        return to_json(figures), None
     asked = loaded.controlled_robot
     motion = follow(loaded, solver(asked, options).solve)
     told = [f"{event.type} at {event.time:g} s" for event in sorted(loaded.events, key=lambda event: event.time)]
@@ -53,7 +53,7 @@ def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -
         **describe_motion(asked, motion),
         "events": told,
     }
-    return plain(figures), motion
+    return to_json(figures), motion
 
 
 def _looked_at(scenario: Scenario) -> Array:

@@ -38,14 +38,14 @@ class Memory:
         """Return the arrays that are attributes of the solver, or elements of its lists and tuples."""
         found: dict[int, NDArray[np.float64]] = {}
 
-        def look(value: Any, depth: int) -> None:
+        def visit(value: Any, depth: int) -> None:
             if isinstance(value, np.ndarray):
                 if value.dtype == np.float64 and value.flags.writeable and value.flags.c_contiguous and value.ndim:
                     found[id(value)] = value
             elif isinstance(value, (list, tuple)) and depth:
                 for each in value:
-                    look(each, depth - 1)
+                    visit(each, depth - 1)
 
         for value in vars(self._solver).values():
-            look(value, 1)
+            visit(value, 1)
         return list(found.values())

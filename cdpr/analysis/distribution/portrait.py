@@ -149,7 +149,7 @@ def describe_motion(robot: Robot, motion: Survey) -> dict[str, Any]:
 def _exceeded(robot: Robot, motion: Survey) -> list[str]:
     reach = Reach(plain_columns(robot.m), bounds_of(robot), robot.m)
     reach.add(np.column_stack([motion.time, motion.length, motion.rate]))
-    return [one.text([cable.name for cable in robot.cables]) for one in reach.told()]
+    return [one.text([cable.name for cable in robot.cables]) for one in reach.exceeded()]
 
 
 def _peak(vectors: Array) -> float:

@@ -105,7 +105,7 @@ def distribute_single(
     """
     m = robot.m
     pose, wrench, low, high = (
-        None if each is None else _plain(each, size) for each, size in zip(given, (7, 6, m, m), strict=True)
+        None if each is None else _as_array(each, size) for each, size in zip(given, (7, 6, m, m), strict=True)
     )
     if pose is None or any((a is None) != (b is None) for a, b in zip(given, (pose, wrench, low, high), strict=True)):
         return None
@@ -121,7 +121,7 @@ def distribute_single(
     with _lock:
         single = _idle.pop(key, None)
     if single is None or single.entry is not registry().plugins["solver"].get(solver):
-        single = _made(robot, solver, options)
+        single = _bound_solver(robot, solver, options)
     if single is None:
         return None
     found = single.distribute(pose, wrench, low, high, gravity)
@@ -132,7 +132,7 @@ def distribute_single(
     return found
 
 
-def _plain(values: ArrayLike, size: int) -> Array | None:
+def _as_array(values: ArrayLike, size: int) -> Array | None:
     """Return numbers as an array (size,); None if they are anything else."""
     array: Any = values
     if type(array) in (list, tuple) and not masked(array):
@@ -155,7 +155,7 @@ def _text(options: Mapping[str, Any] | None) -> str | None:
     return repr(sorted(options.items())) if all(type(each) in SIMPLE for each in values) else None
 
 
-def _made(robot: Robot, solver: str, options: Mapping[str, Any] | None) -> Single | None:
+def _bound_solver(robot: Robot, solver: str, options: Mapping[str, Any] | None) -> Single | None:
     """Return a solver with its bound operations; None if it is not compiled."""
     try:
         entry = registry().get("solver", solver)

@@ -128,7 +128,7 @@ def run_here(case: Case, timeout: float | None) -> Outcome | None:
         clear(Path(case.out))  # the cluster repeats a case if its machine was lost
     worker = _mine.worker = ready(getattr(_mine, "worker", None))
     worker.begin(case, timeout)
-    while (outcome := worker.look()) is None:
+    while (outcome := worker.poll()) is None:
         known = here.state.tasks.get(task)  # Dask only marks a running task as cancelled
         if known is None or known.state == "cancelled":
             worker.kill()

@@ -19,7 +19,7 @@ from cdpr.base.errors import LogError, OutputError
 from cdpr.base.locks import Lock, lock, open_to_lock
 from cdpr.log.files import replace, unwritable
 from cdpr.log.run import FORESEEN
-from cdpr.log.run_json import plain
+from cdpr.log.run_json import to_json
 
 LEDGER_NAME = "cases.jsonl"
 
@@ -90,7 +90,7 @@ class JobFolder:
 
     def record(self, outcome: Outcome) -> None:
         """Append an outcome to the ledger: one line in one write, which is complete or absent after a kill."""
-        content = sealed(plain(asdict(outcome)), self._digest)
+        content = sealed(to_json(asdict(outcome)), self._digest)
         line = json.dumps(content, ensure_ascii=False, allow_nan=False) + "\n"
         try:
             rest = memoryview(line.encode())

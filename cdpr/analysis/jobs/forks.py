@@ -80,7 +80,7 @@ class Fork:
     def poll(self) -> int | None:
         """Return the exit status; None while the process runs."""
         if self.returncode is None and self._ended(0.0):
-            self.returncode = self._server.look(self.pid)
+            self.returncode = self._server.poll(self.pid)
         return self.returncode
 
     def wait(self, timeout: float | None = None) -> None:
@@ -129,16 +129,16 @@ class _Server:
 
     def start(self, descriptors: Sequence[int]) -> int | None:
         """Return the number of a new worker with these descriptors; None if the preloaded process is gone."""
-        return self._ask(START, descriptors)
+        return self._request(START, descriptors)
 
-    def look(self, pid: int) -> int | None:
+    def poll(self, pid: int) -> int | None:
         """Return the exit status of a worker; None while it runs."""
-        status = self._ask(LOOK + NUMBER.pack(pid))
+        status = self._request(LOOK + NUMBER.pack(pid))
         if status is None:  # the workers are gone, too
             return -signal.SIGKILL
         return None if status == RUNNING else os.waitstatus_to_exitcode(status)
 
-    def _ask(self, what: bytes, descriptors: Sequence[int] = ()) -> int | None:
+    def _request(self, what: bytes, descriptors: Sequence[int] = ()) -> int | None:
         with self._lock:
             try:
                 socket.send_fds(self._socket, [what], descriptors)

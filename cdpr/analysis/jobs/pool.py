@@ -60,7 +60,7 @@ def run_cases(
         while busy := [worker for worker in workers if worker.case]:
             wait([source for worker in busy for source in worker.sources()], TICK)
             for k, worker in enumerate(workers):
-                outcome = worker.look()
+                outcome = worker.poll()
                 if outcome is None:
                     continue
                 if waiting:
@@ -108,7 +108,7 @@ class Worker:
         """Return the objects that become readable when `look` has something to do."""
         return [self._connection] if self._mute else [self._connection, self._output]
 
-    def look(self) -> Outcome | None:
+    def poll(self) -> Outcome | None:
         """Return the outcome of the case, or None while it runs; never block."""
         if self.case is None:
             return None

@@ -159,7 +159,7 @@ class Batch:
         """
         if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
             raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
-        with self._alone("step"):
+        with self._exclusive("step"):
             self._open("step")
             given = None if wrench is None else checked(wrench, (len(self), 6), "wrench", finite=True)
             chosen = self._active if mask is None else self._active & self._mask(mask)
@@ -180,10 +180,10 @@ class Batch:
         Raises:
             CdprError: if there is no such lane, or the batch is closed.
         """
-        with self._alone("reset"):
+        with self._exclusive("reset"):
             self._open("reset")
             chosen: Sequence[Any] = (
-                range(len(self)) if lanes is None else np.atleast_1d(_plain("reset", lanes)).tolist()
+                range(len(self)) if lanes is None else np.atleast_1d(_as_array("reset", lanes)).tolist()
             )
             for lane in [self._lane("reset", lane) for lane in chosen]:
                 start = self._starts[lane]
@@ -209,12 +209,12 @@ class Batch:
             CdprError: if there is no such lane, it never began, or the snapshot does not fit.
             PluginError: if a plugin does not support snapshots.
         """
-        with self._alone("load"):
-            case = self._begun("load", lane)
+        with self._exclusive("load"):
+            case = self._started_case("load", lane)
             if not isinstance(snapshot, Snapshot):
                 raise CdprError(f"load: expected a snapshot of a simulation or a batch, got {shown(snapshot)}")
             moment = snapshot.moment
-            case.stand()
+            case.leave_block()
             if not _alike(moment, case.loop.snapshot()):
                 raise CdprError("load: the snapshot is of another robot, backend, controller or solver than the lane")
             step = self.scenario.simulation.control_step
@@ -233,14 +233,14 @@ class Batch:
             CdprError: if there is no such lane, or it never began.
             PluginError: if a plugin does not support snapshots.
         """
-        with self._alone("snapshot"):
-            case = self._begun("snapshot", lane)
-            case.stand()
+        with self._exclusive("snapshot"):
+            case = self._started_case("snapshot", lane)
+            case.leave_block()
             return Snapshot(case.loop.snapshot(), (case.live, None))
 
     def close(self) -> None:
         """Free the memory of the lanes; may be called again."""
-        with self._alone("close"):
+        with self._exclusive("close"):
             for case in self._cases:
                 case.close()
             self._active[:] = False
@@ -254,7 +254,7 @@ class Batch:
     ) -> None:
         self.close()
 
-    def _alone(self, what: str) -> ExclusiveAccess:
+    def _exclusive(self, what: str) -> ExclusiveAccess:
         return ExclusiveAccess(self._at_work, what)
 
     def _open(self, what: str) -> None:
@@ -270,7 +270,7 @@ class Batch:
         if case.going:
             with suppress(PluginError):
                 self._starts[lane] = case.loop.snapshot()
-        if case.begun:
+        if case.started:
             self._show([lane])
 
     def _go(self, lanes: list[int], at: slice | list[int], n: int, wrenches: Array | None) -> None:
@@ -304,20 +304,20 @@ class Batch:
             raise CdprError(f"{what}: expected the number of a lane, 0 to {n - 1}, got {shown(lane)}")
         return int(lane)
 
-    def _begun(self, what: str, lane: object) -> Case:
+    def _started_case(self, what: str, lane: object) -> Case:
         case = self._cases[self._lane(what, lane)]
         if not case.begun:
             raise CdprError(f"{what}: lane {lane} did not start: {case.outcome.message or 'the batch is closed'}")
         return case
 
     def _mask(self, mask: ArrayLike) -> NDArray[np.bool_]:
-        found = _plain("step: mask", mask)
+        found = _as_array("step: mask", mask)
         if found.dtype != bool or found.shape != (len(self),):
             raise CdprError(f"step: mask: expected ({len(self)},) of bool, got {found.shape} of {found.dtype}")
         return found
 
 
-def _plain(what: str, values: Any) -> NDArray[Any]:
+def _as_array(what: str, values: Any) -> NDArray[Any]:
     if masked(values):
         raise CdprError(f"{what}: {MASKED}")
     try:

@@ -181,9 +181,9 @@ class Block:
                 self.release(case)
         for case in going:
             if case not in self._cases:
-                case.stand()
+                case.leave_block()
                 self._take(case, self._cases.index(None))
-        motions = [self._asked(case) for case in going]
+        motions = [self._motion_struct(case) for case in going]
         self._alike[0] = all(np.array_equal(motion, motions[0]) for motion in motions[1:])
         self._alive = sum(1 << lane for lane, case in enumerate(self._cases) if case is not None)
         lanes = [self._cases.index(case) for case in going]
@@ -222,7 +222,7 @@ class Block:
         """Move a case to its own arrays for Python; a case that leaves often continues alone for a while."""
         self._out(case)
         case.rest = 0 if case.count >= case.joined + SOON else min(2 * case.rest + SOON, LONGEST)
-        case.come(self._complete)
+        case.finish_step(self._complete)
         if case.rest and case.ready(stop):
             case.go(min(case.count + case.rest, stop))
 
@@ -245,7 +245,7 @@ class Block:
         self._moved[:] = lane, into, len(placed)
         self._mover()
 
-    def _asked(self, case: Case) -> Words:
+    def _motion_struct(self, case: Case) -> Words:
         """Return the struct of the motion of a case, without the addresses of outputs."""
         words = _words(case.pipeline.bound[self._motion])
         asked: Words = words[words != address(case.loop.desired)]

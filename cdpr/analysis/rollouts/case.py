@@ -174,7 +174,7 @@ class Case:
         return self._time[0]
 
     @property
-    def begun(self) -> bool:
+    def started(self) -> bool:
         """Return True if it has a loop."""
         return hasattr(self, "loop")
 
@@ -188,7 +188,7 @@ class Case:
         if self._outcome is not None:
             return self._outcome
         status, message, code = self._ended
-        figures = self.figures.told() if hasattr(self, "figures") else {}
+        figures = self.figures.to_dict() if hasattr(self, "figures") else {}
         return Outcome(str(self._number), status, message, "", summary=figures, code=code)
 
     def begin(self) -> None:
@@ -250,7 +250,7 @@ class Case:
         """Return whether it can continue to this sample."""
         return self.going and self._place[SAMPLE] < sample
 
-    def stand(self) -> None:
+    def leave_block(self) -> None:
         """Move its state into its own arrays."""
         if self.home is not None:
             self.home.release(self)
@@ -260,12 +260,12 @@ class Case:
         if wrench is None:
             self.pipeline = self.loop.pipeline
         else:
-            self.stand()
+            self.leave_block()
             command = self.loop.outside.command("wrench")
             self.pipeline, self.wrench = command.pipeline, command.values
             self.wrench[:] = wrench
 
-    def come(self, complete: int) -> None:
+    def finish_step(self, complete: int) -> None:
         """Continue from within a step to its end; `complete` is the index of the operation that completes a sample."""
         sample, operation, _, _ = self.pipeline.place
         if operation > complete:  # the next sample is observed, and compared with this one
@@ -277,14 +277,14 @@ class Case:
 
     def go(self, sample: int) -> None:
         """Complete the samples before this one, and observe it."""
-        self.stand()
+        self.leave_block()
         with self._attempt():
             self.loop.go(sample, Pace(self._take, block=BLOCK), self._given)
             self._take(self.loop.count)
 
     def finish(self) -> None:
         """Complete the remaining samples."""
-        self.stand()
+        self.leave_block()
         if self.ready(self._plan.steps):
             self.go(self._plan.steps)
         if self.going:
@@ -302,11 +302,11 @@ class Case:
 
     def close(self) -> None:
         """Free its memory."""
-        self.stand()
+        self.leave_block()
         if self._parts is not None:
             self._parts.controller.close()
             self._parts.backend.close()
-        if self.begun:
+        if self.started:
             self.loop.close()
             del self.loop
         self.going = False
@@ -317,7 +317,7 @@ class Case:
         Raises:
             CdprError: if an event is impossible here; nothing is changed.
         """
-        self.stand()
+        self.leave_block()
         if live != self.live:
             assert self._scenario is not None
             scenario = self._scenario

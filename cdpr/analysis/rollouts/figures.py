@@ -70,7 +70,7 @@ class Figures:
         counting.unlocked()
         self.samples += len(rows)
 
-    def told(self) -> dict[str, float | int]:
+    def to_dict(self) -> dict[str, float | int]:
         """Return the figures by name, and the number of samples."""
         values = dict(zip(FIGURES, self.values.tolist(), strict=True))
         for name in ("position_error_rms_m", "orientation_error_rms_rad"):

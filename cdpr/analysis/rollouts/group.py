@@ -33,7 +33,7 @@ class Group:
         """
         ready = [(case, stop) for case, stop in zip(cases, stops, strict=True) if case.ready(stop)]
         for k, case in enumerate(cases):
-            if case.begun:
+            if case.started:
                 case.give(None if wrenches is None else wrenches[k])
         shared = self._block(wrenches is not None, [case for case, _ in ready])
         if shared is not None:

@@ -252,10 +252,10 @@ def _on_cluster(chunks: Iterator[Chunk], address: str, done: Callable[[list[Outc
             raise CdprError(f"rollout: the cases from {key} on were {lost}; with out= the same call continues")
         done(*found)
 
-    spread(address, partial(_there, plugin_files()), jobs, end)
+    spread(address, partial(_run_on_worker, plugin_files()), jobs, end)
 
 
-def _there(files: tuple[PluginFile, ...], chunk: Chunk) -> tuple[list[Outcome], Array]:
+def _run_on_worker(files: tuple[PluginFile, ...], chunk: Chunk) -> tuple[list[Outcome], Array]:
     """Run a chunk on a cluster's worker, with the same plugins as here."""
     use_files(files)
     return run_chunk(chunk)

@@ -41,7 +41,7 @@ class Sizing:
     worst: Demands
     source: tuple[str, ...]
 
-    def plain(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return the sizing as plain data with units in the names; None for missing figures."""
         return {
             "robot": self.robot,
@@ -139,7 +139,7 @@ def _exceeded(duty: Duty, found: Demands) -> tuple[str, ...]:
 def _left(robot: Robot, names: Sequence[str], rows: Any) -> list[str]:
     reach = Reach(plain_columns(robot.m), bounds_of(robot), robot.m)
     reach.add(rows)
-    return [one.text(list(names)) for one in reach.told()]
+    return [one.text(list(names)) for one in reach.exceeded()]
 
 
 def _number(value: float) -> float | None:

@@ -240,7 +240,7 @@ def _checked(
                     wrong.setdefault(line, (number, point))
                     counts[line] += 1
     if wrong:
-        lines = [_told(line, *found, counts[line], total) for line, found in wrong.items()]
+        lines = [_problem_line(line, *found, counts[line], total) for line, found in wrong.items()]
         lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"] * (len(lines) > MAX_PROBLEMS)
         raise PluginError("\n".join(lines)) if only_plugins else ScenarioError(lines)
     return tuple(cases)
@@ -295,7 +295,7 @@ def _names_a_file(value: object, scenario: str) -> bool:
     return any(_names_a_file(each, scenario) for each in inner)
 
 
-def _told(line: str, number: int, point: Point, count: int, total: int) -> str:
+def _problem_line(line: str, number: int, point: Point, count: int, total: int) -> str:
     if total == 1:
         return line
     labels = ", ".join(f"{axis} {shown(label)}" for axis, label in point.labels.items())

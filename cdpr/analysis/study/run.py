@@ -29,7 +29,7 @@ class Results:
     table: Table
 
     def __repr__(self) -> str:
-        return f"<Results of {self.study.name}: {self.told}>"
+        return f"<Results of {self.study.name}: {self.summary_text}>"
 
     @property
     def counts(self) -> dict[str, int]:
@@ -38,7 +38,7 @@ class Results:
         return dict(Counter(str(row[status]) for row in self.table.rows))
 
     @property
-    def told(self) -> str:
+    def summary_text(self) -> str:
         """Summary of the outcomes in words."""
         text = ", ".join(f"{count} {status}" for status, count in self.counts.items())
         return text + (f"; {self.strained} with samples without valid tensions" if self.strained else "")

@@ -24,7 +24,7 @@ class Detail(Protocol):
         """Size of the inside, m^3, m^2 or m."""
         ...
 
-    def told(self) -> dict[str, Any]:
+    def figures(self) -> dict[str, Any]:
         """Return its figures."""
         ...
 
@@ -161,7 +161,7 @@ def figures(
         "on_boundary": counted.boundary,
         "without_value": counted.without,
         "box": [region.lower.tolist(), region.upper.tolist()],
-        "found": None if detail is None else detail.told(),
+        "found": None if detail is None else detail.figures(),
         "oracle": about.get("oracle"),
     }
 

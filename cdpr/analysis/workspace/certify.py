@@ -86,7 +86,7 @@ class Proofs:
         """Size of the part proved to be inside, m^3, or m^2 or m for motion in a plane or along a line."""
         return self.shares()[NAMES[INSIDE]] * self.region.cell * self.region.cells
 
-    def told(self) -> dict[str, Any]:
+    def figures(self) -> dict[str, Any]:
         """Return its figures."""
         shares = self.shares()
         open_ = shares[NAMES[NEITHER]] * self.region.cell * self.region.cells
@@ -133,7 +133,7 @@ class Proofs:
         """Return the sizes of the boxes as shares of the region, (k,)."""
         return np.asarray(0.5 ** (self.level * len(self.region.moving)) / float(np.prod(self.roots)))
 
-    def plain(self) -> dict[str, NDArray[Any]]:
+    def arrays(self) -> dict[str, NDArray[Any]]:
         """Return its data as arrays for a file."""
         asked = np.array(self.asked)
         named = {"level": self.level, "place": self.place, "proved": self.proved, "roots": self.roots, "asked": asked}

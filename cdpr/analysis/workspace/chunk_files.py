@@ -97,16 +97,16 @@ def read_chunk(folder: Path, number: int, row: Outcome) -> bytes | None:
     return content if checksum(content) == row.summary.get("sha256") else None
 
 
-def plain(value: Any) -> Any:
+def to_json(value: Any) -> Any:
     """Return frozen data, such as a robot, as JSON data; non-finite numbers become text."""
     if is_dataclass(value):
-        return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
+        return {each.name: to_json(getattr(value, each.name)) for each in fields(value)}
     if isinstance(value, Mapping):
-        return {str(name): plain(each) for name, each in value.items()}
+        return {str(name): to_json(each) for name, each in value.items()}
     if isinstance(value, np.ndarray):
-        return plain(value.tolist())
+        return to_json(value.tolist())
     if isinstance(value, tuple | list):
-        return [plain(each) for each in value]
+        return [to_json(each) for each in value]
     return str(value) if isinstance(value, float) and not np.isfinite(value) else value
 
 

@@ -194,7 +194,7 @@ def _content(task: Task, chunk: int, source: Mapping[str, Any] | None) -> dict[s
             "cells": list(region.shape),
             "orientations": region.orientations.tolist(),
         },
-        "question": task.question.plain(task.robot),
+        "question": task.question.to_dict(task.robot),
         "over": task.over,
         "method": "grid",
         "notes": answers.notes(task.robot, task.question, bodies=kind.bodies),
@@ -203,7 +203,7 @@ def _content(task: Task, chunk: int, source: Mapping[str, Any] | None) -> dict[s
             "kernels": kernels_version(),
             **{name: version(name) for name in ("cdpr", "numpy")},
         },
-        "robot": chunk_files.plain(task.robot),
+        "robot": chunk_files.to_json(task.robot),
         "source": dict(source or {}),
     }
     content = json.loads(json.dumps(content))  # as read from the file

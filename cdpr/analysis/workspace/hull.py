@@ -61,7 +61,7 @@ class Hull:
             return float(0.5 * np.linalg.norm(np.cross(ends[:, 0], ends[:, 1]), axis=1).sum())
         return float(np.einsum("ij,ij->i", ends[:, 0], np.cross(ends[:, 1], ends[:, 2])).sum() / 6.0)
 
-    def told(self) -> dict[str, Any]:
+    def figures(self) -> dict[str, Any]:
         """Return its figures."""
         return {
             "rays": len(self.corners),
@@ -70,7 +70,7 @@ class Hull:
             "centre": self.centre.tolist(),
         }
 
-    def plain(self) -> dict[str, NDArray[Any]]:
+    def arrays(self) -> dict[str, NDArray[Any]]:
         """Return its data as arrays for a file."""
         figures = np.array([float(self.asked), self.seen])
         named = {"centre": self.centre, "corners": self.corners, "triangles": self.triangles, "figures": figures}

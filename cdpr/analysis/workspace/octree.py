@@ -84,7 +84,7 @@ class _Octree:
         boxes, error = self._first()
         while len(boxes):
             settled = self._settled(boxes)
-            self._tell(boxes[settled])
+            self._interpolate(boxes[settled])
             boxes, error = boxes[~settled], error[~settled]
             boxes, error = self._cut(boxes, error)
             self._progress(int(np.count_nonzero(self._known)), len(self._known))
@@ -131,7 +131,7 @@ class _Octree:
         """Return the lengths of the diagonals of boxes, (n,), m."""
         return np.asarray(np.linalg.norm((boxes[:, :, 1] - boxes[:, :, 0]) * self._spacing, axis=1))
 
-    def _tell(self, boxes: Cells) -> None:
+    def _interpolate(self, boxes: Cells) -> None:
         """Interpolate the cells of boxes from their corners."""
         sizes = boxes[:, :, 1] - boxes[:, :, 0]
         for size, some in _alike(sizes):

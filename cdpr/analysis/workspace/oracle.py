@@ -93,12 +93,12 @@ def compare(
     if found.proofs is not None and len(found.region.orientations) == 1:
         positions, proved = found.proofs.drawn(rng, count)
         poses = _poses(found, rng, positions)
-        return _told(found, robot, poses, proved == INSIDE, progress)
+        return _agreement(found, robot, poses, proved == INSIDE, progress)
     edges = _on_boundary(found, robot, rng, count // 2)
     cells = rng.integers(found.region.cells, size=count - len(edges))
     poses = np.concatenate([edges, _poses(found, rng, found.region.positions(cells))])
     inside = verdicts(found, robot, poses)[0]
-    told = _told(found, robot, poses, inside, progress)
+    told = _agreement(found, robot, poses, inside, progress)
     single = len(found.region.orientations) == 1
     other = single & (inside[len(edges) :] != found.inside.ravel()[cells])
     asked = found.evaluated.ravel()[cells]
@@ -118,7 +118,7 @@ def _poses(found: Workspace, rng: np.random.Generator, positions: Array) -> Arra
     return np.concatenate([positions, attitudes[rng.integers(len(attitudes), size=len(positions))]], axis=1)
 
 
-def _told(
+def _agreement(
     found: Workspace, robot: Robot, poses: Array, inside: NDArray[np.bool_], progress: Callable[[int, int], None]
 ) -> Agreement:
     """Return the agreement for poses with expected verdicts `inside` (n,)."""

@@ -60,10 +60,10 @@ class Question:
         """Return 1 for forces and 1 / length for moments, (n,), of the robot's degrees of freedom."""
         return np.asarray(np.repeat([1.0, 1.0 / self.arm(robot)], 3)[robot.rows])
 
-    def plain(self, robot: Robot) -> dict[str, Any]:
+    def to_dict(self, robot: Robot) -> dict[str, Any]:
         """Return the parameters as plain data."""
         return {
-            "required": self.required.plain(),
+            "required": self.required.to_dict(),
             "gravity": np.asarray(self.gravity).tolist(),
             "length": self.arm(robot),
             "at_least": self.at_least,

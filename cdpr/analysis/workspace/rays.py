@@ -41,12 +41,12 @@ class Rays:
         across = [i for i in self.region.moving if i != self.axis]
         return float((self.free[:, 1] - self.free[:, 0]).sum() * np.prod(self.region.spacing[across]))
 
-    def told(self) -> dict[str, Any]:
+    def figures(self) -> dict[str, Any]:
         """Return its figures."""
         count = self.region.cells // self.region.shape[self.axis]
         return {"rays": count, "along": "xyz"[self.axis], "stretches": len(self.free)}
 
-    def plain(self) -> dict[str, NDArray[Any]]:
+    def arrays(self) -> dict[str, NDArray[Any]]:
         """Return its data as arrays for a file."""
         return {"ray_axis": np.array(self.axis), "ray_number": self.number, "ray_free": self.free}
 

@@ -40,7 +40,7 @@ class Required:
         kind = "accelerations" if self.accelerations else "wrenches"
         return f"<Required {kind}: {self.form} of {len(self.vectors)} vectors>"
 
-    def plain(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return the set as plain data."""
         return {"form": self.form, "vectors": self.vectors.tolist(), "accelerations": self.accelerations}
 
@@ -109,5 +109,5 @@ def _vectors(given: ArrayLike, name: str) -> Array:
     return read_only(found.copy())
 
 
-def _told(values: Sequence[float] | Array) -> str:
+def _list_text(values: Sequence[float] | Array) -> str:
     return ", ".join(f"{value:g}" for value in values)

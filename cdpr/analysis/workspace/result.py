@@ -142,7 +142,7 @@ class Workspace:
             "y": y,
             "z": z,
             "about": np.array(json.dumps(about, sort_keys=True)),
-            **({} if self.detail is None else self.detail.plain()),
+            **({} if self.detail is None else self.detail.arrays()),
         }
         try:
             with part.open("w+b") as file:
@@ -302,7 +302,7 @@ def workspace(
         inside = detail.at_cells()
     table, numbers = region.shape, np.unique(limit)
     known = {
-        "question": whole.plain(robot),
+        "question": whole.to_dict(robot),
         "over": over,
         "method": method,
         "limited_by": answers.limits(robot, whole, numbers.tolist(), bodies=chosen.bodies),

@@ -45,7 +45,7 @@ class Turns:
         """Size of the inside without rotation."""
         return float(self.inside.sum()) * self.region.cell
 
-    def told(self) -> dict[str, Any]:
+    def figures(self) -> dict[str, Any]:
         """Return its figures: smallest, mean and largest rotation that is reachable in both directions, rad."""
         either = np.minimum(-self.least, self.most)[self.inside]
         known: dict[str, float | None] = {"everywhere": None, "mean": None, "best": None}
@@ -53,7 +53,7 @@ class Turns:
             known = {"everywhere": float(either.min()), "mean": float(either.mean()), "best": float(either.max())}
         return {"about": self.about, **known}
 
-    def plain(self) -> dict[str, NDArray[Any]]:
+    def arrays(self) -> dict[str, NDArray[Any]]:
         """Return its data as arrays for a file."""
         return {"turn_about": np.array(ABOUT.index(self.about)), "turn_least": self.least, "turn_most": self.most}
 

@@ -91,32 +91,32 @@ class Process(Instance):
     def start(self, settings: Sequence[Setting]) -> None:
         """Initialise at time zero with these start values and the present inputs."""
         self.steps = 0
-        self._ask(START, 0, worker.encode(settings), "initialising", START_SECONDS)
+        self._request(START, 0, worker.encode(settings), "initialising", START_SECONDS)
 
     def step(self, n: int) -> None:
         """Advance by n communication steps."""
-        self._ask(STEP, n)
+        self._request(STEP, n)
         self.steps += n
 
     def refresh(self) -> None:
         """Read the outputs for the present inputs without a step."""
-        self._ask(REFRESH)
+        self._request(REFRESH)
 
     def save(self) -> int:
         """Save the present state, in the process, and return its number."""
-        number = self._ask(SAVE)
+        number = self._request(SAVE)
         self._kept[number] = self.steps
         return number
 
     def restore(self, number: int) -> None:
         """Restore a saved state; `inputs` do not change."""
-        self._ask(RESTORE, number)
+        self._request(RESTORE, number)
         self.steps = self._kept[number]
 
     def forget(self, number: int) -> None:
         """Free a saved state."""
         del self._kept[number]
-        self._ask(FORGET, number)
+        self._request(FORGET, number)
 
     def end(self) -> None:
         """End the process, by force if necessary; may be called again."""
@@ -126,7 +126,9 @@ class Process(Instance):
                 self._answer(CLOSE_SECONDS)
             self._end()
 
-    def _ask(self, operation: bytes, number: int = 0, more: bytes = b"", what: str = "", seconds: float = 0.0) -> int:
+    def _request(
+        self, operation: bytes, number: int = 0, more: bytes = b"", what: str = "", seconds: float = 0.0
+    ) -> int:
         """Send a request, copy the outputs of the answer and return its number."""
         if not self._end.alive:
             self._fail("is closed")

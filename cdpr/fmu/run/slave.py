@@ -330,7 +330,7 @@ def signature(declared: type, name: str) -> tuple[list[Any], Any]:
     return arguments, ctypes.c_int if result is int else result
 
 
-def _hear(environment: int | None, status: int, message: bytes | None) -> None:
+def _store_message(environment: int | None, status: int, message: bytes | None) -> None:
     """Store a message; called by an FMU, from any thread and at any time."""
     slave = _open.get(environment or 0)
     if slave is not None:
@@ -339,7 +339,7 @@ def _hear(environment: int | None, status: int, message: bytes | None) -> None:
 
 
 # One callback for all FMUs, identified by their environment: FMPy's proxy keeps a single logger, that of the last FMU.
-_heard_2 = fmi2.fmi2CallbackLoggerTYPE(lambda e, name, status, category, message: _hear(e, status, message))
-_heard_3 = fmi3.fmi3LogMessageCallback(lambda e, status, category, message: _hear(e, status, message))
+_heard_2 = fmi2.fmi2CallbackLoggerTYPE(lambda e, name, status, category, message: _store_message(e, status, message))
+_heard_3 = fmi3.fmi3LogMessageCallback(lambda e, status, category, message: _store_message(e, status, message))
 _open: WeakValueDictionary[int, Slave] = WeakValueDictionary()
 _environments = count(1)

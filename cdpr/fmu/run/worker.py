@@ -44,18 +44,18 @@ def main(descriptor: int, parent: int, plan: dict[str, Any]) -> None:
     """Serve one FMU until the parent closes the socket; end with the parent, however that ends."""
     end_with(parent)
     with socket.socket(fileno=descriptor) as line:
-        instance = _made(line, plan)
+        instance = _make_instance(line, plan)
         if instance is not None:
             _serve(line, instance)
     os._exit(0)  # threads or exit handlers of the FMU do not run
 
 
-def _made(line: socket.socket, plan: dict[str, Any]) -> Instance | None:
+def _make_instance(line: socket.socket, plan: dict[str, Any]) -> Instance | None:
     try:
         from cdpr.fmu.run import slave  # loads FMPy
 
         variables = {name: tuple(map(tuple, plan[name])) for name in ("inputs", "outputs")}
-        instance = slave.make(Plan(**plan | variables), hear=_say)
+        instance = slave.make(Plan(**plan | variables), hear=_write_line)
     except CdprError as error:
         line.send(_failure(error))
         return None
@@ -99,5 +99,5 @@ def _failure(error: CdprError) -> bytes:
     return FAILED + json.dumps([type(error).__name__, str(error)]).encode()[: MOST - 1]
 
 
-def _say(line: str) -> None:
+def _write_line(line: str) -> None:
     os.write(sys.stderr.fileno(), f"{line}\n".encode())

@@ -134,7 +134,7 @@ def _answer(call: Callable[[], object], path: str, out: int, parent: int, second
         try:
             answer: tuple[str, object] = ("result", call())
         except CdprError as error:
-            answer = ("error", _plain(error))
+            answer = ("error", _picklable(error))
         except MemoryError:
             answer = ("error", FormatError(f"{path}: reading it takes more than {MEMORY // 2**30} GiB of memory"))
         except Exception as error:
@@ -161,7 +161,7 @@ def _addresses() -> int:
     return 0
 
 
-def _plain(error: CdprError) -> CdprError:
+def _picklable(error: CdprError) -> CdprError:
     """Return an error that can be pickled."""
     with suppress(Exception):
         if str(pickle.loads(pickle.dumps(error))) == str(error):

@@ -74,7 +74,7 @@ class Body:
         self._move(model.key_qpos[0] if model.nkey else model.qpos0)
         R = self._rotation(number)
         self.home = self._data.xpos[number] + R @ self._shift, R @ self._turn
-        self._tell()
+        self._report_omitted()
 
     def moves(self, site: int) -> bool:
         """Return True if a site is on the body."""
@@ -188,7 +188,7 @@ class Body:
         found = (n for n in names if n in self._lines.pictured and n not in explicit)
         return next(((n, self._lines.pictured[n]) for n in found), None)
 
-    def _tell(self) -> None:
+    def _report_omitted(self) -> None:
         """Report properties of joints and bodies that are not imported."""
         model = self._model
         for joint in self._own_joints():

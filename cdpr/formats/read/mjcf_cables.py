@@ -94,7 +94,7 @@ class Cables:
 
     def _row(self, tendon: int, name: str) -> dict[str, Any]:
         model, body = self._model, self._body
-        self._tell(tendon)
+        self._report_omitted(tendon)
         sites = self._sites(tendon)
         on = [body.moves(site) for site in sites]
         if on[0] == on[1]:
@@ -189,7 +189,7 @@ class Cables:
             self.warnings.append(f"{at}: tendon '{self._tendon(tendon)}': {text}")
         return low + 0.0, high + 0.0
 
-    def _tell(self, tendon: int) -> None:
+    def _report_omitted(self, tendon: int) -> None:
         model = self._model
         if model.tendon_stiffness[tendon].any():
             text = "it is a spring: describe it as an elastic cable, by cable.model=elastic and axial_stiffness"

@@ -72,5 +72,5 @@ class _Included:
             raise include.wrong(f"<include>: the included files are larger than {MAX_BYTES // 2**20} MiB together")
         root = parse(content, str(self.shown_folder / name))
         self.splice(root, depth)
-        self.roots.append(root.alone())
+        self.roots.append(root.without_children())
         return root

@@ -88,7 +88,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     found.comments["tension", "max"] = "N, effort of each slide"
     found.comments["cables",] = f"m: where legs meet the links '{FRAME}' and '{PLATFORM}'"
     found.warnings.append(f"{model.file}:{model.line}: the smallest tension is 0 N: SDF has no lower limit")
-    _tell(found, model)
+    _report_omitted(found, model)
     return found
 
 
@@ -250,7 +250,7 @@ def _part(tensor: Element, part: str) -> float:
     return 0.0 if given is None else given.number()
 
 
-def _tell(found: Imported, model: Element) -> None:
+def _report_omitted(found: Imported, model: Element) -> None:
     """Report omitted parts, and values that are probably wrong."""
     slides = [joint for joint in model.all("joint") if joint.attributes.get("type") == SLIDE]
     limits = slides[0].child("axis").find("limit")

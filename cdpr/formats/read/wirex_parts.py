@@ -87,7 +87,7 @@ def material(found: Imported, every: list[Parts]) -> tuple[dict[str, Any], list[
     """Return common properties of all cables, and individual properties of each."""
     if every and len({id(each.cable) for each in every}) == 1:
         cable = every[0].cable
-        made = {} if cable is None else _made(cable)
+        made = {} if cable is None else _cable_data(cable)
         if cable is not None:
             for key, what in {"diameter": "m, twice radius", "linear_density": "kg/m, weight"}.items():
                 found.comments["cable", key] = f"{what}, line {cable.line}"
@@ -95,14 +95,14 @@ def material(found: Imported, every: list[Parts]) -> tuple[dict[str, Any], list[
             found.comments["cable", "length"] = f"m, min_length and max_length, line {cable.line}"
         length = made.pop("length", None)
         return made, [{} if length is None else {"length": dict(length)} for _ in every]
-    rows = [{} if each.cable is None else _made(each.cable) for each in every]
+    rows = [{} if each.cable is None else _cable_data(each.cable) for each in every]
     for k, each in enumerate(every):
         if each.cable is not None:
             found.comments["cables", k] += f"; cable '{each.cable.attributes.get('name', '')}', line {each.cable.line}"
     return {}, rows
 
 
-def _made(cable: Element) -> dict[str, Any]:
+def _cable_data(cable: Element) -> dict[str, Any]:
     made = dict[str, Any]()
     radius, modulus, weight = (number(cable, key) for key in ("radius", "elasticity", "weight"))
     if radius > 0.0:

@@ -119,7 +119,7 @@ class Element:
         """Mark the element and its content as reported, for example by a separate message."""
         self._done = True
 
-    def alone(self) -> Element:
+    def without_children(self) -> Element:
         """Return the element without its children; both share the record of read attributes."""
         other = Element(self.name, self.file, self.line, Attributes(self.attributes, self.attributes.read))
         other._text = self._text

@@ -65,7 +65,7 @@ def write(subject: Subject, options: Options) -> str:
         _points(stand, "frame", {f"{cable.name}_frame": cable.frame for cable in robot.cables}, modern)
         model = ET.SubElement(world, "model", name=name)
         if robot.n == 6:  # PyBullet reads the pose of a model, but not that of its link
-            text(model, "pose", _stands(subject))
+            text(model, "pose", _home_pose(subject))
         _platform(model, subject, placed=robot.n < 6)
         _held(model, subject)
         ends = {f"{cable.name}_platform": cable.platform for cable in robot.cables}
@@ -84,7 +84,7 @@ def _frame(model: ET.Element, subject: Subject) -> None:
         visual(link, f"bar_{k + 1}", bar, colour(robot.frame.colour, FRAME))
 
 
-def _stands(subject: Subject) -> str:
+def _home_pose(subject: Subject) -> str:
     return pose(subject.state[:3], subject.state[3:7])
 
 
@@ -93,7 +93,7 @@ def _platform(model: ET.Element, subject: Subject, placed: bool) -> None:
     platform = subject.robot.platform
     link = ET.SubElement(model, "link", name="platform")
     if placed:
-        text(link, "pose", _stands(subject))
+        text(link, "pose", _home_pose(subject))
     inertial(link, platform.mass, platform.center_of_mass, platform.inertia)
     visual(link, "platform", drawn(subject.robot), colour(platform.colour, PLATFORM))
 

@@ -47,7 +47,7 @@ class ExternalCommand(ScenarioEvent):
             return None
         sha256 = hashlib.sha256(content).hexdigest()
         if self.sha256 not in (None, sha256):
-            report.say(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {sha256}")
+            report.add_problem(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {sha256}")
         copy = self.model_copy(update={"sha256": sha256})
         copy._content = spans
         return copy

@@ -69,7 +69,7 @@ class Circle(Motion):
         """Report violations of the guide along the path; its plane determines them."""
         if guide.held[:3].sum() > 1:
             text = "so no circle is possible; choose quintic, waypoints or jerk_limited"
-            report.say(("type",), f"{guide.free}, {text}")
+            report.add_problem(("type",), f"{guide.free}, {text}")
             return
         normal = np.array(self.normal)
         length = float(np.linalg.norm(normal))
@@ -78,11 +78,11 @@ class Circle(Motion):
         normal /= length
         if (guide.held[:3] & (np.sqrt(np.maximum(1.0 - normal**2, 0.0)) > tolerances.HELD)).any():
             axes = ", ".join("xyz"[i] for i in np.flatnonzero(guide.held[:3]))
-            report.say(("normal",), f"{guide.free}, so the circle must not leave its plane: normal to {axes}")
+            report.add_problem(("normal",), f"{guide.free}, so the circle must not leave its plane: normal to {axes}")
         if (guide.held[:3] & (np.abs(self.climb() * normal) > tolerances.HELD)).any():
-            report.say(("pitch",), f"{guide.free}, so the path must not climb along the normal")
+            report.add_problem(("pitch",), f"{guide.free}, so the path must not climb along the normal")
         if self.turning and (guide.held[3:] & (np.abs(normal) > tolerances.HELD)).any():
-            report.say(("turning",), f"{guide.free}, so the platform cannot turn about the normal")
+            report.add_problem(("turning",), f"{guide.free}, so the platform cannot turn about the normal")
 
     def complete(self, initial: Initial) -> Self:
         """Return a copy with missing values set to the initial pose."""
@@ -91,21 +91,21 @@ class Circle(Motion):
     def check_completed(self, report: Report) -> None:
         """Report an invalid circle."""
         if self.turns == 0.0:
-            report.say(("turns",), "must not be 0; to stay, use type: hold")
+            report.add_problem(("turns",), "must not be 0; to stay, use type: hold")
         length = float(np.linalg.norm(self.normal))
         if length < tolerances.LENGTH:
             text = f"must not be zero; that of a level circle is [0, 0, 1], got {exact(length)}"
-            report.say(("normal",), text)
+            report.add_problem(("normal",), text)
             return
         normal = np.array(self.normal) / length
         arm = np.array(self.position) - self.center
         climb = float(arm @ normal)
         if np.linalg.norm(arm - climb * normal) < tolerances.LENGTH:
-            report.say(("center",), "the circle has no radius: its beginning lies on its axis")
+            report.add_problem(("center",), "the circle has no radius: its beginning lies on its axis")
         elif abs(climb) > tolerances.LENGTH:
             near = ", ".join(f"{value:.9g}" for value in self.center + climb * normal)
             text = f"lies {abs(climb):.6g} m out of the plane of the circle's beginning; nearest in it: [{near}]"
-            report.say(("center",), text)
+            report.add_problem(("center",), text)
 
     def make(self) -> trajectory.Trajectory:
         """Return the trajectory."""

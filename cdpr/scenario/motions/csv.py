@@ -64,7 +64,7 @@ class Csv(Motion):
                 report.say_of_file(FILE, self.file, line, column or 1, text)
             return None
         if self.sha256 not in (None, table.sha256):
-            report.say(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {table.sha256}")
+            report.add_problem(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {table.sha256}")
         copy = self.model_copy(update={"sha256": table.sha256})
         copy._table = table
         return copy

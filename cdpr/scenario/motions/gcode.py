@@ -83,10 +83,10 @@ class Gcode(Motion):
         try:
             program = parse_program(content, self.dialect, self.units, tuple(self.ignore))
         except ContentError as error:
-            self._tell(error, report)
+            self._report(error, report)
             return None
         if self.sha256 not in (None, program.sha256):
-            report.say(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {program.sha256}")
+            report.add_problem(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {program.sha256}")
         copy = self.model_copy(update={"sha256": program.sha256})
         copy._program = program
         return copy
@@ -132,10 +132,10 @@ class Gcode(Motion):
         try:
             path = self._path(self._initial.position)
         except ContentError as error:
-            self._tell(error, report)
+            self._report(error, report)
             return
         if path.course is None:
-            report.say(FILE, "it contains no move from the initial position; to stay, use type: hold")
+            report.add_problem(FILE, "it contains no move from the initial position; to stay, use type: hold")
 
     def ends(self) -> float:
         """Return the end time, s, which depends on the limits."""
@@ -172,8 +172,8 @@ class Gcode(Motion):
 
     def _path(self, begin: Vector3) -> gcode_path.Path:
         placing = gcode_path.Placing(self.origin, tuple(self.axes.quaternion().tolist()), self.scale)
-        return gcode_path.lay(self.program, placing, begin, self.tolerance)
+        return gcode_path.build_path(self.program, placing, begin, self.tolerance)
 
-    def _tell(self, error: ContentError, report: Report) -> None:
+    def _report(self, error: ContentError, report: Report) -> None:
         for line, column, text in error.faults:
             report.say_of_file(FILE, self.file, line, column or 1, text)

@@ -77,7 +77,7 @@ class JerkLimited(Motion):
             if np.linalg.norm(rotations.rotation_vector(q)) > NO_TURN:
                 keys = "velocity, acceleration and jerk in rad/s, rad/s^2, rad/s^3"
                 text = f"required as the attitude changes on the way to point {path[-1]}: {keys}"
-                report.say(("angular_limits",), text)
+                report.add_problem(("angular_limits",), text)
                 return
 
     def ends(self) -> float:

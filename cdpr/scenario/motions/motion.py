@@ -25,7 +25,7 @@ Place = tuple[Path, Array, Array]  # path of the value; position (3,), m, and qu
 class Report(Protocol):
     """Receiver of a motion's problems; paths are relative to `trajectory`."""
 
-    def say(self, path: Path, text: str) -> None:
+    def add_problem(self, path: Path, text: str) -> None:
         """Report a problem of the value at `path`."""
 
     def path(self, file: str) -> str:
@@ -107,7 +107,7 @@ class Motion(Kind):
         path, point = self.poses()[k]
         for name in ("velocity", "angular_velocity"):
             if any(getattr(point, name) or ZERO):
-                report.say((*path, name), text)
+                report.add_problem((*path, name), text)
 
 
 class Pose(Section):

@@ -78,7 +78,7 @@ class Waypoints(Motion):
         for k in range(1, len(times)):
             if times[k] <= times[k - 1]:
                 text = f"must be greater than the previous point's, {exact(times[k - 1])} (s), got {exact(times[k])}"
-                report.say(("points", k, "time"), text)
+                report.add_problem(("points", k, "time"), text)
         if times == [0.0]:
             report.say(("points",), "expected a point with a time greater than 0; to stay, use type: hold")
 

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from cdpr.base.problems import Path
-from cdpr.config.describe import Place, look
+from cdpr.config.describe import Place, describe
 from cdpr.config.yaml_text import flow
 from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
@@ -28,7 +28,7 @@ def commented(model: type[BaseModel], data: dict[str, Any], plugins: Registry, h
     def told(path: Path) -> str:
         if isinstance(path[-1], int):
             return ""  # items are described above the list
-        place = look(model, path, data)
+        place = describe(model, path, data)
         if len(path) == 2 and path[0] in CORE_KEYS and path[1] not in CORE_KEYS[path[0]]:
             place = _of_plugin(str(path[0]), path[1:], data[path[0]], plugins)
         return place.description + (f" [{place.unit}]" if place.unit else "")
@@ -44,7 +44,7 @@ def with_comments(data: dict[str, Any], told: Told, head: str) -> str:
 
 def _of_plugin(role: Any, path: Path, section: dict[str, Any], plugins: Registry) -> Place:
     role_: Role = role
-    return look(plugins.get(role_, section.get("type", DEFAULT_TYPE[role])).info.options, path, section)
+    return describe(plugins.get(role_, section.get("type", DEFAULT_TYPE[role])).info.options, path, section)
 
 
 def _mapping(data: dict[str, Any], path: Path, told: Told) -> Iterator[str]:

@@ -146,7 +146,7 @@ def _layouts(sizes: Sizes, count: int) -> Iterable[layouts.Rows]:
     frame, platform, crossed = sizes.frame, sizes.platform, sizes.crossed
     if sizes.planar:
         if count != 4 or sizes.suspended:
-            raise CdprError(f"a planar robot has 4 cables, one at each corner, got {_asked(sizes, count)}")
+            raise CdprError(f"a planar robot has 4 cables, one at each corner, got {_layout(sizes, count)}")
         return [layouts.planar(frame, platform, crossed=crossed)]
     if count in (3, 4):
         return [layouts.point(frame, platform, count)]
@@ -160,12 +160,12 @@ def _layouts(sizes: Sizes, count: int) -> Iterable[layouts.Rows]:
         return layouts.eight(frame, platform, crossed=crossed)
     raise CdprError(
         "8 or 7 cables hold a platform from all sides; suspended (--suspended), 8 or 6 move it in space, and 3 or 4 a "
-        f"point; a planar robot (--planar) has 4; got {_asked(sizes, count)}; to have others, write one of these and "
+        f"point; a planar robot (--planar) has 4; got {_layout(sizes, count)}; to have others, write one of these and "
         "change its cables"
     )
 
 
-def _asked(sizes: Sizes, count: int) -> str:
+def _layout(sizes: Sizes, count: int) -> str:
     return f"{count} suspended" if sizes.suspended else f"{count}"
 
 

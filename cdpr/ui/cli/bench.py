@@ -64,10 +64,10 @@ def solvers(
     chosen = None if solvers == "all" else names(solvers)
     # imported only after the files are valid, because it is slow
     from cdpr.analysis import bench
-    from cdpr.log.run_json import plain
+    from cdpr.log.run_json import to_json
 
     with Progress(at_once=True) as progress, hushed():
-        figures = plain(
+        figures = to_json(
             bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress, options=options)
         )
     if out is not None:

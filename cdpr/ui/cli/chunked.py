@@ -77,5 +77,5 @@ def compute(
             if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
                 told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
                 more = () if to.resume else ("--resume",)
-                progress.say(f"{told}; continue by: {again(click.get_current_context(), *more)}")
+                progress.print_line(f"{told}; continue by: {again(click.get_current_context(), *more)}")
             raise

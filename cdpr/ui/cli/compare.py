@@ -88,7 +88,7 @@ def command(
                     jobs=jobs,
                     timeout=timeout,
                     progress=count,
-                    say=progress.say,
+                    say=progress.print_line,
                 )
             except KeyboardInterrupt:
                 free = "" if out is None else f", and {out} can be used again"

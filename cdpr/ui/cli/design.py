@@ -61,16 +61,16 @@ def command(
                 )
             except KeyboardInterrupt:
                 more = () if resume else ("--resume",)
-                progress.say(f"interrupted; continue by: {again(context, '--out', str(folder), *more)}")
+                progress.print_line(f"interrupted; continue by: {again(context, '--out', str(folder), *more)}")
                 raise
         if report:
             from cdpr.ui.report.pages.design import write_design
 
             write_design(found, folder / "report.html")
     if as_json:
-        click.echo(json.dumps(found.plain() | {"folder": str(folder)}, indent=1, allow_nan=False))
+        click.echo(json.dumps(found.to_dict() | {"folder": str(folder)}, indent=1, allow_nan=False))
     else:
-        for line in lines(found.plain()):
+        for line in lines(found.to_dict()):
             click.echo(line)
         click.echo(str(folder))
     if found.exit_code:

@@ -93,22 +93,22 @@ def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[s
 
 def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Path, dict[str, int]]:
     from cdpr.formats.write.ros2 import write_ros2
-    from cdpr.ui.cli.load import tell
+    from cdpr.ui.cli.load import print_lines
 
     loaded = _scenario(file, changes, f"{PACKAGE} is for scenarios, for a node runs one, and this is a robot")
     out = out or Path(f"{loaded.name}_ros2")
     files, omitted = write_ros2(loaded, out)
-    tell(f"left out: {each}" for each in omitted)
+    print_lines(f"left out: {each}" for each in omitted)
     return out, {"files": len(files)}
 
 
 def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
     from cdpr.formats.write.native import write_native
-    from cdpr.ui.cli.load import tell
+    from cdpr.ui.cli.load import print_lines
 
     loaded = _scenario(file, changes, f"{NATIVE} requires a scenario (for its controller), got a robot")
     if loaded.events:
-        tell(["events: only their effect on the desired motion is exported"])
+        print_lines(["events: only their effect on the desired motion is exported"])
     out = out or Path(f"{loaded.name}_native")
     return out, {"files": len(write_native(loaded, out, force))}
 
@@ -130,13 +130,13 @@ def _robot(
     from cdpr.base.errors import CdprError, OutputError
     from cdpr.formats.write.export_model import Options, begin, export, left_out
     from cdpr.log.files import make_folder, replace
-    from cdpr.ui.cli.load import load_told, tell
+    from cdpr.ui.cli.load import load_told, print_lines
 
     if Path(file).is_dir() or file.endswith(".mcap"):
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
     subject = begin(load_told(file, changes))
     text = export(subject, to, Options(**given))
-    tell(f"left out: {each}" for each in left_out(subject, to))
+    print_lines(f"left out: {each}" for each in left_out(subject, to))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
     if out.exists() and not force:
         raise OutputError(f"'{out}' already exists and is not overwritten; choose another --out, or --force")

@@ -56,7 +56,7 @@ def command(
         written = write(each, out, force=force, otherwise="choose another --out, or --force")
         rows.append({**vars(each), "files": [str(name) for name in written]})
         if not as_json:
-            _tell(each, written)
+            _print_result(each, written)
     if as_json:
         click.echo(json.dumps(rows, indent=1))
     elif len(foreign := [each for each in every if not each.own]) > 1:
@@ -77,7 +77,7 @@ def _pair(text: str | None) -> tuple[float, float] | None:
     return low, high
 
 
-def _tell(each: Taken, written: list[Path]) -> None:
+def _print_result(each: Taken, written: list[Path]) -> None:
     if each.error:
         click.echo(each.error if each.own else f"not read: {each.error}")
         return

@@ -27,11 +27,11 @@ def load_told(file: str, changes: tuple[str, ...], *, strict: bool = False) -> S
     notes: list[str] = []
     warnings: list[Problem] = []
     loaded = load_any(file, overrides=changes, notes=notes, warnings=warnings)
-    tell([*notes, *judged(warnings, strict=strict)])
+    print_lines([*notes, *judged(warnings, strict=strict)])
     return loaded
 
 
-def tell(lines: Iterable[str]) -> None:
+def print_lines(lines: Iterable[str]) -> None:
     """Print lines on stderr."""
     for line in lines:
         click.echo(line, err=True)

@@ -18,7 +18,7 @@ def number(text: str) -> float:
     return float(text)
 
 
-def plain(text: str) -> bool:
+def is_plain(text: str) -> bool:
     """Return True if a text has only characters allowed in numbers."""
     return text.isascii() and "_" not in text
 

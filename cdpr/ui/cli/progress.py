@@ -63,7 +63,7 @@ class Progress:
         share = done / total if total else 1.0
         self._show(f"{bar(share, sys.stderr.encoding)} {text}" if self._terminal else text)
 
-    def say(self, text: str) -> None:
+    def print_line(self, text: str) -> None:
         """Print a separate line."""
         self._clear()
         click.echo(text, err=True)

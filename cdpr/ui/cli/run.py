@@ -16,7 +16,7 @@ import click
 from cdpr.base.errors import CdprError, Interrupted, OutputError, ScenarioError
 from cdpr.base.redirect_output import hushed
 from cdpr.ui.cli import DEBUG
-from cdpr.ui.cli.load import strict_option, tell
+from cdpr.ui.cli.load import print_lines, strict_option
 from cdpr.ui.cli.names import OutPath, change_keys, plugin_files, plugin_option
 from cdpr.ui.cli.numbers import Real, Whole
 from cdpr.ui.live import RATES, SPEEDS
@@ -99,9 +99,9 @@ def command(
             click.echo(f"no scenario is given: this runs the example {FIRST} (cdpr examples lists all)", err=True)
         chosen = {"backend": backend, "solver": solver, "controller": controller}
         loaded = load_scenario(scenario, overrides=typed(chosen, changes))
-        tell([*loaded.notes, *judged(loaded.warnings, strict=strict)])
+        print_lines([*loaded.notes, *judged(loaded.warnings, strict=strict)])
         # imported only after the scenario is valid, because it is slow
-        from cdpr.log.run_json import loop, plain
+        from cdpr.log.run_json import loop, to_json
 
         stop: CdprError | None = None
         try:
@@ -137,7 +137,7 @@ def command(
                 "folder": run.folder,
             }
             figures = {**run.summary(), **told, **({"least": least} if statics else {})}
-            click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
+            click.echo(json.dumps(to_json(figures), indent=2, allow_nan=False))
         else:
             _print(run, least, touch)
     if stop is not None:

@@ -88,7 +88,7 @@ def command(
                 for other in with_one_broken(duty):
                     duties.append(other)
                     progress(len(duties), total)
-    figures = sizing(duties, safety).plain()
+    figures = sizing(duties, safety).to_dict()
     if target is not None:
         from cdpr.log.files import replace_markup
         from cdpr.ui.report.pages.sizing import render_sizing

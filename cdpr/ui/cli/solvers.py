@@ -80,7 +80,7 @@ def _describe(name: str, entry: Registered) -> dict[str, Any]:
         "name": name,
         "summary": entry.info.summary,
         "aliases": {str(alias): str(source) for alias, source in entry.info.aliases.items()},
-        "properties": {key: value if _plain(value) else str(value) for key, value in entry.info.properties.items()},
+        "properties": {key: value if _is_scalar(value) else str(value) for key, value in entry.info.properties.items()},
         "options": [
             {
                 "name": field.alias or key,
@@ -97,12 +97,12 @@ def _describe(name: str, entry: Registered) -> dict[str, Any]:
     }
 
 
-def _plain(value: object) -> bool:
+def _is_scalar(value: object) -> bool:
     return value is None or isinstance(value, (str, int, float, bool))
 
 
 def _default(value: object) -> object:
-    return value if _plain(value) else str(value)
+    return value if _is_scalar(value) else str(value)
 
 
 def _long(solver: dict[str, Any]) -> Iterator[str]:

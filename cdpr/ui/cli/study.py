@@ -91,12 +91,12 @@ def command(
                     timeout=timeout,
                     executor=executor,
                     progress=progress,
-                    say=progress.say,
+                    say=progress.print_line,
                 )
             except (KeyboardInterrupt, CdprError) as stop:
                 if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
                     told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
-                    progress.say(f"{told}; continue by: {again(context, '--out', str(folder))}")
+                    progress.print_line(f"{told}; continue by: {again(context, '--out', str(folder))}")
                 raise
         if report:
             from cdpr.ui.report.pages.study import write_study
@@ -140,7 +140,7 @@ def _print(results: Results) -> None:
         left -= len(shown)
     if len(rows) > ROWS:
         click.echo(f"  and {len(rows) - ROWS} more")
-    click.echo(f"{len(rows)} cases: {results.told}")
+    click.echo(f"{len(rows)} cases: {results.summary_text}")
     for case in results.study.cases:
         row = results.rows[case.id]
         if row.status in ("failed", "died", "hung"):

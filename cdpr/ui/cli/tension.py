@@ -65,7 +65,7 @@ def command(
     loaded = load_told(file, changes)
     # imported only after the file is valid, because it is slow
     from cdpr.analysis.distribution.comparison import compare, describe
-    from cdpr.log.run_json import plain
+    from cdpr.log.run_json import to_json
     from cdpr.mechanics.dynamics import required_wrench
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import check_lengths
@@ -85,7 +85,7 @@ def command(
     problem = Problem(asked, at, load)
     with Progress("solvers") as progress, hushed():
         answers = compare(problem, _contestants(names, asked, own), progress)
-    figures = plain(describe(problem, answers, source, whence))
+    figures = to_json(describe(problem, answers, source, whence))
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
     else:

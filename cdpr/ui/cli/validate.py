@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cdpr.base.errors import CdprError, ExitCode, PluginError, ScenarioError
-from cdpr.ui.cli.load import strict_option, tell
+from cdpr.ui.cli.load import print_lines, strict_option
 from cdpr.ui.cli.names import change_keys, plugin_files
 
 if TYPE_CHECKING:
@@ -40,12 +40,12 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
             codes.add(error.exit_code)
             places = [problem.as_dict() for problem in error.rows]
             rows.append({"file": name, "ok": False, "problems": str(error).splitlines(), "rows": places})
-            _tell(name, str(error).splitlines(), told)
+            _print_new_errors(name, str(error).splitlines(), told)
         else:
             rows.append({"file": name, "ok": True, **row})
             if not as_json:
                 click.echo(f"{name}: ok ({_brief(row)})")
-            tell([*row["notes"], *warned])
+            print_lines([*row["notes"], *warned])
     if as_json:
         click.echo(json.dumps(rows, indent=2))
     if codes:
@@ -97,9 +97,9 @@ def _require_buildable(scenario: Scenario) -> None:
         raise ScenarioError(lines)
 
 
-def _tell(name: str, lines: list[str], told: set[str]) -> None:
+def _print_new_errors(name: str, lines: list[str], told: set[str]) -> None:
     """Print each error once: errors of a robot file also occur in all scenarios that use it."""
-    plain = {line: _plain(line) for line in lines}
+    plain = {line: _without_source(line) for line in lines}
     fresh = [line for line in lines if plain[line] not in told]
     told.update(plain.values())
     for line in fresh:
@@ -109,7 +109,7 @@ def _tell(name: str, lines: list[str], told: set[str]) -> None:
         click.echo(f"{name}: {known} {'more ' * bool(fresh)}problem{'s' * (known > 1)}, reported above", err=True)
 
 
-def _plain(line: str) -> str:
+def _without_source(line: str) -> str:
     """Return the same text for the same error, whichever file refers to it."""
     source, colon, text = line.partition(":")
     return os.path.normpath(source) + colon + re.sub(r"\brobot\.", "", text)

@@ -61,7 +61,7 @@ def command(
     if width is not None or cables is not None:
         raise click.UsageError("--width and --cables are of a figure: give --figure, too")
     path = None if out is None else _page_at(Path(out))
-    page = _runs(what, pose, changes) if _are_runs(what) else _look(what, pose, changes)
+    page = _runs(what, pose, changes) if _are_runs(what) else _view_page(what, pose, changes)
     path = path or _usual()
     replace_markup(path, page)
     click.echo(path)
@@ -148,7 +148,7 @@ def _runs(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> 
     return render(load_run(what[0]))
 
 
-def _look(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
+def _view_page(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
     from cdpr.ui.cli.load import load_told
 
     loaded = load_told(what[0], changes)

@@ -223,7 +223,7 @@ def _run(
     how |= {name: value for name, value in place.finer.items() if value is not None}
     if to is not None:
         figures = chunked.compute(to, robot, kind, where, jobs, source, asked | {"gravity": gravity, "over": over})
-        tell(figures | {"file": str(to.folder)}, as_json)
+        print_figures(figures | {"file": str(to.folder)}, as_json)
         return
     with Progress(UNITS.get(place.method, "cells")) as progress:
         found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
@@ -256,10 +256,10 @@ def finish(found: Workspace, target: Path | None, as_json: bool) -> None:
     if target is not None:
         target.parent.mkdir(parents=True, exist_ok=True)
         found.save(target)
-    tell(found.summary() | ({} if target is None else {"file": str(target)}), as_json)
+    print_figures(found.summary() | ({} if target is None else {"file": str(target)}), as_json)
 
 
-def tell(figures: dict[str, Any], as_json: bool) -> None:
+def print_figures(figures: dict[str, Any], as_json: bool) -> None:
     """Print the figures of a workspace."""
     if as_json:
         click.echo(json.dumps(figures, indent=1, allow_nan=False))

@@ -137,12 +137,12 @@ class Driven(Simulation):
                 self._answer(requests.get(wait))
         except queue.Empty:
             pass
-        self._heed()
+        self._process_requests()
         if self._ahead < -1.0:  # slower than the clock: do not catch up later
             self._begin_clock()
         return self._ahead <= 0.0
 
-    def _heed(self) -> None:
+    def _process_requests(self) -> None:
         """Process some requests although the slice is due; endless requests must not block the simulation."""
         begun = now = monotonic()
         with suppress(queue.Empty):

@@ -87,9 +87,9 @@ class Foxglove(Sender):
         for client in self._every():
             client.changed(parameters)
 
-    def _tell(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         """Also send the text to all clients."""
-        super()._tell(text)
+        super()._report(text)
         for client in self._every():
             client.reply(protocol.status(protocol.WARNING, text))
 

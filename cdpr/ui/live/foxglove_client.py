@@ -136,7 +136,7 @@ class Client:
         if op == protocol.PUBLISHED:
             channel, content = protocol.parse_published(data)
             topic, encoding = self._channels.get(channel, ("", ""))
-            self._link.hear(topic, encoding, content)
+            self._link.receive(topic, encoding, content)
         elif op == protocol.SERVICE_CALL:
             self._call(*protocol.parse_call(data))
         else:

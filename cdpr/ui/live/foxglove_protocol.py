@@ -75,12 +75,12 @@ def parameter_values(parameters: Mapping[str, Any], number: Any = None) -> str:
 
     Non-finite numbers are sent as text, because JSON has none.
     """
-    plain = {name: _plain(value) for name, value in parameters.items()}
+    plain = {name: _json_value(value) for name, value in parameters.items()}
     values = [{"name": name, "value": value, **_kind(value)} for name, value in plain.items()]
     return encoded("parameterValues", parameters=values, **({} if number is None else {"id": number}))
 
 
-def _plain(value: Any) -> Any:
+def _json_value(value: Any) -> Any:
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 

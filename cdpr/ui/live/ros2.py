@@ -106,7 +106,7 @@ class Ros2(Sender):
         with suppress(zenoh.ZError):  # the session is closed
             for sample in subscriber:
                 if self.attend():
-                    self.hear(topic, "cdr", sample.payload.to_bytes())
+                    self.receive(topic, "cdr", sample.payload.to_bytes())
 
     def _trigger(self, name: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
         def answer(_: dict[str, Any]) -> dict[str, Any]:

@@ -90,12 +90,12 @@ class Sender(ABC):
         """Report a refusal to the user and, if supported, to all clients; count refusals beyond a limit."""
         more = self._more() if monotonic() - self._second >= 1.0 else 0
         if more:
-            self._tell(f"{more} more requests were rejected")
+            self._report(f"{more} more requests were rejected")
         with self._telling:
             self._refused += 1
             if self._refused > TOLD:
                 return
-        self._tell(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
+        self._report(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
 
     def warned(self, text: str) -> None:
         """Report an accepted but suspicious request, likewise."""
@@ -108,7 +108,7 @@ class Sender(ABC):
             self._second, self._refused = monotonic(), 0
         return more
 
-    def _tell(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         """Report a text to the user and, if supported, to all clients."""
         self._say(text)
 
@@ -121,7 +121,7 @@ class Sender(ABC):
             sleep(PAUSE)
         return not self._ended.is_set()
 
-    def hear(self, topic: str, encoding: str, data: bytes) -> None:
+    def receive(self, topic: str, encoding: str, data: bytes) -> None:
         """Queue the request of a message, or report why it is invalid."""
         try:
             self.requests.put(request_of(topic, encoding, data))
@@ -138,7 +138,7 @@ class Sender(ABC):
             self._say(f"{more} more requests were rejected")
         self._shut()
 
-    def ask(self, request: Request) -> str:
+    def submit(self, request: Request) -> str:
         """Send a request to the simulation; return "" or the reason of its refusal."""
         self.requests.put(request, awaited=True)
         if not request.done.wait(ANSWERS) and request.take():
@@ -148,12 +148,12 @@ class Sender(ABC):
 
     def call(self, name: str) -> str:
         """Call a service of `SERVICES`; return "" or the reason of its refusal."""
-        return self.ask(Request("pause", {"paused": False}) if name == "resume" else Request(name))
+        return self.submit(Request("pause", {"paused": False}) if name == "resume" else Request(name))
 
     def set(self, name: str, value: Any) -> str:
         """Set a parameter; return "" or the reason of its refusal."""
         request = self.setting(name, value)
-        return request if isinstance(request, str) else self.ask(request)
+        return request if isinstance(request, str) else self.submit(request)
 
     def setting(self, name: str, value: Any) -> Request | str:
         """Return the request that sets a parameter; if it is invalid, report and return the reason."""

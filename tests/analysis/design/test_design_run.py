@@ -18,7 +18,7 @@ from spread import sampled
 import cdpr
 from cdpr.analysis.design import load_design, run_design
 from cdpr.analysis.design.rank import Score, front
-from cdpr.analysis.design.search import look, spread
+from cdpr.analysis.design.search import run_search, spread
 from cdpr.analysis.workspace import box, region, workspace
 from cdpr.base.checksums import sealed
 from cdpr.base.errors import CdprError, ExitCode, LogError, OutputError, PluginError
@@ -57,7 +57,7 @@ def records(folder):
 
 def test_output_files_of_a_design(found):
     told = json.loads((found.folder / "design.json").read_text())
-    assert told == sealed(found.plain())
+    assert told == sealed(found.to_dict())
     rows = records(found.folder)
     assert [int(row["number"]) for row in rows] == list(range(41))
     feasible = [row for row in rows[1:] if row["feasible"] == "true"]
@@ -197,7 +197,7 @@ goal: {maximise: margin}
     assert all(row.values[0] > row.values[1] for row in found.refused)
     assert not any(row.score.feasible for row in found.refused)
     assert found.best.figures is not None
-    assert run_design(found.design, tmp_path / "out", resume=True).plain() == found.plain()
+    assert run_design(found.design, tmp_path / "out", resume=True).to_dict() == found.to_dict()
 
 
 def test_none_is_better_than_the_robot_as_it_is(tmp_path):
@@ -242,7 +242,7 @@ def test_the_front(tmp_path):
 
 def test_the_command_and_its_page(found, tmp_path):
     done = cdpr_here("design", found.design.source, "--out", found.folder, "--resume", "--json")
-    assert json.loads(done.stdout) == found.plain() | {"folder": str(found.folder)}
+    assert json.loads(done.stdout) == found.to_dict() | {"folder": str(found.folder)}
     page = (found.folder / "report.html").read_text()
     for text in ("Before and after", "Convergence", "half width", "0.02 &lt;= clearance", 'id="space"', 'id="before"'):
         assert text in page
@@ -296,7 +296,7 @@ def bowl(point):
 def test_a_search_finds_the_corner_of_a_bowl(kind):
     for seed in range(3):
         asked = Spender(bowl, 1200)
-        look(kind, asked, np.full(4, 0.9), seed, 16)
+        run_search(kind, asked, np.full(4, 0.9), seed, 16)
         assert len(asked.points) == 1200
         assert (np.array(asked.points) >= 0.0).all()
         assert (np.array(asked.points) <= 1.0).all()
@@ -313,7 +313,7 @@ def test_a_search_leaves_a_plateau(kind):
         return 0.0, (-float(max(0.0, point[0] - 0.97)),)
 
     asked = Spender(plateau, 600)
-    look(kind, asked, np.full(2, 0.5), 0, 12)
+    run_search(kind, asked, np.full(2, 0.5), 0, 12)
     assert min(each.goals[0] for each in asked.scores) < 0.0
 
 
@@ -325,7 +325,7 @@ def test_nsga2_finds_a_front_that_is_not_convex():
         return 0.0, (float(point[0]), g * (1.0 - (float(point[0]) / g) ** 2))
 
     asked = Spender(zdt2, 4000)
-    look("nsga2", asked, np.full(5, 0.5), 0, 40)
+    run_search("nsga2", asked, np.full(5, 0.5), 0, 40)
     found = np.array([asked.scores[i].goals for i in front(asked.scores)])
     above = found[:, 1] - (1.0 - found[:, 0] ** 2)
     assert (above > -1e-12).all()

@@ -110,8 +110,8 @@ def test_skipped_commands_are_not_counted():
     assert found.tension == pytest.approx(100.0)
     assert found.tension_rms == pytest.approx(100.0)
     nothing = sizing([made(robot, tension, np.zeros((101, robot.m)), time, feasible=np.zeros(101, dtype=bool))])
-    assert nothing.plain()["cables"][0]["breaking_load_N"] is None
-    assert nothing.plain()["duties"][0]["infeasible"] == 101
+    assert nothing.to_dict()["cables"][0]["breaking_load_N"] is None
+    assert nothing.to_dict()["duties"][0]["infeasible"] == 101
 
 
 def test_the_worst_of_several(foreseen, run):
@@ -120,7 +120,7 @@ def test_the_worst_of_several(foreseen, run):
     assert both.worst.tension == pytest.approx(np.max([each.tension for each in parts], axis=0))
     assert both.worst.tension_least == pytest.approx(np.min([each.tension_least for each in parts], axis=0))
     assert both.worst.shortest == pytest.approx(np.min([each.shortest for each in parts], axis=0))
-    row = both.plain()["cables"][3]
+    row = both.to_dict()["cables"][3]
     assert row["breaking_load_N"] == pytest.approx(4.0 * row["tension_peak_N"])
     assert row["by"] == ("foreseen" if parts[0].tension[3] >= parts[1].tension[3] else "run")
 
@@ -136,7 +136,7 @@ def test_with_one_cable_broken_the_others_hold(foreseen):
     low[4] = high[4] = 0.0
     alone = distribute(foreseen.robot, foreseen.poses[k], foreseen.wrenches[k], tension_min=low, tension_max=high)
     assert np.array_equal(np.delete(alone.tension, 4), np.delete(some.tension[k], 4))
-    worst = sizing(parts).plain()
+    worst = sizing(parts).to_dict()
     assert not any(each["exceeded"] for each in worst["duties"])  # a broken cable's 0 N is below no limit
 
 
@@ -147,7 +147,7 @@ def test_broken_cables_carry_no_tension():
         lost = np.isnan(duty.tension)
         assert lost[-1].sum() == 1
         assert not lost[0].any()
-        found = sizing([duty]).plain()
+        found = sizing([duty]).to_dict()
         assert not any("pull less" in text for text in found["duties"][0]["exceeded"])
         assert all(each["tension_least_N"] > 0.0 for each in found["cables"])
 
@@ -172,9 +172,9 @@ def test_each_corner_is_evaluated_over_the_workspace():
 
 def test_exceeded_limits_are_reported():
     robot, time = robot_of("caroca"), np.linspace(0.0, 1.0, 11)
-    found = sizing([made(robot, 2.0 * robot.tension_max, np.zeros((11, 8)), time)]).plain()
+    found = sizing([made(robot, 2.0 * robot.tension_max, np.zeros((11, 8)), time)]).to_dict()
     assert "pull more than their highest tension" in found["duties"][0]["exceeded"][0]
-    reached = sizing([made(robot, robot.tension_max, np.zeros((11, 8)), time)]).plain()
+    reached = sizing([made(robot, robot.tension_max, np.zeros((11, 8)), time)]).to_dict()
     assert reached["duties"][0]["exceeded"] == []
 
 

@@ -107,7 +107,7 @@ def test_the_bits_are_those_of_memory(robot, place, tmp_path, kind, given):
             memory.robot,
             memory.about["limited_by"],
         )
-        assert read.question.plain(robot) == memory.question.plain(robot)
+        assert read.question.to_dict(robot) == memory.question.to_dict(robot)
     assert content(tmp_path / "1_1") == content(tmp_path / "2_1")
 
 

@@ -194,7 +194,7 @@ def test_a_mesh_of_a_scenario_is_in_the_way(folder):
     np.testing.assert_allclose(values, expected, rtol=0.0, atol=SAME)
     assert np.array_equal(which, of)
     assert (which >= loaded.robot.m * (loaded.robot.m + 1)).any()
-    kept = Question.from_plain(json.loads(json.dumps(Question(obstacles=loaded.obstacles).plain(loaded.robot))))
+    kept = Question.from_plain(json.loads(json.dumps(Question(obstacles=loaded.obstacles).to_dict(loaded.robot))))
     np.testing.assert_array_equal(clearance(loaded.robot, kept.obstacles).at(poses)[0], values)
 
 

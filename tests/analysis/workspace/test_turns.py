@@ -46,7 +46,7 @@ def test_ends_are_where_the_margin_is_lost(name, about):
 def test_free_turns_end_at_half_a_turn():
     robot = robot_of("cogiro")
     found = workspace(robot, "dexterity", region(robot, cells=3), method="turns")
-    assert found.detail.told() == {"about": "rz", "everywhere": np.pi, "mean": pytest.approx(np.pi), "best": np.pi}
+    assert found.detail.figures() == {"about": "rz", "everywhere": np.pi, "mean": pytest.approx(np.pi), "best": np.pi}
 
 
 def test_a_file_holds_turns_and_others_read_them(tmp_path):

@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 
 from cdpr.analysis.distribution.comparison import Contestant, compare, describe
 from cdpr.base.errors import CdprError, OutputError, PluginError, ScenarioError
-from cdpr.log.run_json import plain
+from cdpr.log.run_json import to_json
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.plugins import PluginInfo, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Registered, registry
@@ -131,7 +131,7 @@ def test_text_of_all_solvers(tmp_path):
 def test_twelve_cables_are_legible():
     problem = box_problem(12)
     rows = list(
-        lines(plain(describe(problem, [told(problem, MinimumNorm(problem.robot, QpOptions()).solve)], "here", "x")))
+        lines(to_json(describe(problem, [told(problem, MinimumNorm(problem.robot, QpOptions()).solve)], "here", "x")))
     )
     assert max(map(len, rows)) <= 120
     heads = [row.split() for row in rows if "tension (N)" in row]
@@ -201,7 +201,7 @@ def test_wrong_declarations_are_reported():
     ]:
         assert not answer.admissible
         assert answer.reason.startswith(reason), answer.reason
-    rows = list(lines(plain(describe(problem, [told(problem, says(0)), told(problem, raises)], "here", "x"))))
+    rows = list(lines(to_json(describe(problem, [told(problem, says(0)), told(problem, raises)], "here", "x"))))
     assert any("OK, untrue" in row for row in rows)
     assert "  it: raised RuntimeError: no licence" in rows
 
@@ -219,7 +219,7 @@ def test_absurd_answers_spoil_neither_table_nor_picture(absurd):
         return 0
 
     answers = [told(problem, MinimumNorm(problem.robot, QpOptions()).solve), told(problem, solve)]
-    out = plain(describe(problem, answers, "here", "x"))
+    out = to_json(describe(problem, answers, "here", "x"))
     assert max(map(len, lines(out))) <= 120
     svg = draw_null_space(out)
     # With and without computable coordinates, it does not change what is shown of the rest.
@@ -301,7 +301,7 @@ def test_a_locked_cable_bounds_nothing_in_the_picture():
     locked = replace(problem.robot.cables[2], tension_min=t[2], tension_max=t[2])
     cables = (*problem.robot.cables[:2], locked, *problem.robot.cables[3:])
     held = Problem(replace(problem.robot, cables=cables), problem.pose, problem.W @ t)
-    out = plain(describe(held, [told(held, MinimumNorm(held.robot, QpOptions()).solve)], "here", "x"))
+    out = to_json(describe(held, [told(held, MinimumNorm(held.robot, QpOptions()).solve)], "here", "x"))
     assert out["null_space"]["dimension"] == 1
     assert out["solvers"][0]["tension_N"][2] == t[2]
     svg = draw_null_space(out)
@@ -329,7 +329,7 @@ def test_default_output_folders(tmp_path, monkeypatch):
     ],
 )
 def test_why_there_is_no_picture(problem, reason):
-    out = plain(describe(problem, [], "here", "x"))
+    out = to_json(describe(problem, [], "here", "x"))
     assert reason in no_picture(out)
     assert any(row.startswith("  no picture: ") for row in lines(out))
 
@@ -347,7 +347,7 @@ def test_more_than_two_redundant_cables_are_drawn_by_their_ranges(tmp_path):
     lp = next(a for a in told["solvers"] if a["solver"] == "lp")
     assert (spans[:, 0] - 1e-6 <= lp["tension_N"]).all()
     assert (lp["tension_N"] <= spans[:, 1] + 1e-6).all()
-    endless = plain(describe(box_problem(12, limits=(10.0, np.inf)), [], "here", "x"))
+    endless = to_json(describe(box_problem(12, limits=(10.0, np.inf)), [], "here", "x"))
     assert "some limits are infinite" in no_picture(endless)
 
 

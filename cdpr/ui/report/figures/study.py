@@ -121,7 +121,7 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
     legend = legend_width([*names, *(text for text, _ in [*heading, *ending])], least=0) if names or crosses else 0.1
     width = WIDTH if len(drawn) > 1 else ALONE_WIDE
     wide = (width - LEFT - legend - (across - 1) * GAP) / across
-    looks = {label: _look(i, len(labels), min(1.0, wide / FULL)) for i, label in enumerate(labels)}
+    looks = {label: _line_style(i, len(labels), min(1.0, wide / FULL)) for i, label in enumerate(labels)}
     entries = list(zip(names, looks.values(), strict=False))
     tall = ALONE if down == 1 else HEIGHT
     x = _along(layout, drawn, wide)
@@ -151,7 +151,7 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
     return sheet
 
 
-def _look(i: int, count: int, scale: float) -> dict[str, Any]:
+def _line_style(i: int, count: int, scale: float) -> dict[str, Any]:
     """Return the style of line `i` of `count`, and of its markers."""
     share, broad, large = i / (count - 1) if count > 1 else 1.0, BROAD + MORE * count, LARGE + GROWTH * count
     return {

@@ -48,7 +48,7 @@ def write_design(found: Designed, path: Path) -> None:
 
 def render_design(found: Designed) -> str:
     """Return the page as HTML."""
-    known = found.plain()
+    known = found.to_dict()
     best = chosen(known)
     mood, words = claim(known)
     links = {"figures": "Figures"}

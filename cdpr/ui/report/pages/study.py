@@ -74,7 +74,7 @@ def render(results: Results) -> str:
     links["table"] = "Table"
     parts.append(section("table", _table(results)))
     mood = "bad" if results.exit_code else "warn" if results.strained else "good"
-    first = banner(mood, f"{len(records)} cases", f": {escape(results.told)}")
+    first = banner(mood, f"{len(records)} cases", f": {escape(results.summary_text)}")
     return page(study.name, "a study by cdpr", first, links, parts, data)
 
 

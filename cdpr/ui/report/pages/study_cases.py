@@ -51,7 +51,7 @@ def choose(results: Results) -> tuple[list[Shown], list[str]]:
     logged = [case for case in results.study.cases if (_folder(results, case) / LOG_NAME).is_file()]
     sound = [case for case in logged if results.rows[case.id].status in RESULTS]
     shown: list[Shown] = []
-    told = list(_told(results, len(logged), len(sound)))
+    told = list(_notes(results, len(logged), len(sound)))
     for case, why in _wanted(sound, records):
         if len(shown) == MOST:
             break
@@ -74,7 +74,7 @@ def _folder(results: Results, case: StudyCase) -> Any:
     return results.folder / RUNS_NAME / case.id
 
 
-def _told(results: Results, logged: int, sound: int) -> Iterator[str]:
+def _notes(results: Results, logged: int, sound: int) -> Iterator[str]:
     count = len(results.study.cases)
     if not logged:
         kept = {"none": "of no case", "failed": "of cases that did not finish", "all": "of all cases"}

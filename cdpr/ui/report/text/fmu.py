@@ -97,7 +97,7 @@ def yaml_lines(archive: Archive, mapping: Mapping) -> Iterator[str]:
         indent += "  "
     if mapping.role == "controller":
         yield f"{indent}type: {FMU}"
-    yield f"{indent}file: {_plain(str(archive.path))}  # from the folder of the scenario"
+    yield f"{indent}file: {_yaml_line(str(archive.path))}  # from the folder of the scenario"
     yield f"{indent}sha256: {archive.sha256}"
     yield f"{indent}signals:"
     for side, signals, ports in (
@@ -124,10 +124,10 @@ def _signal(signal: Signal, port: Port | None) -> str:
     if given := {name: each for name, each in said.items() if each is not None}:
         value = {"variable": value, **given}
     units = ", ".join(dict.fromkeys(port.units))
-    return f"{key}: {_plain(value)}  # {len(port.elements)} numbers, {units}; by {port.rule}"
+    return f"{key}: {_yaml_line(value)}  # {len(port.elements)} numbers, {units}; by {port.rule}"
 
 
-def _plain(value: Any) -> str:
+def _yaml_line(value: Any) -> str:
     """Return `value` as YAML on one line."""
     return (
         yaml.safe_dump(value, default_flow_style=True, width=10**6, allow_unicode=True).removesuffix("\n...\n").strip()

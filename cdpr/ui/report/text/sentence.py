@@ -23,7 +23,7 @@ def sentence(run: Run, way: Array) -> str:
     said = [f"in {figures['simulated_s']:.4g} s the platform of {run.header.robot} {_moved(length)}"]
     position, turn = figures["position_error_m"]["max"], figures["orientation_error_rad"]["max"]
     if math.isfinite(position) and math.isfinite(turn):
-        said.append(f"with errors up to {_told(position, 'm')} and {_told(turn, 'rad')}")
+        said.append(f"with errors up to {_quantity_text(position, 'm')} and {_quantity_text(turn, 'rad')}")
     tension = figures.get("cable_tension_N", figures["tension_N"])
     if math.isfinite(tension["max"]):
         said.append(f"with tensions from {digits(tension['min'])} to {digits(tension['max'])} N")
@@ -42,6 +42,6 @@ def _moved(length: float) -> str:
     return f"moved {length:.3g} m" if length >= AT_REST else "held its place"
 
 
-def _told(value: float, unit: str) -> str:
+def _quantity_text(value: float, unit: str) -> str:
     scale, name = unit_for([value], unit)
     return f"{scale * value:.3g} {name}"
