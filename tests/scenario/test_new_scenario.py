@@ -1,4 +1,4 @@
-"""New scenarios for robots with elastic cables: tried before they are offered, and stable."""
+"""New scenarios of robots with elastic cables: gains and steps are tested and stable."""
 
 from __future__ import annotations
 

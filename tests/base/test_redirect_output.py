@@ -1,4 +1,4 @@
-"""Libraries print no results: stdout of a program that uses cdpr stays its own."""
+"""Output redirection: stdout of a program that uses cdpr has only its own output."""
 
 from __future__ import annotations
 
