@@ -129,7 +129,7 @@ def test_a_text_runs_in_place_of_the_file():
 @pytest.mark.slow
 def test_a_worker_that_dies_idle_costs_no_case(monkeypatch):
     """Its next case has not been in it."""
-    look = pool.Worker.look
+    look = pool.Worker.poll
 
     def die_after(self):
         outcome = look(self)

@@ -65,8 +65,8 @@ def test_reading_and_planning_a_program_share_one_budget(tmp_path, monkeypatch):
     assert caught.value.faults == [(1001, 0, "reading it takes more than 10 s of CPU time: divide the file")]
     monkeypatch.undo()
     cdpr_here("validate", tmp_path / "s.yaml")
-    laid = gcode_path.lay
-    monkeypatch.setattr(gcode_path, "lay", lambda *arguments: replace(laid(*arguments), spent=60.0))
+    laid = gcode_path.build_path
+    monkeypatch.setattr(gcode_path, "build_path", lambda *arguments: replace(laid(*arguments), spent=60.0))
     said = cdpr_here("validate", tmp_path / "s.yaml", code=2).stderr
     assert "'a.ngc': reading it takes more than 60 s of CPU time: divide the file" in said
 

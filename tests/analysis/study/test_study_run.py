@@ -199,7 +199,7 @@ def test_runs_that_miss_their_wrench_are_reported(tmp_path):
     heavy = "axes: [{key: robot.platform.mass, values: [150, 10000]}]\n"
     results = run_study(load_study(write_study(tmp_path, heavy)), tmp_path / "out")
     assert results.strained == 1
-    assert results.told == "2 finished; 1 with samples without valid tensions"
+    assert results.summary_text == "2 finished; 1 with samples without valid tensions"
 
 
 @pytest.mark.parametrize(("keep", "kept"), [("all", 6), ("failed", 4)])

@@ -15,7 +15,7 @@ class Kept(Quiet):
         self.asked, self.refusal = [], ""
         super().__init__({"controller.kp": 100.0})
 
-    def ask(self, request):
+    def submit(self, request):
         self.asked.append((request.what, request.values))
         return self.refusal
 
