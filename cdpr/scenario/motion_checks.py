@@ -56,7 +56,7 @@ class MotionChecks(Checks):
                 if tools
                 else "the robot has none; define them in robot.platform.tools"
             )
-            self.say((ROOT, "tool"), f"the platform has no tool '{motion.tool}': {known}")
+            self.add_problem((ROOT, "tool"), f"the platform has no tool '{motion.tool}': {known}")
         begins = self._begins(initial)
         if begins:
             motion.complete(begins).check_completed(report)
@@ -70,7 +70,7 @@ class MotionChecks(Checks):
             controlled = self.directions(("controlled",))
             if controlled and (held := [name for name in controlled if name not in dof]):
                 text = f"the robot does not move along {', '.join(held)}; allowed: {', '.join(dof)}"
-                self.say(("controlled",), text)
+                self.add_problem(("controlled",), text)
         if not dof or not initial:
             return
         guide = Guide(dof, initial.position, self.add_problem)
@@ -83,7 +83,7 @@ class MotionChecks(Checks):
         if self.motion and begins:
             if self.motion.tool is not None and not guide.keeps(np.subtract(begins.position, initial.position)):
                 text = f"{guide.free}: this tool would leave the guide when the platform rotates; remove `tool`"
-                self.say((ROOT, "tool"), text)
+                self.add_problem((ROOT, "tool"), text)
                 return
             guide = Guide(dof, begins.position, self.add_problem, self.motion.tool)
             for path, point in self.motion.poses():

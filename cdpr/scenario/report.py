@@ -30,7 +30,7 @@ class Below:
     def read(self, path: Path, file: str, size: int, endings: tuple[str, ...]) -> bytes | None:
         """Return the content of the file referenced at `path`; report a problem and return None if it is unreadable."""
         if os.path.isabs(file):
-            self.say(path, f"expected a file name relative to this file, got the absolute {shown(file)}")
+            self.add_problem(path, f"expected a file name relative to this file, got the absolute {shown(file)}")
             return None
         try:
             return read(self.path(file), size, endings)

@@ -89,7 +89,7 @@ class RobotChecks(Checks):
         if self.section(ShapeSection, path[:-1]) is None or not isinstance(name, str):
             return
         if os.path.isabs(name):
-            self.say(path, f"expected a file name relative to this file, got the absolute {shown(name)}")
+            self.add_problem(path, f"expected a file name relative to this file, got the absolute {shown(name)}")
             return
         try:
             box_around(os.path.join(self.document.folder, name))
@@ -174,7 +174,7 @@ class RobotChecks(Checks):
         for name, value in (("min", common.min), ("max", common.max)):
             if isinstance(value, list) and len(value) != count:
                 text = f"expected {count} numbers (N), one per cable, got {len(value)}"
-                self.say((*self.root, "tension", name), text)
+                self.add_problem((*self.root, "tension", name), text)
                 right = False
         return right
 

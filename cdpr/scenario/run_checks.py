@@ -74,7 +74,9 @@ class RunChecks(Checks):
             if section is None or section.mesh is None:
                 continue
             if os.path.isabs(section.mesh):
-                self.say(path, f"expected a file name relative to this file, got the absolute {shown(section.mesh)}")
+                self.add_problem(
+                    path, f"expected a file name relative to this file, got the absolute {shown(section.mesh)}"
+                )
                 continue
             try:
                 hull_of(os.path.join(self.document.folder, section.mesh))

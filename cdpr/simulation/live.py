@@ -170,7 +170,7 @@ class Interventions(ABC):
         """
         if not isinstance(path, str | os.PathLike) or not is_name(path):
             raise CdprError(f"save: expected the name of a file, got {path!r}")
-        with self._alone("save"):
+        with self._exclusive("save"):
             self._runner.session.save(Path(path), self._runner.samples)
 
     def _do(self, title: str, kind: type[E], keys: Mapping[str, Any]) -> E:

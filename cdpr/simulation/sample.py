@@ -146,7 +146,7 @@ class Sample:
         def stop(_: int) -> None:
             here = beyond(*about)
             here.add(row)
-            left = "; ".join(one.text(names) for one in here.told())
+            left = "; ".join(one.text(names) for one in here.exceeded())
             raise LimitViolation(f"{left}; stopped by limits: stop")
 
         return [Operation("cables", reach.leaving(self.row), stop)] if reach.any else []

@@ -81,7 +81,7 @@ def test_same_bits_whoever_calls(monkeypatch, backend, case):
 
 @pytest.mark.parametrize("backend", ENGINES)
 def test_python_is_called_at_most_once_per_step(backend):
-    own = Running(backend).loop.program.interpreted
+    own = Running(backend).loop.pipeline.interpreted
     assert own == (() if backend == "mujoco" else ("backend",))
 
 

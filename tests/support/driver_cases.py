@@ -40,7 +40,7 @@ def until(done):
         time.sleep(0.001)
 
 
-class Staged:
+class RunningDriver:
     """A driver, and its messages."""
 
     def __init__(self, *scenarios):

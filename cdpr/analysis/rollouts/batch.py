@@ -306,7 +306,7 @@ class Batch:
 
     def _started_case(self, what: str, lane: object) -> Case:
         case = self._cases[self._lane(what, lane)]
-        if not case.begun:
+        if not case.started:
             raise CdprError(f"{what}: lane {lane} did not start: {case.outcome.message or 'the batch is closed'}")
         return case
 

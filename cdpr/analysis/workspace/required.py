@@ -100,7 +100,7 @@ def point(wrench: ArrayLike) -> Required:
 def _axes(half: ArrayLike, name: str) -> Array:
     sizes = checked(half, (6,), name, finite=True)
     if (sizes < 0.0).any():
-        raise CdprError(f"{name}: expected six sizes of at least 0, got {_told(sizes)}")
+        raise CdprError(f"{name}: expected six sizes of at least 0, got {_list_text(sizes)}")
     return read_only(np.diag(sizes)[sizes > 0.0])
 
 

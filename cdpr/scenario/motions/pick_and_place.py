@@ -42,7 +42,7 @@ class PickAndPlace(Motion):
     def stay(self, guide: Guide, report: Report) -> None:
         """Report an arch if the guide holds the height."""
         if self.height > 0.0 and guide.held[2]:
-            report.say(("height",), f"expected 0, got {exact(self.height)}: {guide.free}")
+            report.add_problem(("height",), f"expected 0, got {exact(self.height)}: {guide.free}")
 
     def complete(self, initial: Initial) -> Self:
         """Return a copy with missing values set to the initial pose."""

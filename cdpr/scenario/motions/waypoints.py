@@ -80,7 +80,7 @@ class Waypoints(Motion):
                 text = f"must be greater than the previous point's, {exact(times[k - 1])} (s), got {exact(times[k])}"
                 report.add_problem(("points", k, "time"), text)
         if times == [0.0]:
-            report.say(("points",), "expected a point with a time greater than 0; to stay, use type: hold")
+            report.add_problem(("points",), "expected a point with a time greater than 0; to stay, use type: hold")
 
     def span(self) -> tuple[float | None, float | None]:
         """Return the start and end times, s; None for a start at the initial pose, which is at rest."""

@@ -92,7 +92,7 @@ def command(
                 )
             except KeyboardInterrupt:
                 free = "" if out is None else f", and {out} can be used again"
-                progress.say(
+                progress.print_line(
                     f"interrupted after {made[0]} of {made[1]} runs: no result of the comparison is stored{free}"
                 )
                 raise

@@ -13,7 +13,7 @@ def number(text: str) -> float:
     Raises:
         ValueError: if the text is no number.
     """
-    if not plain(text):
+    if not is_plain(text):
         raise ValueError(f"expected a number, got {text[:80]!r}")
     return float(text)
 
@@ -26,7 +26,7 @@ def is_plain(text: str) -> bool:
 class _Plain(click.ParamType[Any]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the number."""
-        if isinstance(value, str) and not plain(value):
+        if isinstance(value, str) and not is_plain(value):
             self.fail(f"expected a number, got {value[:80]!r}", param, ctx)
         return super().convert(value, param, ctx)
 

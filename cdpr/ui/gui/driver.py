@@ -180,10 +180,10 @@ class Driver:
         self._publish(monotonic(), everything=True)
 
     @property
-    def _there(self) -> Stage:
-        if self._stage is None:
+    def _current(self) -> SimulationSession:
+        if self._session is None:
             raise CdprError("not simulated: correct the errors and apply, or reset")
-        return self._stage
+        return self._session
 
     @property
     def _unfinished(self) -> SimulationSession:
@@ -208,7 +208,7 @@ class Driver:
     def _step(self, n: int = 1) -> None:
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
-        stage = self._going
+        session = self._unfinished
         self._pause()
         self._simulate(session, n)
         if self._phase == "ready":

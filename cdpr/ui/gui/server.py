@@ -125,10 +125,10 @@ class Server:
         try:
             words = json.loads(text, parse_constant=_no_number)
         except (ValueError, RecursionError) as error:
-            reader.tell(said("error", f"expected JSON: {type(error).__name__}"))
+            reader.send(notice("error", f"expected JSON: {type(error).__name__}"))
             return
         if not isinstance(words, Mapping) or not isinstance(words.get("do"), str):
-            reader.tell(said("error", 'expected an object with a text "do", such as {"do": "run"}'))
+            reader.send(notice("error", 'expected an object with a text "do", such as {"do": "run"}'))
             return
         self._receive({**words, **({"body": files} if files else {})}, reader)
 

@@ -259,7 +259,7 @@ class SimulationSession:
         path = Path(named(out))
         place = path.resolve()
         there = [each for each in (path, table_beside(path)) if os.path.lexists(each)]
-        if there and place not in self._sessions:
+        if there and place not in self._saved:
             raise OutputError(f"'{there[0]}' already exists and is not overwritten: choose another name")
         self._sim.save(path)
         self._saved.add(place)

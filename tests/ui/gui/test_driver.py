@@ -95,7 +95,7 @@ def test_a_run_is_seen_from_its_first_moment():
 
 
 def test_actions_are_shown_and_reported():
-    with staged(scenario(**{"simulation.duration": 0.5})) as it:
+    with running_driver(scenario(**{"simulation.duration": 0.5})) as it:
         it.phase("ready")
         it.do("step", n=20)
         it.do("push", force=[100, 0, 0])
@@ -136,9 +136,9 @@ def test_actions_are_shown_and_reported():
 
 
 def test_the_latest_events_are_always_shown(monkeypatch):
-    assert stage.MOST == 200
-    monkeypatch.setattr(stage, "MOST", 20)  # as of 200, in a tenth of the time
-    with staged(scenario()) as it:
+    assert session.MOST == 200
+    monkeypatch.setattr(session, "MOST", 20)  # as of 200, in a tenth of the time
+    with running_driver(scenario()) as it:
         it.phase("ready")
         it.do("step", n=2)
         for k in range(23):
@@ -195,7 +195,7 @@ def test_rejections_have_no_side_effects(shared, do, arguments, says):
 
 
 def test_a_target_outside_the_frame_is_reported_and_reached():
-    with staged(scenario()) as it:
+    with running_driver(scenario()) as it:
         it.phase("ready")
         it.do("step", n=2)
         it.do("target", position=[1.0, 0.32, 9.0])
@@ -207,7 +207,7 @@ def test_a_target_outside_the_frame_is_reported_and_reached():
 
 
 def test_the_request_queue_of_windows_is_bounded():
-    with staged(scenario()) as it:
+    with running_driver(scenario()) as it:
         it.phase("ready")
         it.driver._jobs.put(lambda: time.sleep(0.2))
         for _ in range(300):
@@ -234,7 +234,7 @@ def test_it_closes_whatever_it_does():
         assert it.phase("failed").keys() == known
         it.do("run")
         assert "not simulated: correct the errors" in it.said()[0][1]
-    with staged():
+    with running_driver():
         pass
     with running_driver(scenario()):
         pass  # while it builds

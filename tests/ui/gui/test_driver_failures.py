@@ -24,7 +24,7 @@ def test_a_run_that_ends_badly_leaves_all_usable():
         status = it.phase("failed")
         assert status["status"] == "INFEASIBLE"
         assert "no tensions within the limits balance the wrench" in status["text"]
-        assert it.board.latest("frame")["n"] == 5  # the sample with the reason
+        assert it.broadcast.latest("frame")["n"] == 5  # the sample with the reason
         it.do("step")
         it.do("run")
         it.do("push", force=[1, 0, 0])
@@ -103,7 +103,7 @@ def test_plugins_cannot_stop_the_process():
 
 @pytest.mark.slow
 def test_an_internal_error_is_reported_and_the_thread_survives(monkeypatch):
-    with staged(scenario()) as it:
+    with running_driver(scenario()) as it:
         it.phase("ready")
         monkeypatch.setattr(it.driver, "_pause", lambda: {}["nothing"])
         it.do("pause")

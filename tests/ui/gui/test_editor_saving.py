@@ -29,8 +29,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_external_changes_are_not_overwritten(folder: Path) -> None:
-    desk = Editor(str(folder / "caroca.yaml"))
-    desk.edit("simulation.duration", 3)
+    editor = Editor(str(folder / "caroca.yaml"))
+    editor.edit("simulation.duration", 3)
     (folder / "caroca.yaml").write_text((folder / "caroca.yaml").read_text() + "# mine\n")
     with pytest.raises(OutputError, match="changed by another program"):
         editor.save()
@@ -46,8 +46,8 @@ def test_external_changes_are_not_overwritten(folder: Path) -> None:
 
 
 def test_protected_files_are_unchanged(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    desk = Editor(str(folder / "caroca.yaml"))
-    desk.edit("simulation.duration", 3)
+    editor = Editor(str(folder / "caroca.yaml"))
+    editor.edit("simulation.duration", 3)
     monkeypatch.setattr("os.access", lambda name, mode: False)  # the user may be root
     with pytest.raises(OutputError, match="may not be written"):
         editor.save()
@@ -147,8 +147,8 @@ def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_robot_without_scenario_holds_its_home_pose(folder: Path) -> None:
-    desk = Editor(str(folder / "robots/caroca.yaml"))
-    scenario = desk.scenario()
+    editor = Editor(str(folder / "robots/caroca.yaml"))
+    scenario = editor.scenario()
     assert scenario.initial.position == (0.0, 0.0, 1.2)
     editor.edit("robot.platform.mass", 140)
     assert editor.scenario().robot.platform.mass == 140

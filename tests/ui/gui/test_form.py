@@ -120,8 +120,8 @@ def test_missing_parts_are_reported_with_their_remedy(monkeypatch: pytest.Monkey
 
 def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
     """Except those that need a file, which have a hint in their field."""
-    desk = Editor("caroca")
-    desk.edit("robot.cable.diameter", 0.01)
+    editor = Editor("caroca")
+    editor.edit("robot.cable.diameter", 0.01)
     for event in EVENTS:
         editor.insert("events", event.kind())
         form = editor.form()
@@ -154,7 +154,7 @@ def test_another_form_keeps_what_it_takes() -> None:
 
 
 def test_problems_are_under_the_field_of_their_value() -> None:
-    desk = Editor("caroca")
+    editor = Editor("caroca")
     for path, value in (
         ("robot.platform.mass", "heavy"),
         ("robot.cables[3].frame[1]", "left"),
@@ -189,10 +189,10 @@ def test_an_unknown_key_has_a_field_and_can_be_removed() -> None:
 
 
 def test_suspicious_values_are_warnings() -> None:
-    desk = Editor("caroca")
-    desk.edit("world.gravity[2]", 9.81)
-    desk.edit("robot.cable.linear_density", 0.05)
-    form = desk.form()
+    editor = Editor("caroca")
+    editor.edit("world.gravity[2]", 9.81)
+    editor.edit("robot.cable.linear_density", 0.05)
+    form = editor.form()
     assert not form["problems"]
     assert {"world.gravity", "robot.cable.linear_density"} <= {each["path"] for each in form["warnings"]}
 
@@ -252,9 +252,9 @@ def test_every_field_takes_back_what_it_shows(name: str) -> None:
 
 
 def test_invalid_nominal_values_of_a_cable_are_shown() -> None:
-    desk = Editor("believed")
-    desk.edit("believed.cables", [3, *({"diameter": 0.01} for _ in range(7))])
-    first, second = fields(desk)["believed.cables"]["rows"][:2]
+    editor = Editor("believed")
+    editor.edit("believed.cables", [3, *({"diameter": 0.01} for _ in range(7))])
+    first, second = fields(editor)["believed.cables"]["rows"][:2]
     assert first["odd"] == "3"
     assert second["cells"]["diameter"]["value"] == 0.01
     assert any(problem["key"] == "believed.cables[0]" for problem in editor.form()["problems"])

@@ -237,8 +237,8 @@ def test_everywhere_means_old_addresses_too():
 
 
 def test_a_stalled_window_does_not_slow_others_or_the_exit():
-    board = Broadcast()
-    server = Server(lambda: "page", board, lambda words, reader: None, port=0)
+    broadcast = Broadcast()
+    server = Server(lambda: "page", broadcast, lambda words, reader: None, port=0)
     host, port = "127.0.0.1", server.port
     stuck = socket.create_connection((host, port))
     stuck.sendall(
