@@ -92,7 +92,7 @@ class PluginError(CdprError):
 
 
 class MissingPackageError(PluginError, ImportError):
-    """Module of cdpr that cannot be imported, because it needs a package of a pip extra.
+    """Missing package of a pip extra, raised by importing a module of cdpr.
 
     Example:
         >>> import cdpr

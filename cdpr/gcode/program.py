@@ -197,7 +197,7 @@ class _Reader:
     def _known(self, word: Word, value: float) -> None:
         if value not in self.known:
             known = ", ".join(f"G{code:g}" for code in sorted(KNOWN[self.dialect]))
-            raise LineError(f"{word.name} is not known here, only {known}{self._way_out(word.name)}")
+            raise LineError(f"{word.name} is not supported, only {known}{self._way_out(word.name)}")
 
     def _retraction(self, codes: set[float], others: dict[str, float]) -> None:
         """Skip G10 and G11 if they retract filament or set temperatures; reject changes of coordinates."""

@@ -49,9 +49,10 @@ class Compressor:
         """
         stop = 9 + int.from_bytes(raw[1:9], "little")
         if self._call is None or raw.obj is not self._source:
+            self._call = None
             self._call, self._source = self._bind(raw, stop - CHUNK_HEAD.size, template), raw.obj
-        status = self._call.unlocked()
-        assert status == 0, status
+        if status := self._call.unlocked():
+            raise RuntimeError(f"write_zstd returned {status}")
         size = int(self._size[0])
         return [compressed_head(raw, size), self._frame.data.cast("B")[:size], raw[stop:]], size
 

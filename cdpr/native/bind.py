@@ -1,7 +1,8 @@
 """Binding of compiled operations to numpy arrays.
 
-    product = numpy.empty_like(left) call = bind("cross_products", left=left, right=right, product=product) status =
-    call()  # or call(time), time in s
+    product = numpy.empty_like(left)
+    call = bind("cross_products", left=left, right=right, product=product)
+    status = call()  # or call(time), time in s
 
 All checks are made once, here; the call itself only runs the kernel. The arrays are kept alive, and the kernel reads
 what they hold when it is called.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import importlib.util
 import os
@@ -100,9 +101,11 @@ class Registered:
             where = self.place(error)
             raise PluginError(f"{self.role} '{self.info.name}' cannot be created: {one_line(error)}{where}") from error
 
-    def _reject_old_names(self, made: object) -> None:
+    def _reject_old_names(self, made: Any) -> None:
         for old, new in RENAMED_METHODS.items() if self.role == "backend" else ():
             if callable(getattr(type(made), old, None)):
+                with contextlib.suppress(Exception):
+                    made.close()
                 raise PluginError(f"backend '{self.info.name}': method '{old}' is not used: rename it to '{new}'")
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cdpr.base.problems import Mark, shown
 from cdpr.config.overrides import Change, brief, marked_changes
@@ -40,17 +40,23 @@ def typed(chosen: Mapping[str, str | None], texts: Sequence[str] = ()) -> list[C
     ]
 
 
-def report_contradictions(changes: Sequence[Change], problems: Problems) -> None:
-    """Report plugins selected by an argument that another change replaces."""
-    for choice in changes:
-        if not isinstance(choice, Choice):
-            continue
-        for other in changes:
-            if other is choice or other.path != choice.path[: len(other.path)]:
-                continue
+def with_choices(changes: Sequence[Change], problems: Problems) -> list[Change]:
+    """Return the changes, with the plugins selected by arguments also in sections that other changes replace.
+
+    A change that names another plugin is reported.
+    """
+    done = list(changes)
+    for choice in (change for change in changes if isinstance(change, Choice)):
+        section, key = choice.path[:-1], choice.path[-1]
+        for i, other in enumerate(done):
             value = other.value
-            for key in choice.path[len(other.path) :]:
-                value = value.get(key) if isinstance(value, dict) else None
+            if other.path == section and isinstance(value, dict):
+                done[i] = replace(other, value={key: choice.value, **value})
+                value = done[i].value[key]
+            elif other.path != choice.path:
+                continue
             if value != choice.value:
-                found = "another value" if value is None else shown(value)
-                problems.add(choice.mark, choice.path, f"contradicts {found} of {other.mark}; give one of the two")
+                problems.add(
+                    choice.mark, choice.path, f"contradicts {shown(value)} of {other.mark}; give one of the two"
+                )
+    return done

@@ -64,6 +64,11 @@ def renamed(path: Path) -> Path:
     return (KEY, *path[1:]) if path[:1] == (ALTERNATIVE,) else path
 
 
+def renamed_key(key: str) -> str:
+    """Return a dotted key with `believed` in place of `nominal`."""
+    return f"{KEY}{key.removeprefix(ALTERNATIVE)}" if key.split(".")[0] == ALTERNATIVE else key
+
+
 def change_nominal(document: Document, change: Change, problems: Problems) -> None:
     """Apply a change of `believed...` to the document.
 

@@ -24,5 +24,5 @@ def check_repeatable(scenario: Scenario, what: str) -> None:
         if not properties.get("deterministic", True):
             raise CdprError(
                 f"{scenario.source}: {what} requires reproducible runs, but with these options {name} follows the "
-                f"wall clock: set lockstep: true and real_time: false"
+                "wall clock: set lockstep: true and real_time: false"
             )

@@ -214,7 +214,7 @@ class CablesSection(CableNumbers, _Modelled):
 class _Spanned(Section):
     name: Name | None = Field(None, description="name of the cable; default: cable_1, cable_2, ...")
     frame: Position = Field(
-        description="anchor A_i on the frame, world axes; relative to the robot's base if `frame` is set",
+        description="anchor A_i on the frame, world frame; frame of the robot's base if `frame` is set",
         json_schema_extra=unit("m"),
     )
     platform: Position = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))

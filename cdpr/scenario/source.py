@@ -16,7 +16,7 @@ from cdpr.config.problems import Problems
 from cdpr.config.yaml_nodes import parse
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import examples, nominal
-from cdpr.scenario.choices import report_contradictions
+from cdpr.scenario.choices import with_choices
 from cdpr.scenario.initial_from_home import INITIAL, begin_at_home, forget
 from cdpr.scenario.option_migration import Replacement
 from cdpr.scenario.robot_schema import RobotSection
@@ -87,9 +87,7 @@ def change(
     nominal.rename_alternative(document, problems)
     document.data.setdefault("name", stem(document.source))
     replacement = Replacement(document, plugins)
-    changes = [*chosen, *read_overrides(overrides, problems)]
-    report_contradictions(changes, problems)
-    for given in changes:
+    for given in with_choices([*chosen, *read_overrides(overrides, problems)], problems):
         each = replace(given, path=nominal.renamed(given.path))
         if each.path[0] == nominal.KEY:
             nominal.change_nominal(document, each, problems)

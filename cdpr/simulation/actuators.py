@@ -222,6 +222,6 @@ def _stability(scenario: Scenario, entry: Registered) -> dict[str, Any]:
         raise CdprError(
             f"actuators: with a physics_step of {step:g} s the coupling of plant and winches, step by step, is "
             f"unstable ({text}, at the initial pose): choose a shorter simulation.physics_step, use "
-            f"robot.cable.model: elastic without the FMU, or set check_step: false"
+            "robot.cable.model: elastic without the FMU, or set check_step: false"
         )
     return {"step_omega": step * about.fastest, "stable_up_to": limit, "stability": text}

@@ -227,7 +227,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
             raise PluginError(
                 f"backend '{backend.info.name}', with its options, requires exits at the anchors, and "
                 f"cable '{cable.name}' has exit {cable.exit.type}: choose another backend, or its default cables, or "
-                "leave the exit away"
+                "omit the exit"
             )
     if scenario.actuators is not None or scenario.ideal_cables:
         return

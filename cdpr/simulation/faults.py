@@ -16,7 +16,7 @@ FAULTS = {
     NOT_FINITE: "the state is not finite",
     NO_UNIT: "the attitude quaternion is not of unit length",
     TOO_FAST: "the platform moves absurdly fast",
-    JUMPED: "the pose jumped, although its velocity did not; the engine may have been reset",
+    JUMPED: "the pose jumped by more than its velocity explains; the engine may have been reset",
     NO_LENGTH: "a cable has no length",
     NO_LENGTH_NOMINAL: "a cable of the controller's nominal robot has no length",
 }

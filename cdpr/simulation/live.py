@@ -42,7 +42,7 @@ class ExclusiveAccess:
         if not self._lock.acquire(blocking=False):
             raise CdprError(
                 f"{self._what}: the simulation is executing a step or another call; observers must not call it, and "
-                f"threads must wait for each other"
+                "threads must wait for each other"
             )
 
     def __exit__(self, *_: object) -> None:

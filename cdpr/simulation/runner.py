@@ -135,7 +135,7 @@ class Runner:
     def so_far(self) -> Run:
         """Return the run up to now; the simulation continues."""
         done = self.samples > self.scenario.simulation.steps
-        stop = None if done else PlantEnded(f"t = {self._time:.6g} s: looked at here, and taken further")
+        stop = None if done else PlantEnded(f"t = {self._time:.6g} s: evaluated here, then continued")
         return self.run or self._finished(stop, closing=False, going_on=True)[0]
 
     @property

@@ -201,7 +201,7 @@ class TensionStage:
             raise PluginError(f"solver '{self._name}' returned {code!r}, which is not a cdpr.tension.Status") from None
 
     def _replace(self, code: int, answered: bool) -> None:
-        """Apply the policy if the solver no answer, or none that passed the checks."""
+        """Apply the policy if the solver gave no answer, or none that passed the checks."""
         status = self._status(code)
         if answered and status == Status.NOT_FOUND and not self.refusal:
             self.refusal = self._refusal(self._answer)

@@ -249,7 +249,7 @@ def _no_step_is_cheaper(subject: SolverSubject, cost: Cost) -> str:
                 expect(beside >= here - allowed, f"a cost of {beside:.9g} beside an answer of {here:.9g}")
         certified += 1
     expect(certified, "it answered none of the feasible problems that leave a choice")
-    return f"{certified} looked at"
+    return f"{certified} evaluated"
 
 
 def _null_space(W: Array) -> Array:

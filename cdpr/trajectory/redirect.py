@@ -92,7 +92,7 @@ def _shortest(here: Array, there: Knot, limits: Limits, angular: Limits | None) 
             spins = "" if angular is None else f" and {turn:.4g} rad/s"
             raise CdprError(
                 f"no quintic satisfies these limits, starting at {speed:.4g} m/s{spins}: raise them, give duration "
-                f"instead, or wait until the motion rests"
+                "instead, or wait until the motion rests"
             )
     while duration - too_short > PRECISE * duration:
         middle = 0.5 * (too_short + duration)

@@ -46,6 +46,6 @@ def test_files_of_the_window(tmp_path):
         files.write(str(tmp_path / "a.yaml"), "x" * 1000, new=True)
     assert left(tmp_path) == []
     files.write(str(tmp_path / "a.yaml"), "x", new=True)
-    with pytest.raises(OutputError, match="exists already"):
+    with pytest.raises(OutputError, match="already exists"):
         files.write(str(tmp_path / "a.yaml"), "y", new=True)
     assert (tmp_path / "a.yaml").read_text() == "x"

@@ -159,7 +159,7 @@ def test_an_earlier_snapshot_is_overwritten_and_no_other_memory(fmi, tmp_path, c
         rubbish = ctypes.create_string_buffer(b"\xa5" * 65536, 65536)
         with pytest.raises(FMICallException):
             get(driver.fmu.component, ctypes.byref(ctypes.c_void_p(ctypes.addressof(rubbish))))
-        assert "snapshot of this FMU" in capfd.readouterr().out
+        assert "not a snapshot of this FMU" in capfd.readouterr().out
         assert rubbish.raw == b"\xa5" * 65536
 
 

@@ -183,7 +183,7 @@ def test_files_of_trajectories(tmp_path):
         (('time="3.5"', 'time="1.5"'), "time: this point comes -0.5 s after the one before it"),
         (('time_step="0.01"', 'time_step="1e-9"'), "time_step: 1e-09 s makes more than 100000 points"),
         (('time_step="0.01"', 'time_step="1e-320"'), "e-321 s makes more than 100000 points"),
-        (("parabolic_blend", "cubic_hermite"), "<cubic_hermite_trajectory> is not known"),
+        (("parabolic_blend", "cubic_hermite"), "<cubic_hermite_trajectory>"),
         (('"absolute"', '"both"'), "time_definition: expected absolute or relative, got 'both'"),
         (('blend_time_default="0.3"', 'blend_time_default="2"'), "blend_time: 2 s twice is longer"),
         (('blend_time_default="0.3"', 'blend_time_default="-1"'), "blend_time: expected at least 0 s, got -1"),

@@ -231,7 +231,7 @@ def test_inverse_times(tmp_path):
         assert needed in said, (line, said)
     assert "no feed yet" in refused(tmp_path, "F600 G1 X9\nG93 G1 X30 F60\nG94 G1 X40")[-1]
     assert "G93 and G94 exclude each other" in refused(tmp_path, "G93 G94 G1 X40 F60")[-1]
-    assert "G93 is not known here" in refused(tmp_path, "G93 G1 X40 F60", PRINTER)[-1]
+    assert "G93 is not supported" in refused(tmp_path, "G93 G1 X40 F60", PRINTER)[-1]
 
 
 def test_inverse_times_are_kept_where_limits_let_them(tmp_path):

@@ -40,8 +40,9 @@ def code():
         for target in TARGETS:
             if name and f"{len(target)}{target}" in name[1]:
                 found[target].append(function)
-    if not all(found.values()):
-        pytest.skip("the library has no symbols of some instruction sets")
+    if "8portable" in text:
+        pytest.skip("the library is built for one instruction set")
+    assert all(found.values())
     return {target: "\n".join(functions) for target, functions in found.items()}
 
 

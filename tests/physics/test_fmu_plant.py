@@ -237,7 +237,7 @@ def test_a_state_of_another_robot_is_refused(tmp_path, capfd):
         with pytest.raises(FMICallException):
             other.deserialise(driver.serialise(saved))
         driver.free(saved)
-    assert "snapshot of this FMU" in capfd.readouterr().out
+    assert "not a snapshot of this FMU" in capfd.readouterr().out
 
 
 @FMI

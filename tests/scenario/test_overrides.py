@@ -253,7 +253,7 @@ def test_an_item_of_a_list_that_is_not_there_is_one_problem():
 CONTRADICTIONS = {
     "backend": {"simulation.backend": "mujoco"},
     "solver": {"solver": {"type": "lp"}},
-    "controller": {"controller": {"kp": 3.0}},  # the section without `type` selects the default
+    "controller": {"controller.type": "pid"},
 }
 CHOSEN = {"backend": "reference", "solver": "qp", "controller": "static"}
 
@@ -272,6 +272,15 @@ def test_an_argument_and_an_override_must_agree(role, entry):
         call(CONTRADICTIONS[role], CHOSEN[role])
     if entry == "load_scenario":
         assert call({CHOICES[role]: CHOSEN[role]}, CHOSEN[role])
+
+
+def test_a_section_without_a_plugin_leaves_the_choice_to_the_argument():
+    found = load_scenario("caroca", backend="mujoco", overrides={"simulation": {"duration": 0.1}})
+    assert (found.simulation.backend, found.simulation.duration) == ("mujoco", 0.1)
+    found = load_scenario("caroca", controller="pid", overrides={"controller": {"kp": 3.0}})
+    assert (found.controller.type, found.controller_options.kp) == ("pid", 3.0)
+    typed_too = Editor("caroca", typed({"controller": "pid"}, ["controller={kp: 3.0}"])).scenario()
+    assert (typed_too.controller.type, typed_too.controller_options.kp) == ("pid", 3.0)
 
 
 def test_a_typed_choice_and_a_set_value_must_agree():

@@ -234,7 +234,7 @@ def test_a_snapshot_of_another_simulation_is_refused():
     with (
         cdpr.Simulation(CAROCA, overrides=SHORT) as one,
         cdpr.Simulation(CAROCA, overrides=SHORT) as two,
-        pytest.raises(cdpr.CdprError, match="this simulation"),
+        pytest.raises(cdpr.CdprError, match="snapshot of this simulation"),
     ):
         two.restore(one.snapshot())
 

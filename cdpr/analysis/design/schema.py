@@ -179,7 +179,7 @@ class Limit(Section):
 
 
 class RegionSection(Section):
-    """A box of positions, cut into cells that are looked at in their middles."""
+    """A box of positions, divided into cells that are evaluated at their centres."""
 
     lower: Position | None = Field(None, description="lowest corner, world; default: that of the robot's frame")
     upper: Position | None = Field(None, description="highest corner, likewise")

@@ -65,7 +65,9 @@ class Rollouts:
     def __getitem__(self, name: str) -> Array:
         """Return a column by name: (N, K) for one number, else (N, K, width)."""
         if name not in self._places:
-            raise KeyError(f"{name}: unknown column; allowed: {', '.join(self._places)}")
+            raise KeyError(
+                f"{name}: not recorded; recorded columns: {', '.join(self._places)}; choose columns by columns="
+            )
         block = self.rows[:, :, self._places[name]]
         return block[:, :, 0] if block.shape[2] == 1 else block
 

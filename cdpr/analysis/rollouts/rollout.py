@@ -128,7 +128,7 @@ def rollout(
     if threads is not None and threads > 1 and not compiled:
         raise CdprError(
             f"rollout: threads: {threads} threads have no effect: backend, controller or solver of this scenario "
-            f"needs Python "
+            "needs Python "
             "in each step, or the backend does not declare that its instances can step in parallel; omit it"
         )
     if threads is not None and scheduler is not None:
@@ -177,8 +177,8 @@ def _every(every: object, scenario: Scenario) -> int:
     ratio = (float(every) / step if isinstance(every, float) else float(every)) if number else 0.0  # type: ignore[arg-type]
     if not 1.0 - tolerances.TIME <= ratio < np.inf:
         raise CdprError(
-            f"rollout: every: expected a whole number of samples, at least 1, or seconds as a float, at least the "
-            f"control "
+            "rollout: every: expected a whole number of samples, at least 1, or seconds as a float, at least the "
+            "control "
             f"step, {step:g} s, got {shown(every)}"
         )
     if abs(ratio - round(ratio)) > tolerances.TIME * ratio:

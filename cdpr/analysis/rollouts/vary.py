@@ -16,6 +16,7 @@ from cdpr.config.messages import explain
 from cdpr.config.overrides import Overrides, marked_changes, plain_value, read_overrides
 from cdpr.config.problems import Problems
 from cdpr.native.arrays import MASKED, masked
+from cdpr.scenario import nominal
 from cdpr.scenario.choices import CHOICES
 from cdpr.scenario.schema import MAX_SEED
 
@@ -57,12 +58,14 @@ def values_of(
         raise CdprError(f"{title}: vary: expected {{key: values}} of at least one key, got {shown(vary)}")
     problems = Problems()
     mark = Mark("vary")
-    taken: dict[Path, str] = {change.path: "overrides set" for change in read_overrides(overrides or {}, problems)}
+    taken: dict[Path, str] = {
+        nominal.renamed(change.path): "overrides set" for change in read_overrides(overrides or {}, problems)
+    }
     taken |= {tuple(CHOICES[name].split(".")): f"{name}= sets" for name, value in chosen.items() if value is not None}
     found: dict[str, Sequence[Any]] = {}
     for key, given in vary.items():
         for change in marked_changes([(key, None, mark)], problems):
-            path = tuple(int(part) if str(part).isdecimal() else part for part in change.path)
+            path = nominal.renamed(tuple(int(part) if str(part).isdecimal() else part for part in change.path))
             other = next((one for one in taken if one[: len(path)] == path[: len(one)]), None)
             if path in FIXED:
                 problems.add(mark, path, "all cases have the same samples; a study can vary this")

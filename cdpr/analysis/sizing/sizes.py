@@ -100,7 +100,7 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
         if duty.robot.name != first.name or tuple(cable.name for cable in duty.robot.cables) != names:
             raise CdprError(
                 f"{duty.name}: is of the robot {duty.robot.name} and {duties[0].name} of {first.name}, or has other "
-                f"cables: size them separately"
+                "cables: size them separately"
             )
     found = [demands(duty) for duty in duties]
     worst = {}

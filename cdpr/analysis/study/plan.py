@@ -22,7 +22,7 @@ from cdpr.config.document import Document
 from cdpr.config.overrides import Change, Overrides, read_overrides
 from cdpr.config.problems import MAX_PROBLEMS, Problems
 from cdpr.config.validation import report_nulls, validate
-from cdpr.scenario import Scenario, examples, load_scenario
+from cdpr.scenario import Scenario, examples, load_scenario, nominal
 from cdpr.scenario.loader import file_name
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.scenario.source import open_document, stem
@@ -158,7 +158,7 @@ def _grids(section: StudyFile, document: Document, given: list[Change], problems
         axes |= {(*path, "axes", k): axis for k, axis in enumerate(block.axes)}
         targets = _check_axes(axes, document, problems)
         for change in given:
-            if dotted(change.path) in targets:
+            if dotted(nominal.renamed(change.path)) in targets:
                 problems.add(change.mark, change.path, "an axis of the study varies this key; edit the axis instead")
         columns = tuple(reader.axis(axis, place) for place, axis in axes.items())
         changes = reader.changes(section.changes, ("changes",))
@@ -194,7 +194,8 @@ def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problem
     targets: set[str] = set()
     for place, axis in [(place, leaf) for place, given in axes.items() for leaf in given.leaves()]:
         name = axis.label
-        keys = {key for point in axis.points.values() for key in point} if axis.points else set(axis.targets)
+        given = {key for point in axis.points.values() for key in point} if axis.points else set(axis.targets)
+        keys = {nominal.renamed_key(key) for key in given}
         if name in RESERVED:
             problems.add(
                 document.mark(place), place, f"an axis cannot be named {name}: the table already has this column"

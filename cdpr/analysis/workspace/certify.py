@@ -78,7 +78,7 @@ class Proofs:
         part = "anywhere in the box" if self.lacking > 1.0 - ROUNDED else f"in {100 * self.lacking:.3g} % of the box"
         return [
             f"no proof {part}: the wrench matrix is rank-deficient there, so the cables exert no wrench in some "
-            f"direction; cells are evaluated one by one"
+            "direction; cells are evaluated one by one"
         ]
 
     @property
@@ -235,7 +235,7 @@ def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: flo
     for cable in robot.cables:
         if cable.exit is not None and cable.exit.header:
             raise CdprError(
-                f"method: certify proves nothing of cables that leave from something else than a point, as "
+                "method: certify proves nothing of cables that leave from something else than a point, as "
                 f"'{cable.name}' does; take grid or octree"
             )
     if kind.slope is None and question.at_least is not None:

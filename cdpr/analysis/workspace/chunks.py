@@ -219,7 +219,7 @@ def _whole(folder: JobFolder, count: int, resume: bool) -> set[int]:
     if folder.rows and not resume:
         raise OutputError(
             f"{folder.path}: contains {len(folder.rows)} of {count} chunks of this workspace: continue by --resume, "
-            f"or choose another --chunks"
+            "or choose another --chunks"
         )
     return {int(key) for key, row in folder.rows.items() if read_chunk(folder.path, int(key), row) is not None}
 

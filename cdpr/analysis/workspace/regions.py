@@ -132,7 +132,7 @@ def region(
         if not held_upright(robot.dof, q):
             raise CdprError(
                 f"orientations: the robot moves along {', '.join(robot.dof)} only, so it cannot rotate about the "
-                f"other axes"
+                "other axes"
             )
     shape = _shape(cells, extent)
     return Region(read_only(low), read_only(high), shape, read_only(turned.copy()))

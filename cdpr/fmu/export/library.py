@@ -117,7 +117,7 @@ def target(name: str, fmi: int) -> Target:
         return Target(folder, cross.ending, *_cross_compiler(name, cross))
     machine = platform.machine()
     if sys.platform != "linux" or (fmi == 2 and machine not in FOLDERS):
-        raise PluginError(f"FMI {fmi}binaries cannot be built on {sys.platform} {machine}: {REMEDY}")
+        raise PluginError(f"FMI {fmi} binaries cannot be built on {sys.platform} {machine}: {REMEDY}")
     return Target(FOLDERS[machine] if fmi == 2 else f"{machine}-linux", ".so", tuple(compiler()), LINUX_FLAGS)
 
 
@@ -129,8 +129,8 @@ def _cross_compiler(name: str, cross: Cross) -> tuple[tuple[str, ...], tuple[str
     if (zig := zig_program()) is None:
         mingw = f"'{CROSS}' (such as the package g++-mingw-w64-x86-64) or " if name == WINDOWS else ""
         raise PluginError(
-            f"there is no compiler for {name}: install {mingw}zig (pip install 'cdpr[cross]'), omit --platform {name} "
-            f"out, or {REMEDY}"
+            f"there is no compiler for {name}: install {mingw}zig (pip install 'cdpr[cross]'), omit --platform {name}, "
+            f"or {REMEDY}"
         )
     return (zig, "c++", "-target", cross.zig, *ZIG_FLAGS), ("-s",)
 

@@ -49,7 +49,7 @@ def read_description(content: bytes) -> ModelDescription:
     if fmi is None:
         raise FmuError(
             f"this is an FMU of FMI {version[:20] or 'without version'}; cdpr supports FMI 2.0 and 3.0: export it "
-            f"again for one of them"
+            "again for one of them"
         )
     interface = _interface(root, fmi)
     identifier = interface.get("modelIdentifier", "")

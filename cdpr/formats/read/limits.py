@@ -94,7 +94,7 @@ def _result(content: bytes, path: str, code: int, seconds: float) -> Any:
         if code == -signal.SIGXCPU:
             raise FormatError(
                 f"{path}: reading it takes more than {seconds:g} s of CPU time, and was stopped; a robot usually "
-                f"takes less than one. If the file is valid, increase the limit (--seconds N; in Python seconds=N)"
+                "takes less than one. If the file is valid, increase the limit (--seconds N; in Python seconds=N)"
             )
         raise FormatError(f"{path}: the process that reads it {processes.ended(code)}; nothing was imported")
     kind, value = pickle.loads(content)

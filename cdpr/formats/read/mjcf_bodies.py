@@ -167,7 +167,7 @@ def held(element: Element) -> FormatError:
     given = ", ".join(f"{word} '{element.attributes[word]}'" for word in words if word in element.attributes)
     return element.wrong(
         f"<{element.name}> '{_name(element)}' ({given or 'no body'}): only joints and cables can hold a platform: "
-        f"remove it, or join the bodies by writing one inside the other"
+        "remove it, or join the bodies by writing one inside the other"
     )
 
 

@@ -53,7 +53,7 @@ class Cables:
         self._servos, self._unlimited = list[int](), list[int]()
         names = unique([slug(self._tendon(tendon), f"cable_{k + 1}") for k, tendon in enumerate(motors)])
         limits = [self._tension(motor, tendon) for motor, tendon in enumerate(motors)]
-        self._tell_of_servos()
+        self._warn_of_servos()
         self.rows = [self._row(tendon, name) for tendon, name in zip(motors, names, strict=True)]
         self.tools = apart(self._tools([site for tendon in motors for site in self._sites(tendon)]), names)
         self.comments = {("cables", k): f"line {self._element(tendon).line}" for k, tendon in enumerate(motors)}
@@ -61,8 +61,10 @@ class Cables:
         self.pull = min(lows) >= 0.0
         if not self.pull:
             least = motors[lows.index(min(lows))]
-            text = f"a control may push with {-min(lows):g} N: unilateral is set to false; with unilateral: true, "
-            "cables only pull"
+            text = (
+                f"a control may push with {-min(lows):g} N: unilateral is set to false; with unilateral: true, "
+                "cables only pull"
+            )
             self.warnings.append(f"{self._element(least).at}: tendon '{self._tendon(least)}': {text}")
         self.tension = {
             key: values[0] if len(set(values)) == 1 else values for key, values in (("min", lows), ("max", highs))
@@ -70,12 +72,12 @@ class Cables:
         for key in self.tension:
             self.comments["tension", key] = "N, of the ranges of motors and forces, times gear and gain"
 
-    def _tell_of_servos(self) -> None:
+    def _warn_of_servos(self) -> None:
         if self._servos:
             first, names = self._element(self._servos[0]), [f"'{self._tendon(each)}'" for each in self._servos]
             self.warnings.append(
                 f"{first.at}: {len(names)} tendons have servos of length ({', '.join(names)}), replaced by tension "
-                f"commands: winches with a length command are not imported"
+                "commands: winches with a length command are not imported"
             )
         if self._unlimited and self._given is not None:
             low, high = self._given

@@ -64,7 +64,7 @@ class Foxglove(Sender):
             text = getattr(error, "strerror", None) or error
             raise CdprError(
                 f"--live-port: cannot listen at {self.address}: {text}; use --live-port 0 for any free port, or "
-                f"another --live-host"
+                "another --live-host"
             ) from None
         self._topics: tuple[Topic, ...] = ()
         self._session = str(time_ns() // 10**6)

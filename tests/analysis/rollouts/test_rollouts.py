@@ -126,7 +126,7 @@ def test_results(found):
     summary = found.summary()
     assert summary["finished_share"] == 1.0
     assert summary["tension_max_N"]["max"] == found.figures["tension_max_N"].max()
-    with pytest.raises(AttributeError, match="velocity: unknown column; allowed: position, orientation, tension"):
+    with pytest.raises(AttributeError, match="velocity: not recorded; recorded columns: position, orientation, tension"):
         found.velocity  # noqa: B018
     with pytest.raises(ValueError, match="read-only"):
         found.position[0] = 0.0
@@ -136,7 +136,7 @@ def test_it_can_be_copied(found):
     twin = pickle.loads(pickle.dumps(found))
     assert np.array_equal(twin.position, found.position)
     assert np.array_equal(copy.copy(found)["tension"], found.tension)
-    with pytest.raises(KeyError, match="velocity: unknown column"):
+    with pytest.raises(KeyError, match="velocity: not recorded"):
         found["velocity"]
 
 

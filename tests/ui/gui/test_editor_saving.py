@@ -66,7 +66,7 @@ def test_an_example_is_saved_as_a_file_of_ones_own(tmp_path: Path) -> None:
     names = editor.save_as(str(tmp_path))
     assert sorted(names) == [str(tmp_path / "caroca.yaml"), str(tmp_path / "robots/caroca.yaml")]
     assert load_scenario(tmp_path / "caroca.yaml").robot.platform.mass == 140
-    with pytest.raises(OutputError, match="exists already"):
+    with pytest.raises(OutputError, match="already exists"):
         editor.save_as(str(tmp_path))
 
 
@@ -139,7 +139,7 @@ def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest
     editor.undo()
     assert editor.save() == ["mine.yaml"]
     editor.new("robot", file="mine.yaml")
-    with pytest.raises(OutputError, match="exists already"):
+    with pytest.raises(OutputError, match="already exists"):
         editor.save()
     editor.new("scenario", robot="mine.yaml")
     assert editor.save() == ["scenario.yaml"]

@@ -78,7 +78,7 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
     for key, file in files_of_scenario(yaml.safe_load(text), scenario.plugins):
         raise FormatError(
             f"scenario '{scenario.name}': {dotted(key)} is the file '{file}', which a package for ROS 2 cannot "
-            f"contain: remove it (--set), or include its content in the scenario"
+            "contain: remove it (--set), or include its content in the scenario"
         )
     name = package_name(scenario.robot.name)
     # Names consist of letters, digits and -_. only and need no escapes in Python, XML or YAML.

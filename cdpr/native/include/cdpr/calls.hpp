@@ -1,5 +1,5 @@
-// Calls of an exported pipeline, written by Python (cdpr/native/exported_pipeline.py). SPDX-License-Identifier:
-// Apache-2.0
+// Calls of an exported pipeline, written by Python (cdpr/native/exported_pipeline.py).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <stddef.h>

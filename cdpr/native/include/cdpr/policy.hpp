@@ -54,7 +54,7 @@ inline bool fall_back(const Fallback& p, double status) {
     return true;
 }
 
-// Replace tensions and answer if the solver no answer, or a rejected one; return OK. Return the solver's status,
+// Replace tensions and answer if the solver gave no answer, or a rejected one; return OK. Return the solver's status,
 // which is passed in place of the time, and replace nothing, if Python has to report: it is no status, an input is not
 // finite, or this is the first rejected answer.
 inline int replace_tension(Fallback& p, double solver_status) {

@@ -14,7 +14,7 @@ from cdpr.config.yaml_nodes import parse
 from cdpr.config.yaml_text import flow
 from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import examples, load_scenario, nominal
-from cdpr.scenario.choices import report_contradictions
+from cdpr.scenario.choices import with_choices
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.source import kind_of, open_document, stem
 from cdpr.ui.gui.editor import edit, saving
@@ -51,8 +51,7 @@ class Editor:
         self._files = self._opened(FIRST if name is None else name)
         self._parse_texts()
         problems = Problems()
-        given = read_overrides(changes, problems)
-        report_contradictions(given, problems)
+        given = with_choices(read_overrides(changes, problems), problems)
         problems.raise_any()
         for change in given:
             self._set(nominal.renamed(change.path), change.value)

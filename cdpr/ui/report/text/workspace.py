@@ -35,7 +35,7 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
     if figures["outside_by"]:
         outside = [f"{name} {count}" for name, count in list(figures["outside_by"].items())[:MOST]]
         told.append(_line("outside, cells by", ", ".join(outside)))
-    told.append(_line("looked at", f"{cells} cells, {_corners(low, high)}{_several(figures['orientations'])}"))
+    told.append(_line("evaluated", f"{cells} cells, {_corners(low, high)}{_several(figures['orientations'])}"))
     asked, of = figures["evaluated"], math.prod(figures["cells"]) * figures["orientations"]
     if asked < of:
         share = f"{100 * asked / of:.3g} %"
