@@ -16,7 +16,7 @@ from cdpr.trajectory.course import Course
 from cdpr.trajectory.curves import Curves, Indices, cubics, lines, together
 from cdpr.trajectory.jerk_limited import Limits
 from cdpr.trajectory.polygon_splines import polygon_splines
-from cdpr.trajectory.worth import MISSES, worth
+from cdpr.trajectory.rounding_gain import MISSES, worth
 
 # Pieces meet smoothly if their directions differ by less, and their curvatures by less of themselves: decimal points
 # deviate from a straight line by rounding. The remaining step is 1e-9 of the speed.

@@ -16,7 +16,7 @@ constexpr int FIT_ROUNDS = 60;  // rounds; then each vertex is rounded alone, wi
 constexpr double WIDE_TURN = 0.2;  // rad, largest rotation of a span wider than chords: beyond, bounds are looser
 
 // A single corner of size h, rounded from h before it to h behind, is missed by h / CORNER_MISSES times its change of
-// direction; MISSES of cdpr.trajectory.worth.
+// direction; MISSES of cdpr.trajectory.rounding_gain.
 constexpr double CORNER_MISSES = 6.0;
 
 constexpr double ALONE_SIZE =

@@ -12,7 +12,7 @@ from conftest import ROOT
 from cdpr.base.errors import ScenarioError
 from cdpr.model import rotations
 from cdpr.scenario import load_robot, load_scenario
-from cdpr.ui.cli.look import parse_pose
+from cdpr.ui.cli.pose_option import parse_pose
 
 pytestmark = pytest.mark.core
 

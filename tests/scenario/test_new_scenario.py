@@ -13,7 +13,7 @@ from cdpr import load_scenario, simulate
 from cdpr.base.errors import Infeasible
 from cdpr.scenario.template import Sizes
 from cdpr.simulation.linearised import decay_rate
-from cdpr.simulation.tried import tried_scenario
+from cdpr.simulation.trial_runs import tried_scenario
 from cdpr.ui.gui.editor import Editor
 
 ROBOTS = int(os.environ.get("CDPR_TEST_CASES", "2"))  # random ones
@@ -164,14 +164,14 @@ def test_a_scenario_with_ideal_cables_that_stops_is_reported(tmp_path, monkeypat
     def stop(scenario):
         raise Infeasible("t = 1 s: no tensions")
 
-    monkeypatch.setattr("cdpr.simulation.tried.simulate", stop)
+    monkeypatch.setattr("cdpr.simulation.trial_runs.simulate", stop)
     tried = tried_scenario(str(tmp_path / "s.yaml"), "caroca", Sizes())
     assert tried.note == "warning: this scenario was tried: t = 1 s: no tensions"
     assert not tried.stable
 
 
 def test_trials_end_with_their_cpu_time(tmp_path, monkeypatch):
-    monkeypatch.setattr("cdpr.simulation.tried.BUDGET", 0.0)
+    monkeypatch.setattr("cdpr.simulation.trial_runs.BUDGET", 0.0)
     found = written(tmp_path)
     assert not found.stable
     assert found.note.startswith("warning: not tried to the end: the trials of gains reached their limit of 0 s")

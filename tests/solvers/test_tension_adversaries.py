@@ -10,7 +10,7 @@ import pytest
 from tension_cases import Case, cases
 from tension_operations import accept
 
-from cdpr.analysis.bench import ask as bench
+from cdpr.analysis.bench import solver_calls as bench
 from cdpr.analysis.bench.measures import accuracy
 from cdpr.analysis.bench.oracle import certified
 from cdpr.analysis.bench.problems import hard_problems

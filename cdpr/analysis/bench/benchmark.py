@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.bench import measures
-from cdpr.analysis.bench.ask import AskFailed, answer, ask, make
 from cdpr.analysis.bench.oracle import Oracle, certified, consult
 from cdpr.analysis.bench.problems import Problems, box, hard_problems, make_paths, make_problems
+from cdpr.analysis.bench.solver_calls import AskFailed, answer, ask, make
 from cdpr.analysis.distribution.adversaries import adversaries as make_adversaries
 from cdpr.analysis.distribution.adversaries import robots as hard_robots
 from cdpr.analysis.distribution.continuity import Path

@@ -31,9 +31,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.analysis.bench.ask import Answers
 from cdpr.analysis.bench.oracle import UNIQUE, Oracle
 from cdpr.analysis.bench.problems import Problems
+from cdpr.analysis.bench.solver_calls import Answers
 from cdpr.analysis.distribution.continuity import Path, steepest
 from cdpr.model.robot import Array
 from cdpr.tension import Status

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from cdpr.analysis.design.ask import FIRST, Row
+from cdpr.analysis.design.evaluations import FIRST, Row
 from cdpr.analysis.design.plan import Design, keys_text
 from cdpr.analysis.design.rank import best, dominance, front, missed
 from cdpr.base.checksums import sealed

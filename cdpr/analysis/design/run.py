@@ -10,7 +10,7 @@ from importlib.metadata import version
 
 from pydantic import TypeAdapter
 
-from cdpr.analysis.design.ask import Evaluations
+from cdpr.analysis.design.evaluations import Evaluations
 from cdpr.analysis.design.plan import Design
 from cdpr.analysis.design.result import KIND, NAME, Designed
 from cdpr.analysis.design.search import require, run_search, size

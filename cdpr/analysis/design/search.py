@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.analysis.design.ask import SpentError
+from cdpr.analysis.design.evaluations import SpentError
 from cdpr.analysis.design.rank import Score, select
 from cdpr.base.errors import PluginError
 from cdpr.model.robot import Array

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.analysis.distribution.portrait import describe_motion, describe_pose, describe_robot
+from cdpr.analysis.distribution.describe import describe_motion, describe_pose, describe_robot
 from cdpr.analysis.distribution.survey import Survey, survey
 from cdpr.base import defaults
 from cdpr.log.run_json import to_json
-from cdpr.mechanics.touching import assumption, least_clearance
+from cdpr.mechanics.assumed_diameters import assumption, least_clearance
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import registry

@@ -26,9 +26,9 @@ from cdpr.analysis.jobs.folder import JobFolder
 from cdpr.analysis.jobs.threads import beside
 from cdpr.analysis.workspace import answers, chunk_files
 from cdpr.analysis.workspace.accumulator import Accumulator, figures, tally, total
-from cdpr.analysis.workspace.ask import Over, ask_positions, checked_question
 from cdpr.analysis.workspace.chunk_files import TALLY, chunk_path, packed, read_chunk, unpacked
 from cdpr.analysis.workspace.connected import Connected, layer
+from cdpr.analysis.workspace.evaluate import Over, ask_positions, checked_question
 from cdpr.analysis.workspace.kinds import kind_of
 from cdpr.analysis.workspace.octree import Asked
 from cdpr.analysis.workspace.question import Question

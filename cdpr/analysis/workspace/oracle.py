@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.analysis.workspace.ask import BOUNDARY
 from cdpr.analysis.workspace.certify import INSIDE
+from cdpr.analysis.workspace.evaluate import BOUNDARY
 from cdpr.analysis.workspace.kinds import KINDS
 from cdpr.analysis.workspace.result import Workspace, verdicts
 from cdpr.base.errors import CdprError, LogError, MissingPackageError

@@ -11,10 +11,10 @@ import numpy as np
 
 from cdpr.analysis.workspace import answers
 from cdpr.analysis.workspace.question import Question, directions
+from cdpr.log.interference import some_rows
 from cdpr.log.run import Run
-from cdpr.log.touching import some_rows
+from cdpr.mechanics.assumed_diameters import assumption, with_diameters
 from cdpr.mechanics.clearance import clearance
-from cdpr.mechanics.touching import assumption, with_diameters
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle

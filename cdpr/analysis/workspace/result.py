@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from cdpr.analysis.workspace import answers, schema
 from cdpr.analysis.workspace.accumulator import figures, tally, total
-from cdpr.analysis.workspace.ask import Over, ask_positions, checked_question, inside_of
 from cdpr.analysis.workspace.certify import INSIDE, NEITHER, UNDECIDED, Proofs, certify
 from cdpr.analysis.workspace.chunk_files import read_folder
 from cdpr.analysis.workspace.connected import Connected
+from cdpr.analysis.workspace.evaluate import Over, ask_positions, checked_question, inside_of
 from cdpr.analysis.workspace.hull import RAYS, Hull, hull
 from cdpr.analysis.workspace.kinds import WorkspaceKind, combined, kind_of
 from cdpr.analysis.workspace.octree import Asked, octree

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from cdpr.base import tolerances
+from cdpr.mechanics.assumed_diameters import assumption, least_clearance
 from cdpr.mechanics.contacts import passing
-from cdpr.mechanics.touching import assumption, least_clearance
 from cdpr.model.rotations import matrix
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import THICKEST

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdpr.mechanics.touching import diameters, with_diameters
+from cdpr.mechanics.assumed_diameters import diameters, with_diameters
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.scenario.static_feasibility import held

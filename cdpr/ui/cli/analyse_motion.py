@@ -10,7 +10,7 @@ from cdpr.analysis.workspace.path import along
 from cdpr.model import Robot
 from cdpr.scenario import Scenario
 from cdpr.scene import Pictures, Subject
-from cdpr.ui.cli.look import look
+from cdpr.ui.cli.pose_option import look
 from cdpr.ui.report.plots.survey import pose_pictures, survey_pictures
 
 

@@ -35,7 +35,7 @@ def command(
     loaded = load_told(file, changes, strict=strict)
     # imported only after the file is valid, because it is slow
     from cdpr.ui.cli.analyse_motion import portray
-    from cdpr.ui.report.text.portrait import lines
+    from cdpr.ui.report.text.description import lines
 
     figures, scene, _ = portray(loaded, pose)
     if as_json:

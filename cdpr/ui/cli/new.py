@@ -88,7 +88,7 @@ def scenario(file: str, source: str | None, **given: Any) -> None:
     """Write a scenario FILE (default: scenario.yaml; - prints it): a slow feasible move of its robot."""
     from cdpr.scenario import load_scenario
     from cdpr.scenario.template import RESTS, crowded
-    from cdpr.simulation.tried import tried_scenario
+    from cdpr.simulation.trial_runs import tried_scenario
 
     extra = [f"--{key}" for key, value in given.items() if value is not None]
     if source is not None and extra:

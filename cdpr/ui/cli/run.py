@@ -120,7 +120,7 @@ def command(
             stop, report = Interrupted("interrupted after the last sample"), False
         signals.wait = False
         least = _least(loaded, run) if statics else {}
-        from cdpr.log.touching import touched
+        from cdpr.log.interference import touched
         from cdpr.ui.report.text.reservations import fallback, lost, reservations
 
         touch = touched(loaded.robot, run, loaded.obstacles)

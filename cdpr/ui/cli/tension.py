@@ -70,7 +70,7 @@ def command(
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import check_lengths
     from cdpr.tension.problem import Problem
-    from cdpr.ui.cli.look import look, parse_wrench
+    from cdpr.ui.cli.pose_option import look, parse_wrench
     from cdpr.ui.cli.progress import Progress
     from cdpr.ui.report.text.distributions import lines
 

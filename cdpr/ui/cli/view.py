@@ -154,7 +154,7 @@ def _view_page(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]
     loaded = load_told(what[0], changes)
     # imported only after the file is valid, because it is slow
     from cdpr.ui.cli.analyse_motion import portray
-    from cdpr.ui.report.pages.look import render_look
+    from cdpr.ui.report.pages.view import render_look
 
     figures, shown, survey = portray(loaded, pose)
     return render_look(loaded.name, figures, shown, survey)

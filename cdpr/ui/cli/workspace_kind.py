@@ -204,7 +204,7 @@ def _run(
     from cdpr.analysis.workspace.regions import region
     from cdpr.analysis.workspace.required import NOTHING
     from cdpr.analysis.workspace.result import workspace
-    from cdpr.ui.cli.look import look, parse_attitude
+    from cdpr.ui.cli.pose_option import look, parse_attitude
     from cdpr.ui.cli.progress import Progress
 
     target = target_of(out)

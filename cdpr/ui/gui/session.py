@@ -15,11 +15,11 @@ import numpy as np
 
 from cdpr.base.errors import CdprError, OutputError
 from cdpr.log.event import Event
+from cdpr.log.interference import touched
 from cdpr.log.rows import IN_MEMORY
 from cdpr.log.run import Run
 from cdpr.log.run_folder import folder_name
 from cdpr.log.save import save
-from cdpr.log.touching import touched
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.faults import CableFault

@@ -12,7 +12,7 @@ from cdpr.base.problems import shown
 from cdpr.link.web_socket import Message, WebSocket
 from cdpr.log.topics import Topic
 from cdpr.ui.live import foxglove_protocol as protocol
-from cdpr.ui.live.heard import KINDS, unheard
+from cdpr.ui.live.received_messages import KINDS, unheard
 from cdpr.ui.live.requests import Request
 from cdpr.ui.live.sender import BACKLOG, SERVICES, Sender
 

@@ -18,8 +18,8 @@ from typing import Any
 from cdpr.base.errors import CdprError, MissingPackageError
 from cdpr.log.ros2 import decode, encode
 from cdpr.log.topics import Topic
-from cdpr.ui.live.heard import KINDS, bounded
 from cdpr.ui.live.parameters import PARAMETER_SERVICES
+from cdpr.ui.live.received_messages import KINDS, bounded
 from cdpr.ui.live.sender import SERVICES, Sender
 
 try:

@@ -18,8 +18,8 @@ from cdpr.log.chunk import nanoseconds
 from cdpr.log.header import Header
 from cdpr.log.topics import Topic
 from cdpr.model.robot import Array
-from cdpr.ui.live.heard import request_of
 from cdpr.ui.live.messages import Messages
+from cdpr.ui.live.received_messages import request_of
 from cdpr.ui.live.requests import Request, Requests
 
 ANSWERS = 2.0  # s, time limit of an answer

@@ -276,7 +276,7 @@ class Spender:
         self.function, self.left, self.points, self.scores = function, most, [], []
 
     def __call__(self, points):
-        from cdpr.analysis.design.ask import SpentError
+        from cdpr.analysis.design.evaluations import SpentError
 
         found = [Score(*self.function(point)) for point in points[: self.left]]
         self.points += [np.array(point) for point in points[: self.left]]

@@ -10,11 +10,11 @@ import pytest
 from bench_cases import plugin, plugins, wall
 
 from cdpr.analysis.bench import run
-from cdpr.analysis.bench.ask import Answers
 from cdpr.analysis.bench.measures import accuracy, judge
 from cdpr.analysis.bench.oracle import certified
 from cdpr.analysis.bench.overview import overview
 from cdpr.analysis.bench.problems import hard_problems
+from cdpr.analysis.bench.solver_calls import Answers
 from cdpr.analysis.distribution.adversaries import BAND, adversaries, certify, robots
 from cdpr.tension import Status
 from cdpr.ui.report.pages.bench import MISLEADING

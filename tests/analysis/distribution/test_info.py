@@ -13,7 +13,7 @@ from conftest import GRAVITY, ROOT, crossed_box, make_robot
 from scipy.optimize import linprog
 
 from cdpr import simulate
-from cdpr.analysis.distribution.portrait import describe_pose
+from cdpr.analysis.distribution.describe import describe_pose
 from cdpr.base.errors import CdprError, OutputError, ScenarioError
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.mechanics.properties import conditioning, free_wrench_matrix, home_pose, unresisted
@@ -22,7 +22,7 @@ from cdpr.model import rotations
 from cdpr.scenario import load_robot
 from cdpr.tension.closure import positive_null_vector
 from cdpr.ui.cli.info import command
-from cdpr.ui.report.text.portrait import lines
+from cdpr.ui.report.text.description import lines
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 

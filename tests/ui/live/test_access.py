@@ -23,7 +23,7 @@ import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.ui.cli import cli
 from cdpr.ui.live import foxglove_client
-from cdpr.ui.live.heard import TENSION, WRENCH
+from cdpr.ui.live.received_messages import TENSION, WRENCH
 
 foxglove = pytest.importorskip("cdpr.ui.live.foxglove")
 

@@ -14,7 +14,7 @@ from cdpr.base.errors import CdprError
 from cdpr.ui.live import drive as live
 from cdpr.ui.live import messages
 from cdpr.ui.live.drive import drive
-from cdpr.ui.live.heard import TARGET, WRENCH, request_of
+from cdpr.ui.live.received_messages import TARGET, WRENCH, request_of
 from cdpr.ui.live.requests import Request, Requests
 
 FAST = 1e6  # times real time: never waits

@@ -24,7 +24,7 @@ import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.log.reader import load_run
 from cdpr.ui.live import messages
-from cdpr.ui.live.heard import TARGET, TENSION, WRENCH, request_of
+from cdpr.ui.live.received_messages import TARGET, TENSION, WRENCH, request_of
 
 foxglove = pytest.importorskip("cdpr.ui.live.foxglove")
 

@@ -18,7 +18,7 @@ from cdpr.base.errors import CdprError, Infeasible
 from cdpr.simulation import session
 from cdpr.ui.live import sender
 from cdpr.ui.live.drive import Driven, drive
-from cdpr.ui.live.heard import TENSION, WRENCH, request_of
+from cdpr.ui.live.received_messages import TENSION, WRENCH, request_of
 from cdpr.ui.live.requests import Request, Requests
 
 FAST = 1e6  # times real time

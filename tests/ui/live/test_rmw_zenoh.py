@@ -13,8 +13,8 @@ from rosbags.typesys import Stores, get_typestore
 from cdpr.log import ros2
 from cdpr.log.ros2 import DEFINITIONS, decode, encode, full_name
 from cdpr.ui.live import rmw_zenoh
-from cdpr.ui.live.heard import KINDS
 from cdpr.ui.live.parameters import PARAMETER_SERVICES
+from cdpr.ui.live.received_messages import KINDS
 from cdpr.ui.live.rmw_zenoh import PUBLISHER, SERVICE, SUBSCRIPTION, Node, attachment, dds_name, gid, parse_attachment
 from cdpr.ui.live.type_hash import type_hash
 

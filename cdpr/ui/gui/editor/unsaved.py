@@ -13,7 +13,7 @@ from cdpr.scenario import load_robot
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.scenario.source import stem
 from cdpr.scenario.template import Sizes, commented, robot_text
-from cdpr.simulation.tried import WARNING, tried_scenario
+from cdpr.simulation.trial_runs import WARNING, tried_scenario
 from cdpr.ui.gui.editor.files import File, named
 
 KINDS = ("robot", "scenario")

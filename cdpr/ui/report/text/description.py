@@ -1,4 +1,4 @@
-"""Robot, pose and motion, from `cdpr.analysis.distribution.portrait`, as aligned text."""
+"""Robot, pose and motion, from `cdpr.analysis.distribution.describe`, as aligned text."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from cdpr.ui.report.player.assets import stage
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene
 from cdpr.ui.report.plots.survey import survey_panels, unheld
-from cdpr.ui.report.text.portrait import lines
+from cdpr.ui.report.text.description import lines
 
 ROBOT = "Frame anchors, cables and platform at the pose, without simulation."
 MOTION = "The desired motion by inverse kinematics and dynamics; tensions of minimum 2-norm. There is no simulation."

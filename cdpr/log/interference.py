@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdpr.log.run import Run
+from cdpr.mechanics.assumed_diameters import assumption, with_diameters
 from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.closest import Closest
 from cdpr.mechanics.contacts import passing
-from cdpr.mechanics.touching import assumption, with_diameters
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
