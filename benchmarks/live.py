@@ -220,7 +220,7 @@ def arrived(tool: str) -> dict[str, float]:
     """Return how many samples come at 1 kHz in real time."""
     with met(tool) as (link, other):
         made = driven(link, SECONDS, 1.0, 1000.0)
-        made.ask_pause()
+        made.request_pause()
         shown, show = set[int](), link.show
 
         def kept(row: Array, sample: int) -> None:

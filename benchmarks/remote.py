@@ -46,7 +46,7 @@ def trips(options: PeerOptions, program: Path | None) -> dict[str, float]:
     times = []
     for _ in range(TRIPS):
         start = perf_counter()
-        peer.ask(frame)
+        peer.request(frame)
         times.append(1e6 * (perf_counter() - start))
     peer.close()
     return {"least": min(times), "median": float(np.median(times)), "p99": float(np.percentile(times, 99))}

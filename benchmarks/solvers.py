@@ -24,7 +24,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.registry import registry
 from cdpr.tension.current_sample import Present
-from cdpr.tension.stage import Asked, TensionStage
+from cdpr.tension.stage import StageSolver, TensionStage
 from cdpr.tension.status import OK
 
 ROBOTS = Path(__file__).parent.parent / "scenarios" / "robots"
@@ -63,7 +63,7 @@ def costs() -> None:
         live = Present.of(caroca.m)
         live.W[:], live.wrench[:] = feasible(caroca)
         live.wrench *= scale
-        stage = TensionStage(caroca, Asked(make("qp", caroca).solve, "qp"), live)
+        stage = TensionStage(caroca, StageSolver(make("qp", caroca).solve, "qp"), live)
         functions[label] = stage.distribute
     found = medians(functions)
     for name, value in found.items():

@@ -46,7 +46,7 @@ class RemoteBackend(Backend):
             self.close()
         if self._peer is None:
             self._peer = self._greeted()
-        self._ask(START, 0.0, np.asarray(state, dtype=np.float64))
+        self._request(START, 0.0, np.asarray(state, dtype=np.float64))
         self._due, self._steps, self._missed, self._latest = 0.0, 0, 0, 0.0
         self._clipped = 0
 
@@ -55,7 +55,7 @@ class RemoteBackend(Backend):
         duration = n * self.physics_step
         if self._steps == 0:
             self._begun = time.monotonic()
-        self._ask(STEP, duration, np.zeros(STATE))
+        self._request(STEP, duration, np.zeros(STATE))
         self._steps += 1
         self._clipped += bool((self._frame[2 : 2 + self.robot.m] != self.command).any())
         self._due += duration
@@ -77,7 +77,7 @@ class RemoteBackend(Backend):
         if self._peer is None:
             return
         self._fill(STOP, 0.0, np.zeros(STATE))
-        self._peer.tell(self._frame)
+        self._peer.send(self._frame)
         self._peer.close()
         self._peer = None
         if self._missed:
@@ -87,10 +87,10 @@ class RemoteBackend(Backend):
             text = "commands beyond the limits of tension were clipped; the log contains the original commands"
             warnings.warn(f"in {self._clipped} of {self._steps} control steps {text}", stacklevel=2)
 
-    def _ask(self, kind: int, duration: float, state: Array) -> None:
+    def _request(self, kind: int, duration: float, state: Array) -> None:
         assert self._peer is not None
         self._fill(kind, duration, state)
-        self.state[:] = self._peer.ask(self._frame)
+        self.state[:] = self._peer.request(self._frame)
         if abs(float(np.linalg.norm(self.state[3:7])) - 1.0) > tolerances.UNIT:
             raise BackendDied(
                 f"{self._peer.called}: its quaternion w, x, y, z is {self.state[3:7].tolist()}, whose length is not 1"

@@ -50,7 +50,7 @@ class RemoteController(Controller):
             frame[-2 * m : -m], frame[-m:] = length, rate
         else:
             frame[-2 * m : -m], frame[-m:] = self._sensed
-        out[:] = self._peer.ask(frame) if self.options.lockstep else self._peer.newest(frame)
+        out[:] = self._peer.request(frame) if self.options.lockstep else self._peer.newest(frame)
 
     def reset(self) -> None:
         """Close the connection, so that the next call starts a new one."""

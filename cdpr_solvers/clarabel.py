@@ -46,7 +46,7 @@ class Clarabel(LibrarySolver):
         # Hessian and constraint matrix for each redundancy; each call changes the values of the matrix.
         self._made: dict[int, tuple[csc_matrix, csc_matrix]] = {}
 
-    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+    def _call_library(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         m, r = N.shape
         if r not in self._made:
             rows = np.tile(np.arange(2 * m), r)

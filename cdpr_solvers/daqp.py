@@ -32,6 +32,6 @@ class Daqp(LibrarySolver):
         self._settings = {**SETTINGS, "primal_tol": options.tolerance, "iter_limit": options.iterations}
         self._sense = np.zeros(robot.m, dtype=np.intc)
 
-    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+    def _call_library(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         answer, _, flag, _ = daqp.solve(*self._square[N.shape[1]], N, high, low, self._sense, **self._settings)
         return answer if flag == SOLVED else None

@@ -51,7 +51,7 @@ class Highs(LibrarySolver):
         self._model.num_row_ = robot.m
         self._model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
 
-    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+    def _call_library(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         m, r = N.shape
         model = self._model
         if model.num_col_ != r:

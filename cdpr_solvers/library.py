@@ -33,8 +33,8 @@ class LibrarySolver(TensionSolver):
     known if the objective is the least norm. The status is NOT_FOUND if the library returns no result, or one that
     violates the limits by more than round-off.
 
-    A subclass receives N (m, r), C-contiguous, and low, high (m,) in `_ask`, with r > 0. Rows of cables that x does not
-    change are zero, between limits of -1 and 1. The arrays belong to the solver.
+    A subclass receives N (m, r), C-contiguous, and low, high (m,) in `_call_library`, with r > 0. Rows of cables that
+    x does not change are zero, between limits of -1 and 1. The arrays belong to the solver.
     """
 
     # Share of the largest limit by which the library may violate the limits. A set that is as thin as the round-off of
@@ -66,7 +66,7 @@ class LibrarySolver(TensionSolver):
         self._judge = bind("library_answer", **shared, x=self._x)
 
     @abstractmethod
-    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+    def _call_library(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         """Return the optimal x (r,) of the library, None if it finds none."""
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
@@ -81,7 +81,7 @@ class LibrarySolver(TensionSolver):
         status = self._pose()
         r = int(self._redundancy[0])
         if status == OK and r > 0:  # otherwise no tensions are admissible, or exactly one distribution
-            x = self._ask(*self._asked[r])
+            x = self._call_library(*self._asked[r])
             if x is None:
                 return NOT_FOUND
             self._x[:r] = x

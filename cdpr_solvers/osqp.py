@@ -42,7 +42,7 @@ class Osqp(LibrarySolver):
         }
         self.reset()
 
-    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+    def _call_library(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         r = N.shape[1]
         problem = self._problems.get(r)
         if problem is None:

@@ -44,7 +44,7 @@ class Piqp(LibrarySolver):
         ]
         self._attempts[1]["reg_finetune_lower_limit"] = LESS_REGULAR
 
-    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+    def _call_library(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         for settings in self._attempts:
             solver = piqp.DenseSolver()
             for name, value in settings.items():

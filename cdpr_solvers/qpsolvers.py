@@ -53,7 +53,7 @@ class Qpsolvers(LibrarySolver):
             warnings.simplefilter("ignore")  # the status or the check of the result covers the warnings
             return qpsolvers.solve_problem(problem, self.options.name, **self._settings)
 
-    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+    def _call_library(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         try:
             answer = self._answer(N, low, high)
         except Exception:  # many libraries with different errors; the constructor has checked that they work

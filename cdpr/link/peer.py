@@ -73,7 +73,7 @@ class Peer:
         self._out, self._in = np.zeros(sends + 1, NUMBER), np.zeros(takes + 1, NUMBER)
         self._size, self._held = self._in.nbytes, b""
         self._late = b""  # rest of a partly sent frame
-        self._asked, self._answered = 0, -1
+        self._sent, self._answered = 0, -1
         self.skipped = 0  # frames that a free-running peer did not receive
         until = time.monotonic() + options.start_timeout
         self.called = called = called_of(options, program)
@@ -90,7 +90,7 @@ class Peer:
             raise
         self._at = time.monotonic()  # time of the newest answer
 
-    def ask(self, values: Array) -> Array:
+    def request(self, values: Array) -> Array:
         """Send a frame and return its answer, (takes,), a view.
 
         Raises:
@@ -103,10 +103,10 @@ class Peer:
             try:
                 self._held += self._transport.receive(self._size - len(self._held), until)
             except TimeoutError:
-                raise self._silent(f"to frame {self._asked - 1}") from None
+                raise self._silent(f"to frame {self._sent - 1}") from None
         self._take()
-        if self._answered != self._asked - 1:
-            raise self._wrong(f"expected an answer to frame {self._asked - 1}, got one to frame {self._answered}")
+        if self._answered != self._sent - 1:
+            raise self._wrong(f"expected an answer to frame {self._sent - 1}, got one to frame {self._answered}")
         return self._in[1:]
 
     def newest(self, values: Array) -> Array:
@@ -117,8 +117,8 @@ class Peer:
         Raises:
             BackendDied: if the newest answer is older than the time-out.
         """
-        if self._asked == 0:
-            return self.ask(values)
+        if self._sent == 0:
+            return self.request(values)
         self._take_arrived()
         if self._late:
             self._late = self._late[self._transport.send_some(self._late) :]
@@ -128,7 +128,7 @@ class Peer:
             frame = self._next(values)
             sent = self._transport.send_some(frame)
             self._late = frame[sent:] if sent else b""
-            self._asked -= not sent
+            self._sent -= not sent
             self.skipped += not sent
         self._take_arrived()
         if time.monotonic() - self._at > self._options.timeout:
@@ -142,33 +142,33 @@ class Peer:
             BackendDied: if the peer sent more answers than frames.
         """
         while True:
-            due = (self._asked - 1 - self._answered) * self._size - len(self._held)
+            due = (self._sent - 1 - self._answered) * self._size - len(self._held)
             data = self._transport.receive(due + 1, None)  # bounded: the peer may send without end
             if not data:
                 return
             if len(data) > due:
-                raise self._wrong(f"answered before frame {self._asked} was sent: each answer must follow its frame")
+                raise self._wrong(f"answered before frame {self._sent} was sent: each answer must follow its frame")
             self._held += data
             while len(self._held) >= self._size:
                 before = self._answered
                 self._take()
-                if not before < self._answered < self._asked:
-                    raise self._wrong(f"answered frame {self._answered} after {before}, of {self._asked}")
+                if not before < self._answered < self._sent:
+                    raise self._wrong(f"answered frame {self._answered} after {before}, of {self._sent}")
 
-    def tell(self, values: Array) -> None:
+    def send(self, values: Array) -> None:
         """Send a last frame without an answer, unless a partial frame is pending or the peer is gone."""
         with suppress(BackendDied):
             if not self._transport.cut:
                 self._transport.send(self._next(values), time.monotonic() + self._options.timeout)
-                self._asked -= 1
+                self._sent -= 1
 
     def close(self) -> None:
         """Close the connection and end a program that was started here."""
-        self._transport.close(owed=self._answered < self._asked - 1)
+        self._transport.close(owed=self._answered < self._sent - 1)
 
     def _next(self, values: Array) -> bytes:
-        self._out[0], self._out[1:] = self._asked, values
-        self._asked += 1
+        self._out[0], self._out[1:] = self._sent, values
+        self._sent += 1
         return self._out.tobytes()
 
     def _take(self) -> None:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from cdpr.base.errors import BackendDied, CdprError
 from cdpr.base.interrupts import WAITING, uninterrupted
-from cdpr.link.waiting import tell_wait
+from cdpr.link.waiting import report_wait
 
 MOST_BYTES = 16 * 2**20  # largest program
 RETRY = 0.02  # s between two attempts to connect
@@ -198,7 +198,7 @@ class Program(Transport):
         assert process.stderr is not None
         with suppress(OSError):
             process.stdin.close()
-        hear_out([process.stdout.fileno(), process.stderr.fileno()], until)
+        drain_output([process.stdout.fileno(), process.stderr.fileno()], until)
         with suppress(subprocess.TimeoutExpired):
             process.wait(max(0.0, until - time.monotonic()))
         with suppress(OSError):  # no process of the group is left
@@ -222,10 +222,10 @@ class Connection(Transport):
         with self._socket, suppress(OSError):
             if owed:  # unread data at the close could discard data on its way to the peer
                 self._socket.shutdown(socket.SHUT_WR)
-                hear_out([self._socket.fileno()], time.monotonic() + GRACE)
+                drain_output([self._socket.fileno()], time.monotonic() + GRACE)
 
 
-def hear_out(descriptors: list[int], until: float) -> None:
+def drain_output(descriptors: list[int], until: float) -> None:
     """Discard further input until the end, so that a stopping peer does not fail while it answers."""
     while descriptors and time.monotonic() < until:
         for each in ready(descriptors, [], until):
@@ -261,7 +261,7 @@ def connected(address: str, called: str, start_timeout: float) -> Transport:
                     raise BackendDied(f"{called}: no connection {why}; start it first") from None
                 if not told:
                     told = True
-                    tell_wait(called, start_timeout)
+                    report_wait(called, start_timeout)
                 time.sleep(RETRY)
     if kind == socket.AF_INET:
         made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # send frames without delay

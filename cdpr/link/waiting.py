@@ -9,16 +9,16 @@ _listeners: list[Callable[[str], None]] = []
 
 
 @contextmanager
-def waits_told(tell: Callable[[str], None]) -> Iterator[None]:
-    """Call `tell` with a line of text whenever, in this context, a run waits for a peer that does not listen yet."""
-    _listeners.append(tell)
+def report_waits(report: Callable[[str], None]) -> Iterator[None]:
+    """Call `report` with a line of text whenever, in this context, a run waits for a peer that does not listen yet."""
+    _listeners.append(report)
     try:
         yield
     finally:
-        _listeners.remove(tell)
+        _listeners.remove(report)
 
 
-def tell_wait(called: str, seconds: float) -> None:
+def report_wait(called: str, seconds: float) -> None:
     """Report that a run waits for a peer, at most `seconds`."""
-    for tell in _listeners:
-        tell(f"waiting up to {seconds:.3g} s for {called}, which does not listen yet")
+    for report in _listeners:
+        report(f"waiting up to {seconds:.3g} s for {called}, which does not listen yet")

@@ -18,7 +18,7 @@ from cdpr.model.shapes import Obstacle
 MOST = 4001  # rows that are checked in longer runs
 
 
-def touched(robot: Robot, run: Run, obstacles: Sequence[Obstacle] = ()) -> str | None:
+def cables_in_contact(robot: Robot, run: Run, obstacles: Sequence[Obstacle] = ()) -> str | None:
     """Return a description of cables in contact, for a robot without all cable diameters; None if there are none."""
     if all(cable.diameter is not None for cable in robot.cables) or not robot.unilateral:
         return None  # reported by the summary, or rigid legs

@@ -54,7 +54,7 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Taken:
+class RecorderSnapshot:
     """Snapshot of a recorder: its data of the samples up to `stop` (excluded)."""
 
     stop: int
@@ -130,7 +130,7 @@ class Recorder:
         if self.tally is not None:
             self.tally.amend(header)
 
-    def snapshot(self, stop: int) -> Taken:
+    def snapshot(self, stop: int) -> RecorderSnapshot:
         """Return a snapshot of the samples up to `stop` (excluded) for `restore`, without rows only on disk."""
         self._take(stop)
         tally, before = self.tally, self._piece
@@ -143,9 +143,9 @@ class Recorder:
         status = np.empty(0, np.int8) if tally is None else tally.status[counted:].copy()
         self._piece = Piece(first, rows, counted, status, before)
         last = np.arange(max(stop - 1, 0), stop) % len(self.rows)
-        return Taken(stop, self._piece, self.rows[last], tally, dict(self.marked))
+        return RecorderSnapshot(stop, self._piece, self.rows[last], tally, dict(self.marked))
 
-    def restore(self, taken: Taken) -> None:
+    def restore(self, taken: RecorderSnapshot) -> None:
         """Restore a snapshot of this recorder, or of one of the same run with another log."""
         tally = None if taken.tally is None else taken.tally.copy()
         known = set(self._piece.line()) if self._piece else set()

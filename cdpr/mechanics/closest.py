@@ -25,7 +25,7 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Near:
+class LeastClearance:
     """Least clearance of some samples."""
 
     clearance: float  # [m]
@@ -37,8 +37,8 @@ class Near:
 class Span:
     """Consecutive samples at or below a level."""
 
-    first: Near
-    least: Near
+    first: LeastClearance
+    least: LeastClearance
     until: float  # time of the last sample [s]
     samples: int
 
@@ -62,7 +62,7 @@ class Closest:
     ) -> None:
         self._among, self._broken = among, tuple(broken)
         self._spans: list[tuple[Level, list[Span], bool]] = [(level, [], False) for level in levels]
-        self.least: Near | None = None
+        self.least: LeastClearance | None = None
 
     @property
     def levels(self) -> tuple[Level, ...]:
@@ -73,7 +73,7 @@ class Closest:
         """Return the spans of level i in the order of time."""
         return self._spans[i][1]
 
-    def name(self, near: Near) -> str:
+    def name(self, near: LeastClearance) -> str:
         """Return the names of the closest pair."""
         return self._among.name(near.which)
 
@@ -97,13 +97,15 @@ class Closest:
         clearance, which = self._evaluate(time, poses)
         k = int(np.argmin(clearance))
         if clearance[k] < (math.inf if self.least is None else self.least.clearance):
-            self.least = Near(float(clearance[k]), float(time[k]), int(which[k]))
+            self.least = LeastClearance(float(clearance[k]), float(time[k]), int(which[k]))
         for i, (level, spans, _) in enumerate(self._spans):
             under = (clearance <= level.clearance) & (time >= level.after)
             edges = np.flatnonzero(np.diff(under, prepend=False, append=False)).reshape(-1, 2).tolist()
             for start, stop in edges:
                 low = start + int(np.argmin(clearance[start:stop]))
-                first, least = (Near(float(clearance[j]), float(time[j]), int(which[j])) for j in (start, low))
+                first, least = (
+                    LeastClearance(float(clearance[j]), float(time[j]), int(which[j])) for j in (start, low)
+                )
                 span = Span(first, least, float(time[stop - 1]), stop - start)
                 if start == 0 and self._spans[i][2]:
                     span = _joined(spans.pop(), span)

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 
 from cdpr.base.errors import CdprError, PluginError
-from cdpr.log.recorder import Recorder, Taken
+from cdpr.log.recorder import Recorder, RecorderSnapshot
 from cdpr.log.run_folder import RunFolder, folder_name, next_folder
 from cdpr.plugins import TensionSolver
 from cdpr.simulation.live import Interventions
@@ -21,7 +21,7 @@ class Snapshot:
 
     moment: Moment
     done: Done
-    samples: Taken | None = None  # of a simulation
+    samples: RecorderSnapshot | None = None  # of a simulation
     of: object = None
 
     def __repr__(self) -> str:

@@ -22,7 +22,7 @@ from cdpr.simulation.columns import chosen_plugins
 from cdpr.tension.command import CommandStage
 from cdpr.tension.current_sample import Present
 from cdpr.tension.operations import Operation
-from cdpr.tension.stage import Asked, TensionStage
+from cdpr.tension.stage import StageSolver, TensionStage
 
 
 def control_of(scenario: Scenario, motion: bool = False) -> Control:
@@ -115,7 +115,7 @@ def _stage(scenario: Scenario, solver: TensionSolver, live: Present) -> TensionS
 
     respects = bool(registry().get("solver", name).info.properties.get("respects_bounds", True))
     stage = TensionStage(
-        scenario.controlled_robot, Asked(solver.solve, name, respects, scenario.solver.infeasible, compiled), live
+        scenario.controlled_robot, StageSolver(solver.solve, name, respects, scenario.solver.infeasible, compiled), live
     )
     stage.refusal = "not reported by FMUs"  # the operation itself then replaces a rejected answer
     return stage

@@ -31,7 +31,7 @@ from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
 from cdpr.tension.operations import Operation, perform
-from cdpr.tension.stage import Asked, TensionStage
+from cdpr.tension.stage import StageSolver, TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
 
@@ -302,7 +302,7 @@ class Loop:
         solver = parts.solver
         known = isinstance(solver, TensionSolver) and speaks_for(solver.compiled, solver.solve)
         compiled = solver.compiled if known else None
-        asked = Asked(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
+        asked = StageSolver(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
         return TensionStage(parts.controlled_robot, asked, self.present.live, self.present.cables)
 
     def written(self, stage: TensionStage | CommandStage) -> Array:
@@ -321,10 +321,12 @@ class Loop:
         law = controller.compiled(*given) if known else None
         control = controller.control
 
-        def ask(time: float) -> None:
+        def decide(time: float) -> None:
             control(time, *given)
 
-        deciding = Operation("controller", law, self._refuse_code) if law else Operation("controller", ask, timed=True)
+        deciding = (
+            Operation("controller", law, self._refuse_code) if law else Operation("controller", decide, timed=True)
+        )
         reading_clock, checking_clock = clock_operations(backend)
         self.advancing = [
             Operation("command", bind("copy", source=self.tension, target=backend.command)),

@@ -45,7 +45,7 @@ class Body(NamedTuple):
     bounds: Array  # (7,), as `acceleration_bounds` returns
 
 
-class Shown(NamedTuple):
+class PlantOutputs(NamedTuple):
     """Live outputs of a backend."""
 
     state: Array  # (13,)
@@ -53,7 +53,7 @@ class Shown(NamedTuple):
     highest: Array  # (m,), N, upper bound of each tension; with ideal cables the tension itself
 
 
-class Seen(NamedTuple):
+class Observation(NamedTuple):
     """Quantities computed from these, in the present sample."""
 
     state: Array  # (13,)
@@ -63,7 +63,7 @@ class Seen(NamedTuple):
     energies: Array  # (4,), J: kinetic, potential, and the works so far of ideal cables and of the external wrench
 
 
-def observing(body: Body, shown: Shown, seen: Seen, period: float) -> Callable[[], int]:
+def observing(body: Body, shown: PlantOutputs, seen: Observation, period: float) -> Callable[[], int]:
     """Return a bound operation that writes `seen`, and returns 0 or a key of FAULTS.
 
     Before the call, state and lengths in `seen` are those of one control `period` (s) earlier. After a fault they and

@@ -19,7 +19,7 @@ from cdpr.plugins import Backend
 from cdpr.plugins.compiled import speaks_for
 from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes
 from cdpr.simulation.columns import hand_out
-from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing, observing_nominal
+from cdpr.simulation.observe import Body, Observation, PlantOutputs, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
 from cdpr.tension.current_sample import Cables, Present
 from cdpr.tension.operations import Operation
@@ -72,8 +72,8 @@ class Sample:
         """Return the operation that observes the plant a control `period` (s) after the last time, or at once (0)."""
         parts, backend = self._parts, self._parts.backend
         energies = self.view("kinetic", "external_work")
-        seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
-        look = observing(self._body, Shown(backend.state, backend.external, backend.highest), seen, period)
+        seen = Observation(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
+        look = observing(self._body, PlantOutputs(backend.state, backend.external, backend.highest), seen, period)
         operations = [Operation("geometry", look, refuse)]
         if not parts.ideal_cables and period:
             operations += self._readings[1]

@@ -62,12 +62,12 @@ def simulate(
     try:
         loop, recorder = made.begin()
         total = made.scenario.simulation.steps + 1
-        tell = progress or (lambda done, total: None)
-        tell(0, total)
+        report = progress or (lambda done, total: None)
+        report(0, total)
 
         def flush(k: int) -> None:
             recorder.flush(k)
-            tell(k, total)  # may raise Interrupted; the rows up to here are on disk
+            report(k, total)  # may raise Interrupted; the rows up to here are on disk
 
         loop.run(recorder.rows, flush, steps=total - 1, real_time=real_time)
     except BaseException as stop:

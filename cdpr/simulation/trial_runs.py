@@ -33,7 +33,7 @@ BUDGET = 10.0  # s of CPU time for all trials: the window waits for them
 
 
 @dataclass(frozen=True)
-class Tried:
+class Trial:
     """Text of a scenario and a note on its trial; `stable` is True for a stable loop."""
 
     text: str
@@ -41,7 +41,7 @@ class Tried:
     stable: bool
 
 
-def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
+def scenario_with_trials(file: str, source: str | None, sizes: Sizes) -> Trial:
     """Return a new scenario, as `scenario_text` writes it, with gains from trials in memory.
 
     The default gains are kept if they are stable. Otherwise the bandwidth is halved: with elastic cables, drums and
@@ -52,11 +52,11 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
     scenario = load_scenario(file, text=plain)
     if scenario.ideal_cables:
         problem = _problem(scenario)
-        return Tried(plain, f"{WARNING}this scenario was tried: {problem}" if problem else "", not problem)
+        return Trial(plain, f"{WARNING}this scenario was tried: {problem}" if problem else "", not problem)
     step = next((step for step in STEPS if _fits(scenario, step)), None)
     if step is None:
         note = f"{WARNING}these cables need physics steps below {STEPS[-1]:g} s: {_reasons(scenario)}"
-        return Tried(plain, note, False)
+        return Trial(plain, note, False)
     required = DECAY if scenario.robot.m >= scenario.robot.n else NEUTRAL
     _slowest(scenario.with_changes({"simulation.physics_step": step}))  # includes first-call costs
     end = process_time() + BUDGET
@@ -69,17 +69,17 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
             try:
                 error, stable = _try(candidate, end)
             except Interrupted:
-                return Tried(text, _unfinished(), False)
+                return Trial(text, _unfinished(), False)
             if stable:
                 said = ", ".join(f"{key.rpartition('.')[2]} {value:g}" for key, value in changes.items())
                 note = f"tried: stable with {said}, errors up to {1e3 * error:.3g} mm" if changes else ""
-                return Tried(text, note, True)
+                return Trial(text, note, True)
         if rate > best:
             best, best_text, best_said = rate, text, _grown(rate)
         if process_time() > end:
-            return Tried(best_text, _unfinished(), False)
+            return Trial(best_text, _unfinished(), False)
     note = f"{WARNING}no stable gains were found for these elastic cables{best_said}: {_remedy(scenario)}"
-    return Tried(best_text, note, False)
+    return Trial(best_text, note, False)
 
 
 def _slowest(scenario: Scenario) -> float:

@@ -31,7 +31,7 @@ MEANING = {
 
 
 @dataclass(frozen=True)
-class Asked:
+class StageSolver:
     """Solver and its fallback policy."""
 
     solve: Solve  # bound method of the solver
@@ -86,7 +86,7 @@ class TensionStage:
     def __init__(
         self,
         robot: Robot,
-        asked: Asked,
+        asked: StageSolver,
         live: Present,
         cables: Cables | None = None,
     ) -> None:

@@ -15,7 +15,7 @@ from cdpr.model.robot import Array
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
 from cdpr.testing.columns import expect_written
-from cdpr.testing.process import Silence, descriptors, resident_bytes, threads
+from cdpr.testing.process import OutputCapture, descriptors, resident_bytes, threads
 from cdpr.testing.subjects import BackendSubject
 
 CLOCK = 1e-6  # share by which an engine's summed time may differ from the number of steps times the step
@@ -158,7 +158,7 @@ def clock_counts_steps(subject: BackendSubject) -> None:
 
 def keeps_quiet(subject: BackendSubject) -> None:
     """The backend prints nothing and leaves no file in the working folder, even with NaN as input."""
-    with tempfile.TemporaryDirectory() as folder, Silence(Path(folder)) as silence:
+    with tempfile.TemporaryDirectory() as folder, OutputCapture(Path(folder)) as silence:
         backend = subject.make(samples.state(np.random.default_rng(7)))
         backend.step(10)
         backend.external[0] = np.nan

@@ -17,7 +17,9 @@ P = TypeVar("P", Controller, TensionSolver)
 SAMPLES = 20
 
 
-def expect_changes(names: Sequence[str], options: Any, make: Callable[[Any], P], ask: Callable[[P, int], Array]) -> str:
+def expect_changes(
+    names: Sequence[str], options: Any, make: Callable[[Any], P], compute: Callable[[P, int], Array]
+) -> str:
     """Fail unless options change as declared.
 
     A plugin with changed options must give the same bits as one created with them. Each option must have an effect, and
@@ -27,23 +29,25 @@ def expect_changes(names: Sequence[str], options: Any, make: Callable[[Any], P],
         names: names of the options.
         options: initial options.
         make: function that creates the plugin with given options.
-        ask: function that returns the answer of a plugin to sample k.
+        compute: function that returns the answer of a plugin to sample k.
     """
     needs(names, "it declares no changeable options")
-    plain = [ask(part, k) for part in [make(options)] for k in range(SAMPLES)]
+    plain = [compute(part, k) for part in [make(options)] for k in range(SAMPLES)]
     for name in names:
         differs = False
         for other in others(options, name):
             fresh, changed, back = make(other), make(options), make(options)
             changed.change(other)
             for k in range(SAMPLES):
-                wanted = ask(fresh, k)
-                expect_same_bits(ask(changed, k), wanted, f"answer after a change of {name}, as made with it: answer")
+                wanted = compute(fresh, k)
+                expect_same_bits(
+                    compute(changed, k), wanted, f"answer after a change of {name}, as made with it: answer"
+                )
                 differs |= not np.array_equal(wanted, plain[k])
                 if k == SAMPLES // 2:
                     back.change(other)
                     back.change(options)
-                expect_same_bits(ask(back, k), plain[k], f"answer after a change of {name} and back")
+                expect_same_bits(compute(back, k), plain[k], f"answer after a change of {name} and back")
         expect(differs, f"option {name} makes no difference, or no other value of it was found")
     return ", ".join(names)
 

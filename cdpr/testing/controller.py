@@ -44,7 +44,7 @@ def output_is_complete(subject: ControllerSubject) -> str:
     controller = subject.make(samples.braced())
     started = perf_counter()
     for k in range(200):
-        out = subject.ask(controller, *_motion(k), time=1e-3 * k)
+        out = subject.compute(controller, *_motion(k), time=1e-3 * k)
         expect(np.isfinite(out).all(), f"output {out.tolist()}")
     return f"{1e6 * (perf_counter() - started) / 200:.0f} us a call, samples included"
 
@@ -55,7 +55,7 @@ def inputs_stay_unchanged(subject: ControllerSubject) -> None:
     for k in range(20):
         state, desired = _motion(k)
         copies = state.copy(), desired.copy()
-        subject.ask(controller, *copies)
+        subject.compute(controller, *copies)
         expect_same_bits(copies[0], state, "state after control")
         expect_same_bits(copies[1], desired, "desired state after control")
 
@@ -64,11 +64,11 @@ def reset_forgets(subject: ControllerSubject) -> None:
     """After `reset`, the controller gives the same bits as a new one."""
     used, fresh = subject.make(samples.braced()), subject.make(samples.braced())
     for k in range(50):
-        subject.ask(used, *_motion(k), time=1e-3 * k)
+        subject.compute(used, *_motion(k), time=1e-3 * k)
     used.reset()
     for k in range(20):
         motion = _motion(100 + k)
-        again, wanted = (subject.ask(controller, *motion, time=1e-3 * k) for controller in (used, fresh))
+        again, wanted = (subject.compute(controller, *motion, time=1e-3 * k) for controller in (used, fresh))
         expect_same_bits(again, wanted, "output after reset")
 
 
@@ -77,11 +77,11 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
     robot = samples.laden(samples.braced())
     used, fresh = subject.make(samples.braced()), subject.make(robot)
     for k in range(20):
-        subject.ask(used, *_motion(k), time=1e-3 * k)
+        subject.compute(used, *_motion(k), time=1e-3 * k)
     needs(used.renew(robot), "it is made anew for another platform")
     used.reset()
     for k in range(20):
-        again, wanted = (subject.ask(controller, *_motion(100 + k), time=1e-3 * k) for controller in (used, fresh))
+        again, wanted = (subject.compute(controller, *_motion(100 + k), time=1e-3 * k) for controller in (used, fresh))
         expect_same_bits(again, wanted, "output with the other platform")
 
 
@@ -91,7 +91,7 @@ def columns_are_written(subject: ControllerSubject) -> str:
     controller = subject.make(robot)
 
     def work(k: int) -> None:
-        subject.ask(controller, *_motion(k), time=1e-3 * k)
+        subject.compute(controller, *_motion(k), time=1e-3 * k)
 
     return expect_written(subject.columns, robot, controller, controller.reset, work)
 
@@ -102,7 +102,7 @@ def options_change(subject: ControllerSubject) -> str:
         subject.changeable,
         subject.options,
         lambda options: subject.having(options).make(samples.braced()),
-        lambda controller, k: subject.ask(controller, *_motion(k), time=1e-3 * k),
+        lambda controller, k: subject.compute(controller, *_motion(k), time=1e-3 * k),
     )
 
 
@@ -110,14 +110,14 @@ def snapshot_restores(subject: ControllerSubject) -> None:
     """After each restore of a snapshot, the run continues with the same bits; without support there is an error."""
     controller = subject.make(samples.braced())
     for k in range(30):
-        subject.ask(controller, *_motion(k), time=1e-3 * k)
+        subject.compute(controller, *_motion(k), time=1e-3 * k)
     try:
         snapshot = controller.snapshot()
     except PluginError:
         needs(False, "it takes no snapshots")
     ways = []
     for first in (30, 200, 30):  # in between, continue elsewhere
-        ways.append([subject.ask(controller, *_motion(first + k), time=1e-3 * (30 + k)) for k in range(20)])
+        ways.append([subject.compute(controller, *_motion(first + k), time=1e-3 * (30 + k)) for k in range(20)])
         controller.restore(snapshot)
     for here, there in zip(ways[0], ways[2], strict=True):
         expect_same_bits(there, here, "output after the snapshot")
@@ -128,7 +128,7 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
     needs(not subject.commands, "it puts out commands, no wrench")
     for seed, gravity in ((1, GRAVITY), (2, np.array([1.0, -2.0, -5.0])), (3, NO_GRAVITY)):
         state = _rest(seed)
-        wrench = subject.ask(subject.make(samples.braced(), gravity), state, _target(state))
+        wrench = subject.compute(subject.make(samples.braced(), gravity), state, _target(state))
         wanted = dynamics.required_wrench(samples.braced(), state, gravity)
         expect_close(wrench, wanted, 1e-9, "wrench on target, N and N m")
 
@@ -137,13 +137,13 @@ def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
     """A target farther along or about an axis increases this force or moment: all signs and rows are correct."""
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
-    balance = _wrench(subject, W, subject.ask(subject.make(robot), state, _target(state)))
+    balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))
     for k, direction in enumerate(np.eye(6)):
         target = _target(state)
         target[:3] += 0.01 * direction[:3]
         if k > 2:
             target[3:7] = rotations.multiply(rotations.from_axis_angle(direction[3:], 0.01), state[3:7])
-        pull = _wrench(subject, W, subject.ask(subject.make(robot), state, target)) - balance
+        pull = _wrench(subject, W, subject.compute(subject.make(robot), state, target)) - balance
         expect(pull[k] > 0.0, f"{'force' if k < 3 else 'moment'} {pull[k]:.3g} along {'xyz'[k % 3]}")
 
 
@@ -160,9 +160,9 @@ def directions_are_equal(subject: ControllerSubject) -> None:
     here, there = subject.make(robot), subject.make(_turned_robot(robot, R), R @ GRAVITY)
     for k in range(10):
         state, desired = _motion(k)
-        out = subject.ask(here, state, desired, 1e-3 * k)
+        out = subject.compute(here, state, desired, 1e-3 * k)
         wanted = out if subject.commands else np.concatenate([R @ out[:3], R @ out[3:]])
-        turned = subject.ask(there, _turned(q, state), _turned(q, desired), 1e-3 * k)
+        turned = subject.compute(there, _turned(q, state), _turned(q, desired), 1e-3 * k)
         expect_close(turned, wanted, 1e-6 * max(1.0, float(np.abs(out).max())), "output of the turned robot")
 
 
@@ -185,7 +185,7 @@ def nan_shows(subject: ControllerSubject) -> None:
         state, desired = _motion(6)
         state[k] = np.nan
         try:
-            out = subject.ask(subject.make(samples.braced()), state, desired)
+            out = subject.compute(subject.make(samples.braced()), state, desired)
         except CdprError:
             continue
         expect(not np.isfinite(out).all(), f"state[{k}] is NaN, and the output {out.tolist()}")
@@ -201,7 +201,7 @@ def it_settles(subject: ControllerSubject) -> str:
     state[3:7] = rotations.multiply(rotations.from_axis_angle(np.array([0.0, 0.6, 0.8]), 0.03), state[3:7])
     begin = samples.distance(state, target[:13])
     for k in range(600):
-        out = subject.ask(controller, state, target, k * step)
+        out = subject.compute(controller, state, target, k * step)
         command, external = np.zeros(robot.m), out
         if subject.commands:
             command, external = np.clip(out, robot.tension_min, robot.tension_max), np.zeros(6)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 
-class Silence:
+class OutputCapture:
     """Context that captures all output, of Python and of native code, with `folder` as working folder.
 
     Attributes:
@@ -27,7 +27,7 @@ class Silence:
         self.said = ""
         self.left: list[str] = []
 
-    def __enter__(self) -> Silence:
+    def __enter__(self) -> OutputCapture:
         enter = self._stack.enter_context
         self._file = enter(tempfile.TemporaryFile())
         self._text = io.StringIO()
@@ -68,7 +68,7 @@ class _Heap(ctypes.Structure):
 
 
 @dataclass(frozen=True)
-class Held:
+class MemoryUse:
     """Memory of the process: blocks of Python's allocator and bytes of the system's.
 
     Both are counted, not estimated from pages, so that a hundred calls reveal a leak. Without glibc, the bytes are
@@ -79,18 +79,18 @@ class Held:
     size: int
 
     @staticmethod
-    def now() -> Held:
+    def now() -> MemoryUse:
         """Return the counts after a garbage collection."""
         gc.collect()
         try:
             count = ctypes.CDLL(None).mallinfo2
         except AttributeError:
-            return Held(sys.getallocatedblocks(), resident_bytes())
+            return MemoryUse(sys.getallocatedblocks(), resident_bytes())
         count.restype = _Heap
         heap = count()
-        return Held(sys.getallocatedblocks(), heap.uordblks + heap.hblkhd)
+        return MemoryUse(sys.getallocatedblocks(), heap.uordblks + heap.hblkhd)
 
-    def more_than(self, before: Held) -> tuple[int, int]:
+    def more_than(self, before: MemoryUse) -> tuple[int, int]:
         """Return the increase of blocks and bytes."""
         return self.blocks - before.blocks, self.size - before.size
 

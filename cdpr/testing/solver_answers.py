@@ -21,7 +21,7 @@ from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, needs
 from cdpr.testing.samples import Problem
 from cdpr.testing.solver_interface import expect_balanced
-from cdpr.testing.subjects import Cost, SolverSubject, ask
+from cdpr.testing.subjects import Cost, SolverSubject, solve
 
 MANY, FEW = 400, 20  # adversarial problems per robot size, for fast and slow solvers
 
@@ -35,10 +35,10 @@ INSIDE = 1e-6  # share of the largest limit: closer to a limit, a cable counts a
 
 def _answered(subject: SolverSubject) -> Iterator[tuple[Problem, Array]]:
     """Yield all feasible problems that the solver answers with OK."""
-    for group in subject.asked(samples.feasible()):
+    for group in subject.limited(samples.feasible()):
         solver = subject.make(group[0].robot)
         for problem in group:
-            status, tension = ask(solver, problem)
+            status, tension = solve(solver, problem)
             if status == Status.OK:
                 yield problem, tension
 
@@ -51,7 +51,7 @@ def answers_balance(subject: SolverSubject) -> str:
         expect_balanced(subject, problem, tension)
         count += 1
     expect(count, "it answered none of the feasible problems")
-    asked = sum(map(len, subject.asked(samples.feasible())))
+    asked = sum(map(len, subject.limited(samples.feasible())))
     return f"{count} of {asked} answered, {perf_counter() - started:.2g} s in all"
 
 
@@ -70,20 +70,20 @@ def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
     """
     needs(subject.properties.get("coverage") == "full", "it does not declare coverage: full")
     most = subject.properties.get("max_redundancy", "any")
-    for group in subject.asked(samples.feasible()):
+    for group in subject.limited(samples.feasible()):
         robot = group[0].robot
         allowed = [Status.OK] if most == "any" or robot.m - robot.n <= most else [Status.OK, Status.UNSUPPORTED]
         solver = subject.make(robot)
-        missed = sum(ask(solver, problem)[0] not in allowed for problem in group)
+        missed = sum(solve(solver, problem)[0] not in allowed for problem in group)
         expect(not missed, f"{missed} of {len(group)} not answered with {robot.m} cables")
 
 
 def infeasible_is_never_ok(subject: SolverSubject) -> None:
     """The status is never OK for a wrench that no tensions within the limits balance."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
-    for group in subject.asked(samples.infeasible()):
+    for group in subject.limited(samples.infeasible()):
         solver = subject.make(group[0].robot)
-        wrong = sum(ask(solver, problem)[0] == Status.OK for problem in group)
+        wrong = sum(solve(solver, problem)[0] == Status.OK for problem in group)
         expect(not wrong, f"{wrong} of {len(group)} called OK with {group[0].robot.m} cables")
 
 
@@ -95,12 +95,12 @@ def unreachable_is_never_ok(subject: SolverSubject) -> None:
     for _ in range(100):
         problem = samples.problem(robot, samples.state(rng, tilt=0.3), rng.uniform(10.0, 100.0, robot.m))
         nowhere = np.linalg.svd(problem.W)[0][:, -1]  # orthogonal to the reach of the cables
-        status, _ = ask(solver, problem.with_wrench(problem.wrench + 100.0 * nowhere))
+        status, _ = solve(solver, problem.with_wrench(problem.wrench + 100.0 * nowhere))
         expect(status != Status.OK, "OK with 4 cables for 6 freedoms and a wrench outside their span")
     for problem in samples.feasible()[2][:50]:
         flat = problem.W.copy()
         flat[-1] = flat[0]
-        status, _ = ask(subject.make(problem.robot), replace(problem, W=flat))
+        status, _ = solve(subject.make(problem.robot), replace(problem, W=flat))
         expect(status != Status.OK, "OK with a singular W and a wrench outside its range")
 
 
@@ -109,9 +109,9 @@ def limits_are_the_arguments(subject: SolverSubject) -> None:
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:50]:
-            status, tension = ask(solver, problem)
+            status, tension = solve(solver, problem)
             larger = replace(problem, wrench=1e3 * problem.wrench, t_min=1e3 * problem.t_min, t_max=1e3 * problem.t_max)
-            status_2, tension_2 = ask(solver, larger)
+            status_2, tension_2 = solve(solver, larger)
             expect(status == status_2, f"status {status}, and {status_2} with everything a thousand times larger")
             if status == Status.OK:
                 allowed = max(1e-6, 10 * subject.accuracy) * float(problem.t_max.max())
@@ -126,8 +126,8 @@ def cables_may_come_in_any_order(subject: SolverSubject) -> None:
         robot = replace(group[0].robot, cables=tuple(group[0].robot.cables[i] for i in order))
         solver, other = subject.make(group[0].robot), subject.make(robot)
         for problem in group[:50]:
-            status, tension = ask(solver, problem)
-            status_2, tension_2 = ask(other, _reordered(problem, robot, order))
+            status, tension = solve(solver, problem)
+            status_2, tension_2 = solve(other, _reordered(problem, robot, order))
             expect(status == status_2, f"status {status}, and {status_2} with the cables in another order")
             if status == Status.OK:
                 allowed = max(1e-6, 10 * subject.accuracy) * float(problem.t_max.max())
@@ -153,7 +153,7 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
     """Refine the largest step of the tensions on the path: it must vanish."""
 
     def answer(s: float) -> Array | None:
-        status, tension = ask(solver, samples.on_path(path, s))
+        status, tension = solve(solver, samples.on_path(path, s))
         return tension if status == Status.OK else None
 
     found = steepest(answer, steps=100, halvings=20)
@@ -175,7 +175,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
         memory = Memory(solver)
         for k, problem in enumerate(problems):
             memory.fill(POISON[k % len(POISON)])
-            status, tension = ask(solver, problem)
+            status, tension = solve(solver, problem)
             what = f"of {robot.m} cables for {robot.n}, {found.kind[k]}"
             if status == Status.OK:
                 expect(found.feasible[k], f"OK, but no tensions balance the wrench: {what}")

@@ -19,9 +19,9 @@ from cdpr.testing import samples
 from cdpr.testing.changes import expect_changes
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
 from cdpr.testing.columns import expect_written
-from cdpr.testing.process import Held
+from cdpr.testing.process import MemoryUse
 from cdpr.testing.samples import Problem
-from cdpr.testing.subjects import SolverSubject, ask
+from cdpr.testing.subjects import SolverSubject, solve
 
 if TYPE_CHECKING:
     from cdpr.native.library import Bound
@@ -35,7 +35,7 @@ def inputs_stay_unchanged(subject: SolverSubject) -> None:
         solver = subject.make(group[0].robot)
         for problem in group[:20]:
             own = replace(problem, **{name: getattr(problem, name).copy() for name in ARRAYS})
-            ask(solver, own)
+            solve(solver, own)
             for name in ARRAYS:
                 expect_same_bits(getattr(own, name), getattr(problem, name), f"{name} after solve")
 
@@ -44,10 +44,10 @@ def answers_are_not_shared(subject: SolverSubject) -> None:
     """The solver writes an answer into the array of the call, and does not change it later."""
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)
-    answers = [ask(solver, problem)[1] for problem in group[:20]]
+    answers = [solve(solver, problem)[1] for problem in group[:20]]
     kept = [answer.copy() for answer in answers]
     for problem in group[20:40]:
-        ask(solver, problem)
+        solve(solver, problem)
     for answer, copy in zip(answers, kept, strict=True):
         expect_same_bits(answer, copy, "an answer after later calls")
 
@@ -57,7 +57,7 @@ def instances_agree(subject: SolverSubject) -> None:
     for group in samples.feasible():
         first, second = subject.make(group[0].robot), subject.make(group[0].robot)
         for problem in group[:50]:
-            expect_same_bits(ask(second, problem)[1], ask(first, problem)[1], "answer of a second solver")
+            expect_same_bits(solve(second, problem)[1], solve(first, problem)[1], "answer of a second solver")
 
 
 def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
@@ -66,9 +66,9 @@ def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
         used = subject.make(group[0].robot)
         for problem, hard in zip(group[:40], other[:40], strict=True):
             fresh = subject.make(problem.robot)
-            wanted = ask(fresh, problem)
-            ask(used, hard)
-            found = ask(used, problem)
+            wanted = solve(fresh, problem)
+            solve(used, hard)
+            found = solve(used, problem)
             expect(found[0] == wanted[0], f"status {found[0]} after another problem, {wanted[0]} without")
             if wanted[0] == Status.OK and subject.declares("warm_start"):
                 expect_close(found[1], wanted[1], 1e-6 * float(problem.t_max.max()), "tension after another, N")
@@ -81,10 +81,10 @@ def reset_forgets(subject: SolverSubject) -> None:
     for group in samples.feasible():
         fresh, used = subject.make(group[0].robot), subject.make(group[0].robot)
         for problem in group[50:60]:
-            ask(used, problem)
+            solve(used, problem)
         used.reset()
         for problem in group[:10]:
-            expect_same_bits(ask(used, problem)[1], ask(fresh, problem)[1], "answer after reset")
+            expect_same_bits(solve(used, problem)[1], solve(fresh, problem)[1], "answer after reset")
 
 
 def the_platform_does_not_matter(subject: SolverSubject) -> None:
@@ -94,7 +94,7 @@ def the_platform_does_not_matter(subject: SolverSubject) -> None:
         robot = group[0].robot
         one, other = subject.make(robot), subject.make(samples.laden(robot))
         for problem in group[:20]:
-            wanted, found = ask(one, problem), ask(other, problem)
+            wanted, found = solve(one, problem), solve(other, problem)
             expect(found[0] == wanted[0], f"status {found[0]} with another platform, {wanted[0]} without")
             expect_same_bits(found[1], wanted[1], "answer with another platform")
 
@@ -104,7 +104,7 @@ def columns_are_written(subject: SolverSubject) -> str:
     group = samples.feasible()[0]
     solver = subject.make(group[0].robot)
     return expect_written(
-        subject.columns, group[0].robot, solver, solver.reset, lambda k: ask(solver, group[k % len(group)])
+        subject.columns, group[0].robot, solver, solver.reset, lambda k: solve(solver, group[k % len(group)])
     )
 
 
@@ -115,7 +115,7 @@ def options_change(subject: SolverSubject) -> str:
         subject.changeable,
         subject.options,
         lambda options: subject.having(options).make(group[0].robot),
-        lambda solver, k: ask(solver, group[k % len(group)])[1],
+        lambda solver, k: solve(solver, group[k % len(group)])[1],
     )
 
 
@@ -125,9 +125,9 @@ def bad_input_raises_nothing(subject: SolverSubject) -> None:
         solver = subject.make(group[0].robot)
         for problem in group[:3]:
             for bad in _spoilt(problem):
-                ask(solver, bad)
+                solve(solver, bad)
             crossed = replace(problem, t_min=problem.t_max, t_max=problem.t_min)
-            status, _ = ask(solver, crossed)
+            status, _ = solve(solver, crossed)
             expect(status != Status.OK or not subject.respects_bounds, "OK where t_min > t_max")
 
 
@@ -135,7 +135,7 @@ def views_are_answered_alike(subject: SolverSubject) -> None:
     """Inputs may be read-only parts of other arrays (C-contiguous float64), with the same answer."""
     for problem in samples.feasible()[2][:10]:
         view = replace(problem, **{name: _view(getattr(problem, name)) for name in ARRAYS})  # type: ignore[arg-type]
-        wanted, found = ask(subject.make(problem.robot), problem), ask(subject.make(problem.robot), view)
+        wanted, found = solve(subject.make(problem.robot), problem), solve(subject.make(problem.robot), view)
         expect(found[0] == wanted[0], f"status {found[0]} for read-only views, {wanted[0]} for arrays of their own")
         if wanted[0] == Status.OK:
             expect_same_bits(found[1], wanted[1], "answer to read-only views")
@@ -162,12 +162,12 @@ def memory_never_decides(subject: SolverSubject) -> None:
             "it declares warm_start: what it remembers is its own affair",
         )
         for problem in group[:5]:
-            ask(solver, problem)
+            solve(solver, problem)
         for problem in group:
             answers = []
             for value in POISON:
                 memory.fill(value)
-                answers.append(ask(solver, problem))
+                answers.append(solve(solver, problem))
             for value, (status, tension) in zip(POISON[:-1], answers, strict=False):
                 expect(
                     status == answers[-1][0],
@@ -228,7 +228,7 @@ def _expect_the_same(solver: CompiledSolver, eight: Bound | None, problems: Sequ
     for field, array in zip(fields, kept, strict=True):
         expect_same_bits(eight.given[field], array, f"{field} of eight after they are answered")
     for lane, problem in enumerate(problems):
-        status, alone = ask(solver, problem)
+        status, alone = solve(solver, problem)
         among = "refused" if refused >> lane & 1 else "answered"
         expect((status != Status.OK) == bool(refused >> lane & 1), f"{among} among eight, alone it is {Status(status)}")
         if status == Status.OK:
@@ -254,14 +254,14 @@ def degenerate_problems_are_answered(subject: SolverSubject) -> None:
         solver = subject.make(group[0].robot)
         for problem in group[:10]:
             for odd in _degenerate(problem):
-                status, tension = ask(solver, odd)
+                status, tension = solve(solver, odd)
                 if status == Status.OK:
                     expect_balanced(subject, odd, tension)
     rng = np.random.default_rng(40)
     solver = subject.make(samples.sparse())
     for _ in range(20):
         problem = samples.problem(samples.sparse(), samples.state(rng, tilt=0.3), rng.uniform(10.0, 100.0, 4))
-        status, tension = ask(solver, problem)
+        status, tension = solve(solver, problem)
         if status == Status.OK:
             expect_balanced(subject, problem, tension)
 
@@ -311,7 +311,7 @@ def nothing_leaks(subject: SolverSubject) -> str:
         for k in range(count):
             problem = group[k % len(group)]
             solver.solve(problem.W, problem.wrench, problem.t_min, problem.t_max, tension)
-        looks.append(Held.now())
+        looks.append(MemoryUse.now())
     grown = [after.more_than(before) for before, after in pairwise(looks)]
     blocks, size = (min(values) for values in zip(*grown, strict=True))
     expect(blocks <= BLOCKS * count, f"{blocks} Python objects more after every {count} answers")

@@ -101,7 +101,7 @@ class SolverSubject(_Subject):
         """Return True if a property is declared and true."""
         return bool(self.properties.get(name))
 
-    def asked(self, groups: tuple[tuple[Problem, ...], ...]) -> tuple[tuple[Problem, ...], ...]:
+    def limited(self, groups: tuple[tuple[Problem, ...], ...]) -> tuple[tuple[Problem, ...], ...]:
         """Return all problems of each group, or only the first ones for a solver declared `slow`."""
         return tuple(group[:FIRST] for group in groups) if self.declares("slow") else groups
 
@@ -126,7 +126,7 @@ class SolverSubject(_Subject):
         return 1e-9 if self.declares("exact") else 1e-6
 
 
-def ask(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
+def solve(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
     """Return the solver's status and answer; fail if the status is invalid or an answer with OK is not finite."""
     tension = np.full(problem.W.shape[1], np.nan)
     status = solver.solve(problem.W, problem.wrench, problem.t_min, problem.t_max, tension)
@@ -154,7 +154,7 @@ class ControllerSubject(_Subject):
         controller.connect(np.zeros(4))
         return controller
 
-    def ask(self, controller: Controller, state: Array, desired: Array, time: float = 0.0) -> Array:
+    def compute(self, controller: Controller, state: Array, desired: Array, time: float = 0.0) -> Array:
         """Return the output: (6,) or (m,)."""
         out = np.full(controller.robot.m if self.commands else 6, np.nan)
         controller.control(time, state, desired, out)

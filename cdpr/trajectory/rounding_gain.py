@@ -14,8 +14,8 @@ MISSES = 6.0
 # A corner is single if its size is at most this multiple of its shorter line; others merge with their neighbours.
 MERGED = 2.0
 
-# Tried sizes as shares of the largest.
-TRIED = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+# Candidate sizes, as shares of the largest.
+SIZES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
 
 # m; narrower corners are not rounded.
 NARROWEST = 1e-6
@@ -24,7 +24,7 @@ NARROWEST = 1e-6
 BENT, BENT_JERK = 0.95, 0.85
 
 
-def worth(course: Course, sharp: Array, limits: Limits) -> Array:
+def rounded_widths(course: Course, sharp: Array, limits: Limits) -> Array:
     """Return the widths of rounded corners between N pieces, m, (N - 1,).
 
     A width of 0 means a stop, an infinite one the largest that is allowed. The time of a corner is that of both changes
@@ -47,7 +47,7 @@ def worth(course: Course, sharp: Array, limits: Limits) -> Array:
     ]
     least = sum(_lost(speed, np.zeros(len(sharp)), limits) for speed in full)
     best = np.zeros(len(sharp))
-    for share in TRIED:
+    for share in SIZES:
         size = share * largest
         speed = np.cbrt(BENT_JERK * limits.jerk * size**2 / sharp)
         speed = np.minimum(np.minimum(speed, np.sqrt(BENT * limits.acceleration * size / sharp)), slower)

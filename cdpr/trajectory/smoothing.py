@@ -16,7 +16,7 @@ from cdpr.trajectory.course import Course
 from cdpr.trajectory.curves import Curves, Indices, cubics, lines, together
 from cdpr.trajectory.jerk_limited import Limits
 from cdpr.trajectory.polygon_splines import polygon_splines
-from cdpr.trajectory.rounding_gain import MISSES, worth
+from cdpr.trajectory.rounding_gain import MISSES, rounded_widths
 
 # Pieces meet smoothly if their directions differ by less, and their curvatures by less of themselves: decimal points
 # deviate from a straight line by rounding. The remaining step is 1e-9 of the speed.
@@ -65,7 +65,7 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_],
     smooth, turn = _meeting(pieces)
     inner = slice(None, -1)
     tolerance = np.where(course.stop, 0.0, course.tolerance)
-    widths = worth(course, np.maximum(turn, SMOOTH), limits)
+    widths = rounded_widths(course, np.maximum(turn, SMOOTH), limits)
     tolerance[inner][~smooth & (widths == 0.0)] = 0.0
     course = replace(course, tolerance=tolerance)
     runs = _runs(course, smooth)

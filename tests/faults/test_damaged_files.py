@@ -21,7 +21,7 @@ import cdpr
 from cdpr import load_robot
 from cdpr.analysis.compare import baseline, baseline_file
 from cdpr.analysis.jobs.folder import JobFolder
-from cdpr.analysis.rollouts.kept import KeptInFolder
+from cdpr.analysis.rollouts.kept import RowsInFolder
 from cdpr.analysis.workspace.chunks import workspace_in_chunks
 from cdpr.analysis.workspace.regions import region
 from cdpr.analysis.workspace.result import load_workspace, workspace
@@ -76,7 +76,7 @@ def test_rows_of_rollouts(rollouts, tmp_path):
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
             opened = JobFolder(folder, "rollout", described(folder))
-            kept = KeptInFolder(opened, rows.shape)
+            kept = RowsInFolder(opened, rows.shape)
         found = kept.rows()
         assert found.shape == rows.shape
         assert all(np.array_equal(found[int(key)], rows[int(key)]) for key in kept.ended)

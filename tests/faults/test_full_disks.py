@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from full_disk import file_size_limit
 
 from cdpr.base.errors import OutputError
-from cdpr.formats.read.import_files import Taken, write
+from cdpr.formats.read.import_files import ImportResult, write
 from cdpr.scenario import examples
 from cdpr.ui.cli.new import command as new
 from cdpr.ui.gui.editor import files
@@ -36,7 +36,7 @@ def test_imports_over_older_files(tmp_path):
     """Those that are there stay as they are."""
     (tmp_path / "robot.yaml").write_text("older")
     with pytest.raises(OutputError, match="cannot be written"), file_size_limit(100):
-        write(Taken("x", {"motion.yaml": "short", "robot.yaml": "long" * 100}), tmp_path, force=True)
+        write(ImportResult("x", {"motion.yaml": "short", "robot.yaml": "long" * 100}), tmp_path, force=True)
     assert [path.name for path in left(tmp_path)] == ["robot.yaml"]
     assert (tmp_path / "robot.yaml").read_text() == "older"
 

@@ -15,7 +15,7 @@ from cdpr.base.errors import Diverged
 from cdpr.simulation.build import build
 from cdpr.simulation.faults import FAULTS as FAULT_TEXTS
 from cdpr.simulation.loop import Loop
-from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing
+from cdpr.simulation.observe import Body, Observation, PlantOutputs, acceleration_bounds, observing
 from cdpr_backends.reference import ReferenceBackend
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
@@ -124,8 +124,8 @@ def test_a_cable_without_length_is_found():
     state = np.concatenate([anchors[0, :3] - anchors[0, 3:], [1, 0, 0, 0], np.zeros(6)])
     W, lengths, rates = np.zeros((6, 8)), np.zeros(8), np.zeros(8)
     body = Body(anchors, robot.inertial, np.zeros(3), acceleration_bounds(robot, np.zeros(3)))
-    seen = Seen(state.copy(), W, lengths, rates, np.zeros(4))
-    fault = observing(body, Shown(state, np.zeros(6), np.zeros(8)), seen, 0.0)()
+    seen = Observation(state.copy(), W, lengths, rates, np.zeros(4))
+    fault = observing(body, PlantOutputs(state, np.zeros(6), np.zeros(8)), seen, 0.0)()
     assert FAULT_TEXTS[fault] == "a cable has no length"
 
 

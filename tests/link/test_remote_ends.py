@@ -206,9 +206,9 @@ def test_nothing_is_sent_behind_half_a_frame(tmp_path):
         thread.start()
         peer = Peer(options, None, {}, 10**6, 1)
         with pytest.raises(BackendDied, match="accepts no more data"):
-            peer.ask(np.zeros(10**6))
+            peer.request(np.zeros(10**6))
         time.sleep(0.5)  # there is room again
-        peer.tell(np.ones(10**6))
+        peer.send(np.ones(10**6))
         peer.close()
         thread.join(5.0)
     assert not thread.is_alive()
@@ -241,8 +241,8 @@ def test_an_interrupt_just_after_a_frame_was_sent_leaves_room_for_the_last(tmp_p
         with monkeypatch.context() as patched:
             patched.setattr(transport.Transport, "send", interrupted)
             with pytest.raises(KeyboardInterrupt):
-                peer.ask(np.array([5.0]))
-        peer.tell(np.array([7.0]))
+                peer.request(np.array([5.0]))
+        peer.send(np.array([7.0]))
         peer.close()
         thread.join(5.0)
     assert got == [[0.0, 5.0], [1.0, 7.0]]

@@ -31,13 +31,13 @@ class Recorder:
     def __init__(self, answer):
         self.answer, self.frames, self.told, self.called = answer, [], [], "peer 'x'"
 
-    def ask(self, values):
+    def request(self, values):
         self.frames.append(values.copy())
         return self.answer
 
-    newest = ask
+    newest = request
 
-    def tell(self, values):
+    def send(self, values):
         self.told.append(values.copy())
 
     def close(self):
@@ -179,7 +179,7 @@ def test_frames_that_a_peer_does_not_take_are_left_out_whole(free):
     assert found.skipped == 1
 
 
-@pytest.mark.parametrize("way", ["ask", "newest"])
+@pytest.mark.parametrize("way", ["request", "newest"])
 @pytest.mark.parametrize("size", [1, 8, 16, 40])
 def test_an_answer_before_its_question_is_wrong(free, way, size):
     found, pipe = free()

@@ -12,7 +12,7 @@ from kernel_cases import assert_same_bits, rubbish
 from spread import sampled
 from workspace_cases import poses_of, robot_of
 
-from cdpr.analysis.workspace.measure import LACKS_RANK, NOT_FINITE, asked_of, measure
+from cdpr.analysis.workspace.measure import LACKS_RANK, NOT_FINITE, measure, pose_question
 from cdpr.analysis.workspace.required import NOTHING, box, ellipsoid, vertices
 from cdpr.native.bind import bind
 from cdpr.native.operations import VARIABLE, operations, targets
@@ -35,7 +35,7 @@ ANSWERS = ("value", "scale", "direction", "status", "limit")
 
 def answers(robot, poses, question, group, **given):
     """Return all answers about poses in blocks of this size, with rubbish in outputs and work spaces."""
-    asked = asked_of(robot, *QUESTIONS[question], GRAVITY, None)._asdict()
+    asked = pose_question(robot, *QUESTIONS[question], GRAVITY, None)._asdict()
     count = len(poses)
     found = {name: np.empty(count) for name in ANSWERS[:2]} | {"direction": np.empty((count, robot.n))}
     found |= {name: np.empty(count, np.int64) for name in ANSWERS[3:]}
@@ -90,7 +90,7 @@ def test_robots_whose_matrix_never_has_full_rank_harm_nothing(mode):
 @pytest.mark.parametrize("question", ["corners", "payload"])
 def test_nothing_is_written_beyond_the_work_space(name, question):
     robot = robot_of(name)
-    asked = asked_of(robot, *QUESTIONS[question], GRAVITY, None)
+    asked = pose_question(robot, *QUESTIONS[question], GRAVITY, None)
     sizes = {"n": robot.n, "m": robot.m, "k": len(asked.vectors), "w": asked.lines.shape[1]}
     fields = {field.name: field for field in operations()["assess"].fields}
     guarded, whole = {}, {}
@@ -106,7 +106,7 @@ def test_nothing_is_written_beyond_the_work_space(name, question):
 
 def test_a_row_that_no_wrench_has_is_bad_input():
     robot = robot_of("cogiro")
-    asked = asked_of(robot, "margin", NOTHING, GRAVITY, None)._replace(rows=np.array([0, 1, 2, 3, 4, 6]))
+    asked = pose_question(robot, "margin", NOTHING, GRAVITY, None)._replace(rows=np.array([0, 1, 2, 3, 4, 6]))
     found = {name: np.empty(1) for name in ANSWERS[:2]} | {"direction": np.empty((1, 6))}
     found |= {name: np.empty(1, np.int64) for name in ANSWERS[3:]}
     assert bind("assess", **asked._asdict(), poses=robot.home[None].copy(), **found)() == Status.BAD_INPUT

@@ -12,7 +12,7 @@ from plants import installed
 import cdpr
 from cdpr.mechanics.energy import energy, external_work
 from cdpr.model import rotations
-from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing
+from cdpr.simulation.observe import Body, Observation, PlantOutputs, acceleration_bounds, observing
 
 pytestmark = pytest.mark.core
 
@@ -80,11 +80,11 @@ def test_works_are_sums_of_exact_parts(offset_robot):
     command, external = rng.uniform(10.0, 90.0, 8), np.concatenate([rng.normal(size=3), np.zeros(3)])
     state, W, length, rate, energies = before.copy(), np.zeros((6, 8)), np.zeros(8), np.zeros(8), np.full(4, 7.0)
     body = Body(offset_robot.anchors, offset_robot.inertial, GRAVITY, acceleration_bounds(offset_robot, GRAVITY))
-    seen = Seen(state, W, length, rate, energies)
-    observing(body, Shown(before, external, command), seen, 0.0)()
+    seen = Observation(state, W, length, rate, energies)
+    observing(body, PlantOutputs(before, external, command), seen, 0.0)()
     assert tuple(energies[2:]) == (0.0, 0.0)
     first = length.copy()
-    observing(body, Shown(after, external, command), seen, 1.0)()
+    observing(body, PlantOutputs(after, external, command), seen, 1.0)()
     assert energies[2] == pytest.approx(command @ (first - length), rel=1e-12)
     assert energies[3] == pytest.approx(external[:3] @ (after - before)[:3], rel=1e-12)
 

@@ -13,7 +13,7 @@ from cdpr import load_scenario, simulate
 from cdpr.base.errors import Infeasible
 from cdpr.scenario.template import Sizes
 from cdpr.simulation.linearised import decay_rate
-from cdpr.simulation.trial_runs import tried_scenario
+from cdpr.simulation.trial_runs import scenario_with_trials
 from cdpr.ui.gui.editor import Editor
 
 ROBOTS = int(os.environ.get("CDPR_TEST_CASES", "2"))  # random ones
@@ -45,7 +45,7 @@ def robot(stiffness=1e5, damping=6.324555, mass=10.0, radius=0.05, inertia=0.001
 
 def written(folder, **values):
     (folder / "robot.yaml").write_text(yaml.safe_dump(robot(**values)))
-    return tried_scenario(str(folder / "s.yaml"), str(folder / "robot.yaml"), Sizes())
+    return scenario_with_trials(str(folder / "s.yaml"), str(folder / "robot.yaml"), Sizes())
 
 
 # Vibrations of less are round-off: of the highest tension limit.
@@ -67,21 +67,21 @@ def swings(run, text):
 
 
 def test_a_lightly_damped_robot_gets_gains_that_are_stable(tmp_path):
-    tried = written(tmp_path)
-    assert tried.stable
-    assert tried.note.startswith("tried: stable with kp 25, kd 10, errors up to ")
-    run = longer(tmp_path, tried.text)
+    trial = written(tmp_path)
+    assert trial.stable
+    assert trial.note.startswith("tried: stable with kp 25, kd 10, errors up to ")
+    run = longer(tmp_path, trial.text)
     assert run.summary()["position_error_m"]["max"] < 0.01  # 1.4 m with the default gains
     assert run.summary()["slack_samples"] == 0
 
 
 @pytest.mark.slow
 def test_a_vibration_that_grows_slowly_is_found(tmp_path):
-    tried = written(tmp_path, **SLOW)
-    controller = yaml.safe_load(tried.text)["controller"]
-    assert tried.stable
+    trial = written(tmp_path, **SLOW)
+    controller = yaml.safe_load(trial.text)["controller"]
+    assert trial.stable
     assert controller["kd"] < 1.0
-    scenario = load_scenario(tmp_path / "s.yaml", text=tried.text)
+    scenario = load_scenario(tmp_path / "s.yaml", text=trial.text)
     start = scenario.initial.state()[:7]
     assert decay_rate(scenario, start) > 1e-3
     slow = scenario.with_changes({"controller.kp": 0.390625, "controller.kd": 1.25})
@@ -91,9 +91,9 @@ def test_a_vibration_that_grows_slowly_is_found(tmp_path):
 
 @pytest.mark.slow
 def test_growth_of_a_run_is_that_of_the_linearised_loop(tmp_path):
-    tried = written(tmp_path, **SLOW)
+    trial = written(tmp_path, **SLOW)
     changes = {"controller.kp": 6.25, "controller.kd": 5.0, "trajectory": {"type": "hold"}}
-    scenario = load_scenario(tmp_path / "s.yaml", text=tried.text).with_changes(changes)
+    scenario = load_scenario(tmp_path / "s.yaml", text=trial.text).with_changes(changes)
     rate = decay_rate(scenario, scenario.initial.state()[:7])
     pushed = {"initial.velocity": [1e-4, 2e-4, 3e-4], "simulation.duration": 5.0}
     run = simulate(scenario, overrides=pushed)
@@ -109,9 +109,9 @@ def test_the_command_reports_it(tmp_path):
 
 
 def test_robots_with_ideal_cables_keep_the_defaults(tmp_path):
-    tried = tried_scenario(str(tmp_path / "s.yaml"), "caroca", Sizes())
-    assert (tried.note, tried.stable) == ("", True)
-    assert "kp: 100.0" in tried.text
+    trial = scenario_with_trials(str(tmp_path / "s.yaml"), "caroca", Sizes())
+    assert (trial.note, trial.stable) == ("", True)
+    assert "kp: 100.0" in trial.text
 
 
 @pytest.mark.slow
@@ -121,7 +121,7 @@ def test_random_elastic_robots_are_stable_or_reported(tmp_path):
     for _ in range(ROBOTS):
         mass, stiffness = 10 ** rng.uniform(0.5, 2.5), 10 ** rng.uniform(4.0, 6.0)
         critical = 2.0 * np.sqrt(mass * stiffness / 2.5)
-        tried = written(
+        trial = written(
             tmp_path,
             stiffness=float(stiffness),
             mass=float(mass),
@@ -130,12 +130,12 @@ def test_random_elastic_robots_are_stable_or_reported(tmp_path):
             inertia=float(10 ** rng.uniform(-4.0, -2.0)),
             friction=float(rng.choice([0.0, 10 ** rng.uniform(-4.0, -1.0)])),
         )
-        if not tried.stable:
-            assert tried.note.startswith(("warning: no stable gains were found", "warning: these cables need physics"))
+        if not trial.stable:
+            assert trial.note.startswith(("warning: no stable gains were found", "warning: these cables need physics"))
             continue
         stable += 1
-        run = longer(tmp_path, tried.text)
-        first, last = swings(run, tried.text)
+        run = longer(tmp_path, trial.text)
+        first, last = swings(run, trial.text)
         assert last <= max(first, RESOLVED * 100.0 * mass)
         assert run.summary()["position_error_m"]["max"] < 0.05 * np.linalg.norm([4.0, 3.0, 2.5])
         assert run.summary()["slack_samples"] == 0
@@ -143,21 +143,21 @@ def test_random_elastic_robots_are_stable_or_reported(tmp_path):
 
 
 def test_cables_without_damping_are_reported(tmp_path):
-    tried = written(tmp_path, damping=0.0)
-    assert not tried.stable
-    assert "a vibration grows by" in tried.note
-    assert "give robot.cable.damping" in tried.note
+    trial = written(tmp_path, damping=0.0)
+    assert not trial.stable
+    assert "a vibration grows by" in trial.note
+    assert "give robot.cable.damping" in trial.note
 
 
 @pytest.mark.slow
 def test_the_window_shows_the_note_until_the_next_edit(tmp_path):
-    tried = written(tmp_path, damping=0.0)
+    trial = written(tmp_path, damping=0.0)
     editor = Editor("caroca")
     editor.new("scenario", file=str(tmp_path / "s.yaml"), robot=str(tmp_path / "robot.yaml"))
     editor.apply()
-    assert f"warning: {editor.form()['warnings'][0]['text']}" == tried.note
+    assert f"warning: {editor.form()['warnings'][0]['text']}" == trial.note
     editor.edit("controller.kp", 1.0)
-    assert all(warning["text"] not in tried.note for warning in editor.form()["warnings"])
+    assert all(warning["text"] not in trial.note for warning in editor.form()["warnings"])
 
 
 def test_a_scenario_with_ideal_cables_that_stops_is_reported(tmp_path, monkeypatch):
@@ -165,9 +165,9 @@ def test_a_scenario_with_ideal_cables_that_stops_is_reported(tmp_path, monkeypat
         raise Infeasible("t = 1 s: no tensions")
 
     monkeypatch.setattr("cdpr.simulation.trial_runs.simulate", stop)
-    tried = tried_scenario(str(tmp_path / "s.yaml"), "caroca", Sizes())
-    assert tried.note == "warning: this scenario was tried: t = 1 s: no tensions"
-    assert not tried.stable
+    trial = scenario_with_trials(str(tmp_path / "s.yaml"), "caroca", Sizes())
+    assert trial.note == "warning: this scenario was tried: t = 1 s: no tensions"
+    assert not trial.stable
 
 
 def test_trials_end_with_their_cpu_time(tmp_path, monkeypatch):

@@ -129,9 +129,9 @@ def hold_certified(name, count):
     """All that is feasible outside the band is answered, all that is infeasible called so, and every answer is true."""
     entry = registry().get("solver", name)
     for family, truth in families(count):
-        solver = bench.make(entry.load(), family.robot, entry.read_options({}))
+        solver = bench.make_solver(entry.load(), family.robot, entry.read_options({}))
         problems = hard_problems(family)
-        answers = bench.ask(solver, problems, poisoned=True)
+        answers = bench.run_solver(solver, problems, poisoned=True)
         found = accuracy(problems, truth, answers, entry.info.properties)
         assert found["on_feasible"] == {"OK": 1.0}, family.robot.name
         assert found["on_infeasible"] == {"INFEASIBLE": 1.0}, family.robot.name

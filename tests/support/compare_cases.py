@@ -13,7 +13,7 @@ import cdpr
 from cdpr.analysis.compare.comparison import compare
 from cdpr.analysis.compare.engines import field
 from cdpr.analysis.compare.job import summarise
-from cdpr.analysis.compare.runs import Made, Runs
+from cdpr.analysis.compare.runs import RunResult, Runs
 from cdpr.base.errors import CdprError
 from cdpr.plugins.registry import registry
 
@@ -69,8 +69,10 @@ class Here(Runs):
         except CdprError as error:
             run = error.run if isinstance(error.run, cdpr.Run) and len(error.run.rows) else None
             complete = run is not None and run.status in ("infeasible", "diverged")
-            return Made(run if complete else None, run.status if complete else "failed", str(error), run is not None)
-        return Made(run, "finished", "")
+            return RunResult(
+                run if complete else None, run.status if complete else "failed", str(error), run is not None
+            )
+        return RunResult(run, "finished", "")
 
 
 def load(name, changes=()):

@@ -14,7 +14,7 @@ from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
 from cdpr.tension.current_sample import Present
-from cdpr.tension.stage import Asked, TensionStage
+from cdpr.tension.stage import StageSolver, TensionStage
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
@@ -34,7 +34,7 @@ class Bench:
         self.report = np.full(4, np.nan)
         self.stage = TensionStage(
             self.robot,
-            Asked(solve or MinimumNorm(self.robot, QpOptions()).solve, "probe", respects_bounds, policy),
+            StageSolver(solve or MinimumNorm(self.robot, QpOptions()).solve, "probe", respects_bounds, policy),
             Present(self.W, self.wrench, self.tension, self.report),
         )
 

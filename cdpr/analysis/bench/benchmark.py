@@ -15,7 +15,7 @@ import numpy as np
 from cdpr.analysis.bench import measures
 from cdpr.analysis.bench.oracle import Oracle, certified, consult
 from cdpr.analysis.bench.problems import Problems, box, hard_problems, make_paths, make_problems
-from cdpr.analysis.bench.solver_calls import AskFailed, answer, ask, make
+from cdpr.analysis.bench.solver_calls import SolverCallFailed, make_solver, run_solver, solve_one
 from cdpr.analysis.distribution.adversaries import adversaries as make_adversaries
 from cdpr.analysis.distribution.adversaries import robots as hard_robots
 from cdpr.analysis.distribution.continuity import Path
@@ -186,7 +186,7 @@ def _row(
         warnings.simplefilter("ignore")
         try:
             return _measured(entry, options, problems, oracle, paths, point)
-        except AskFailed as failure:
+        except SolverCallFailed as failure:
             return {"outcome": "failed", "detail": str(failure)}
 
 
@@ -194,13 +194,13 @@ def _measured(
     entry: Registered, options: PluginOptions, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
 ) -> dict[str, Any]:
     robot = problems.robot
-    solver = make(entry.load(), robot, options)
-    answers = ask(solver, problems, poisoned=problems.limits is not None)
+    solver = make_solver(entry.load(), robot, options)
+    answers = run_solver(solver, problems, poisoned=problems.limits is not None)
     if (answers.status == Status.UNSUPPORTED).all():
         return {"outcome": "unsupported", "detail": ""}
 
     def tension(path: Path, s: float) -> Array | None:
-        status, t = answer(solver, *point(path, s), robot.tension_min, robot.tension_max)
+        status, t = solve_one(solver, *point(path, s), robot.tension_min, robot.tension_max)
         return t if status == Status.OK and np.isfinite(t).all() else None
 
     return {

@@ -24,7 +24,7 @@ FIRST_CALLS = 10  # not timed: they import modules and fill caches
 PINV_EVERY = 10  # calls between two calls of numpy's pinv, so that both see the same machine load
 
 
-class AskFailed(Exception):  # noqa: N818 - an outcome
+class SolverCallFailed(Exception):  # noqa: N818 - an outcome
     """The solver raised, or returned no valid status."""
 
 
@@ -38,11 +38,11 @@ class Answers:
     pinv_ns: NDArray[np.int64]  # times of numpy.linalg.pinv of a 6x8 matrix, called in between
 
 
-def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolver:
+def make_solver(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolver:
     """Create a solver.
 
     Raises:
-        AskFailed: if it raises.
+        SolverCallFailed: if it raises.
     """
     try:
         solver: TensionSolver = factory(robot, options)
@@ -50,10 +50,10 @@ def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolv
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise AskFailed(f"raised {one_line(error)} during construction") from error
+        raise SolverCallFailed(f"raised {one_line(error)} during construction") from error
 
 
-def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) -> Answers:
+def run_solver(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) -> Answers:
     """Solve all problems in order and return the results.
 
     The first problems are solved once in advance, untimed, and the solver is then reset.
@@ -65,7 +65,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
             memory.
 
     Raises:
-        AskFailed: if the solver raises or returns no valid status.
+        SolverCallFailed: if the solver raises or returns no valid status.
     """
     robot, count = problems.robot, len(problems)
     t_min, t_max = problems.t_min, problems.t_max
@@ -76,13 +76,13 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
     pinv = []
     with _no_garbage_collection():
         for k in range(min(FIRST_CALLS, count)):
-            answer(solver, problems.W[k], problems.wrench[k], t_min[k], t_max[k])
+            solve_one(solver, problems.W[k], problems.wrench[k], t_min[k], t_max[k])
         try:
             solver.reset()
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            raise AskFailed(f"raised {one_line(error)} during reset") from error
+            raise SolverCallFailed(f"raised {one_line(error)} during reset") from error
         solve = solver.solve
         for k in range(count):
             W, wrench, low, high, t = problems.W[k], problems.wrench[k], t_min[k], t_max[k], tension[k]
@@ -95,7 +95,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
             except KeyboardInterrupt:
                 raise
             except BaseException as error:
-                raise AskFailed(f"raised {one_line(error)} at problem {k}") from error
+                raise SolverCallFailed(f"raised {one_line(error)} at problem {k}") from error
             status[k] = _checked(said)
             if k % PINV_EVERY == 0:
                 np.linalg.pinv(matrix)  # the first call after one of a large library is slow
@@ -105,11 +105,11 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
     return Answers(status, tension, nanoseconds, np.array(pinv))
 
 
-def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: Array) -> tuple[int, Array]:
+def solve_one(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: Array) -> tuple[int, Array]:
     """Return the status and the tensions, (m,), N, of one problem.
 
     Raises:
-        AskFailed: if the solver raises or returns no valid status.
+        SolverCallFailed: if the solver raises or returns no valid status.
     """
     tension = np.full(len(t_min), np.nan)
     try:
@@ -117,14 +117,14 @@ def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: 
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise AskFailed(f"raised {one_line(error)}") from error
+        raise SolverCallFailed(f"raised {one_line(error)}") from error
     return _checked(said), tension
 
 
 def _checked(said: Any) -> int:
     if isinstance(said, (int, np.integer)) and not isinstance(said, bool) and said in list(Status):
         return int(said)
-    raise AskFailed(f"returned {said!r}, which is not a cdpr.tension.Status")
+    raise SolverCallFailed(f"returned {said!r}, which is not a cdpr.tension.Status")
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import numpy as np
 from cdpr.analysis.compare import baseline, baseline_file
 from cdpr.analysis.compare.baseline import FIELDS, STATE, SUFFIX, Baseline, machine
 from cdpr.analysis.compare.differences import QUANTITIES
-from cdpr.analysis.compare.runs import Made, Progress, read
+from cdpr.analysis.compare.runs import Progress, RunResult, read
 from cdpr.analysis.compare.scenarios import changes
 from cdpr.analysis.jobs.pool import Case, Outcome, run_cases
 from cdpr.base.errors import CdprError, ScenarioError
@@ -22,7 +22,7 @@ from cdpr.log.run import Run
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.repeatable import check_repeatable
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def save(
     for scenario in scenarios:
         check_repeatable(scenario, "a baseline")
 
-    def keep(k: int, made: Made) -> Baseline | CdprError:
+    def keep(k: int, made: RunResult) -> Baseline | CdprError:
         if made.run is None or not made.complete:
             return CdprError(f"{scenarios[k].source}: no baseline of a run that {made.reason}")
         return baseline.make(made.run, scenarios[k], overrides, folder)
@@ -111,7 +111,7 @@ def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, tota
             to_run[name] = kept, scenario
     names = list(to_run)
 
-    def judge(k: int, made: Made) -> Checked:
+    def judge(k: int, made: RunResult) -> Checked:
         return _judge(names[k], to_run[names[k]][0], made)
 
     found |= {one.name: one for one in _run([scenario for _, scenario in to_run.values()], jobs, progress, judge)}
@@ -144,10 +144,10 @@ def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
 
 
 def _run(
-    scenarios: Sequence[Scenario], jobs: int, progress: Progress, take: Callable[[int, Made], Found]
-) -> list[Found]:
+    scenarios: Sequence[Scenario], jobs: int, progress: Progress, take: Callable[[int, RunResult], Result]
+) -> list[Result]:
     """Return the values of `take(index, run)` for all scenarios; the runs are not kept."""
-    found: dict[str, Found] = {}
+    found: dict[str, Result] = {}
     progress(0, len(scenarios))
     with TemporaryFolder("cdpr-baseline-") as temporary:
 
@@ -163,7 +163,7 @@ def _run(
     return [found[case.key] for case in cases]
 
 
-def _judge(name: str, kept: Baseline, made: Made) -> Checked:
+def _judge(name: str, kept: Baseline, made: RunResult) -> Checked:
     run = made.run
     if run is None or run.status != kept.status:
         return Checked(name, "differs", f"the run was {kept.status} and is {made.reason}")

@@ -11,7 +11,7 @@ from cdpr.analysis.compare.convergence import LADDER
 from cdpr.analysis.compare.differences import QUANTITIES, difference
 from cdpr.analysis.compare.engines import Engine, Field, is_continuous
 from cdpr.analysis.compare.excitation import unexcited
-from cdpr.analysis.compare.runs import Made, Runs, Wanted
+from cdpr.analysis.compare.runs import RunResult, Runs, RunSpec
 from cdpr.analysis.compare.verdict import Verdict, against_order, against_scheme, unjudged
 from cdpr.log.run import Run
 
@@ -98,45 +98,45 @@ def compare(runs: Runs, chosen: Field, solvers: Sequence[str], *, named: bool) -
     return [_group(runs, chosen, solver, named) for solver in solvers]
 
 
-def _plan(runs: Runs, chosen: Field, solver: str) -> list[Wanted]:
+def _plan(runs: Runs, chosen: Field, solver: str) -> list[RunSpec]:
     judge = chosen.judge
-    plan = [Wanted(engine.name, solver) for engine in (judge, *chosen.engines)]
+    plan = [RunSpec(engine.name, solver) for engine in (judge, *chosen.engines)]
     for engine in chosen.engines:
         standard = engine.standard(judge)
         if standard == "scheme":
-            plan.append(Wanted(judge.name, solver, engine.scheme))
+            plan.append(RunSpec(judge.name, solver, engine.scheme))
         elif standard == "order":
             plan += [rung for name in (engine.name, judge.name) for rung in _ladder(runs, name, solver)]
     return list(dict.fromkeys(plan))
 
 
-def _ladder(runs: Runs, name: str, solver: str) -> list[Wanted]:
+def _ladder(runs: Runs, name: str, solver: str) -> list[RunSpec]:
     """Return the runs with the scenario's step, half and a quarter of it."""
     substeps = runs.scenario.simulation.substeps
-    return [Wanted(name, solver, divide=divide * substeps) for divide in LADDER]
+    return [RunSpec(name, solver, divide=divide * substeps) for divide in LADDER]
 
 
 def _group(runs: Runs, chosen: Field, solver: str, named: bool) -> Group:
     continuous = is_continuous(runs.scenario.with_changes(solver=solver))
-    judge = runs[Wanted(chosen.judge.name, solver)]
+    judge = runs[RunSpec(chosen.judge.name, solver)]
     if not judge.complete:
         return Group(solver, continuous, judge.run, f"the judge, {chosen.judge.name}, {judge.reason}", ())
     assert judge.run is not None
     rows = []
     for engine in chosen.engines:
-        made = runs[Wanted(engine.name, solver)]
+        made = runs[RunSpec(engine.name, solver)]
         verdict = _judge(runs, chosen.judge, judge.run, engine, made, solver, continuous, named)
         rows.append(Row(engine.name, engine, engine.standard(chosen.judge), verdict, made.run, step_cost(made.run)))
     twins = {}
     for row in rows:
-        twin = runs[Wanted(chosen.judge.name, solver, row.engine.scheme)].run if row.standard == "scheme" else None
+        twin = runs[RunSpec(chosen.judge.name, solver, row.engine.scheme)].run if row.standard == "scheme" else None
         if twin is not None:
             twins[row.engine.scheme] = twin
     return Group(solver, continuous, judge.run, "", tuple(rows), twins, pairs(rows))
 
 
 def _judge(
-    runs: Runs, judge: Engine, judged: Run, engine: Engine, made: Made, solver: str, continuous: bool, named: bool
+    runs: Runs, judge: Engine, judged: Run, engine: Engine, made: RunResult, solver: str, continuous: bool, named: bool
 ) -> Verdict:
     standard = engine.standard(judge)
     if made.run is None:
@@ -145,7 +145,7 @@ def _judge(
     if standard == "none":
         return unjudged(made.run, judged, f"its plant is another one (cables: {engine.cables})")
     if standard == "scheme":
-        twin = runs[Wanted(judge.name, solver, engine.scheme)]
+        twin = runs[RunSpec(judge.name, solver, engine.scheme)]
         if twin.run is None:
             return Verdict("failed", f"the run to judge it by {twin.reason}")
         return against_scheme(made.run, judged, twin.run, continuous=continuous)

@@ -20,7 +20,7 @@ import numpy as np
 from cdpr.analysis.compare.convergence import LADDER, local_order
 from cdpr.analysis.compare.differences import pose_apart, size
 from cdpr.analysis.compare.engines import Engine, Field, finest_scheme
-from cdpr.analysis.compare.runs import Made, Runs, Wanted
+from cdpr.analysis.compare.runs import RunResult, Runs, RunSpec
 from cdpr.log.run import Run
 
 TRUTH = 16  # divisor of the reference; at order four its error is 0.4 % of that of the finest run
@@ -81,8 +81,8 @@ def tolerance(order: int) -> float:
 def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
     """Measure the orders of the judge and of all engines with the same plant that ran the scenario."""
     engines = [chosen.judge, *(each for each in chosen.engines if each.standard(chosen.judge) != "none")]
-    runs.make([Wanted(engine.name, solver) for engine in engines])
-    engines = [engine for engine in engines if runs[Wanted(engine.name, solver)].run is not None]
+    runs.make([RunSpec(engine.name, solver) for engine in engines])
+    engines = [engine for engine in engines if runs[RunSpec(engine.name, solver)].run is not None]
     if chosen.judge not in engines:
         return []
     scheme = finest_scheme(runs.scenario, chosen.judge)
@@ -91,7 +91,7 @@ def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
     for base in bases(runs, solver):
         if not open_:
             break
-        finest = Wanted(chosen.judge.name, solver, scheme, TRUTH * base.divide, base.stretch)
+        finest = RunSpec(chosen.judge.name, solver, scheme, TRUTH * base.divide, base.stretch)
         coarser = replace(finest, divide=LADDER[-1] * base.divide)
         runs.make([finest, coarser, *(_rung(base, engine, divide) for engine in open_ for divide in LADDER)])
         truth = runs[finest]
@@ -105,22 +105,22 @@ def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
     return [found[engine.name] for engine in engines]
 
 
-def bases(runs: Runs, solver: str) -> Iterator[Wanted]:
+def bases(runs: Runs, solver: str) -> Iterator[RunSpec]:
     """Yield the first steps to try: the scenario's, then the control period, then longer and longer periods."""
     simulation = runs.scenario.simulation
     divides = dict.fromkeys((simulation.substeps, 1))
     for divide in divides:
-        yield Wanted("", solver, divide=divide)
+        yield RunSpec("", solver, divide=divide)
     for stretch in STRETCHES[1:]:
         if simulation.steps // stretch >= FEWEST:
-            yield Wanted("", solver, divide=1, stretch=stretch)
+            yield RunSpec("", solver, divide=1, stretch=stretch)
 
 
-def _rung(base: Wanted, engine: Engine, divide: int) -> Wanted:
-    return Wanted(engine.name, base.solver, divide=base.divide * divide, stretch=base.stretch)
+def _rung(base: RunSpec, engine: Engine, divide: int) -> RunSpec:
+    return RunSpec(engine.name, base.solver, divide=base.divide * divide, stretch=base.stretch)
 
 
-def _error(one: Made, truth: Made) -> float | str:
+def _error(one: RunResult, truth: RunResult) -> float | str:
     """Return the error of a run, or the reason why there is none."""
     if truth.run is None or not truth.complete:
         return f"the truth {truth.reason}"
@@ -131,12 +131,12 @@ def _error(one: Made, truth: Made) -> float | str:
     return pose_apart(one.run, truth.run)
 
 
-def _lost(one: Made, truth: Made) -> str:
+def _lost(one: RunResult, truth: RunResult) -> str:
     """Return the outcome of a run without an error: "failed" if it is missing, "too far" if it ended early."""
     return "failed" if one.run is None or truth.run is None else "too far"
 
 
-def _hindrance(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measured | None:
+def _hindrance(runs: Runs, base: RunSpec, truth: RunResult, engine: Engine) -> Measured | None:
     """Return why three errors between round-off and TOO_FAR are not expected from the first; None if they are."""
     one = runs[_rung(base, engine, 1)]
     error = _error(one, truth)
@@ -153,7 +153,7 @@ def _hindrance(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measure
     return None
 
 
-def _measure(runs: Runs, base: Wanted, truth: Made, coarser: Made, engine: Engine) -> Measured:
+def _measure(runs: Runs, base: RunSpec, truth: RunResult, coarser: RunResult, engine: Engine) -> Measured:
     rungs = [_rung(base, engine, divide) for divide in LADDER]
     control = runs.scenario.simulation.control_step * base.stretch
     steps = tuple(control / rung.divide for rung in rungs)
@@ -172,7 +172,7 @@ def _measure(runs: Runs, base: Wanted, truth: Made, coarser: Made, engine: Engin
     return Measured(engine.name, engine.order, outcome, reason, order, control, steps, tuple(errors), truth_error)
 
 
-def _explain(declared: int, order: float, errors: Sequence[float], truth: Made) -> tuple[str, str]:
+def _explain(declared: int, order: float, errors: Sequence[float], truth: RunResult) -> tuple[str, str]:
     """Return the outcome and the reason of a measured order."""
     if abs(order - declared) <= tolerance(declared):
         return "as declared", ""

@@ -18,7 +18,7 @@ Progress = Callable[[int, int], None]  # finished runs and total
 
 
 @dataclass(frozen=True)
-class Wanted:
+class RunSpec:
     """One run: backend and solver, optionally with another scheme, step or control period."""
 
     backend: str
@@ -53,7 +53,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Made:
+class RunResult:
     """Result of one run: its log, if any, and its final status."""
 
     run: Run | None
@@ -88,14 +88,14 @@ class Runs:
         self.scenario = scenario
         self._text = scenario.resolved_yaml()
         self._folder, self._jobs, self._timeout, self._progress = folder, jobs, timeout, progress
-        self._ended: dict[Wanted, Outcome] = {}
+        self._ended: dict[RunSpec, Outcome] = {}
         self._asked = 0
 
-    def __getitem__(self, wanted: Wanted) -> Made:
+    def __getitem__(self, wanted: RunSpec) -> RunResult:
         """Load a finished run; it is not cached."""
         return read(self._ended[self._canonical(wanted)])
 
-    def make(self, wanted: Sequence[Wanted]) -> None:
+    def make(self, wanted: Sequence[RunSpec]) -> None:
         """Compute the missing runs; each engine has its own processes."""
         fresh = {one.key: one for one in map(self._canonical, wanted) if one not in self._ended}
         self._asked += len(fresh)
@@ -113,13 +113,13 @@ class Runs:
             ]
             run_cases(cases, jobs=self._jobs, timeout=self._timeout, done=done)
 
-    def _canonical(self, wanted: Wanted) -> Wanted:
+    def _canonical(self, wanted: RunSpec) -> RunSpec:
         """Return the run in its unique form: the scenario's own step is written as `divide=0`."""
         own = wanted.stretch == 1 and wanted.divide == self.scenario.simulation.substeps
         return replace(wanted, divide=0) if own else wanted
 
 
-def read(outcome: Outcome) -> Made:
+def read(outcome: Outcome) -> RunResult:
     """Load the run of a finished case, whatever its status.
 
     Raises:
@@ -129,4 +129,4 @@ def read(outcome: Outcome) -> Made:
         raise OutputError(outcome.reason)
     complete = outcome.status in (*FORESEEN, "diverged")
     run = load_run(outcome.folder) if complete else None
-    return Made(run, outcome.status, outcome.message, bool(outcome.summary.get("samples")))
+    return RunResult(run, outcome.status, outcome.message, bool(outcome.summary.get("samples")))

@@ -3,7 +3,7 @@
 A study file names the robot, the variables, figures of each candidate, goals and constraints (`schema`, `reader`,
 `plan`). The figures come from `cdpr.analysis.workspace` (`evaluate`), and the ranking depends on them alone (`rank`). A
 seeded `search` proposes candidates. Each evaluation is one line of a ledger, from which an interrupted design is
-replayed and continued to the identical result (`ask`, `run`).
+replayed and continued to the identical result (`evaluations`, `run`).
 """
 
 from typing import TYPE_CHECKING

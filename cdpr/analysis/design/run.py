@@ -79,14 +79,14 @@ def run_design(
                 count = len(folder.rows)
                 raise OutputError(f"{path}: holds {count} evaluations of this design: --resume continues them")
             _expect(folder, versions)
-        ask = Evaluations(design, folder, jobs, progress)
+        evaluate = Evaluations(design, folder, jobs, progress)
         try:
             low, high = design.bounds
             population = size(given.population, n, given.evaluations)
-            run_search(design.search, ask, (design.start - low) / (high - low), given.seed, population)
+            run_search(design.search, evaluate, (design.start - low) / (high - low), given.seed, population)
         finally:
-            ask.close()
-        found = Designed(design, path, tuple(ask.rows), versions)
+            evaluate.close()
+        found = Designed(design, path, tuple(evaluate.rows), versions)
         found.write()
         return found
     finally:

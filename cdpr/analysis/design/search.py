@@ -16,7 +16,7 @@ from cdpr.analysis.design.rank import Score, select
 from cdpr.base.errors import PluginError
 from cdpr.model.robot import Array
 
-Ask = Callable[[Array], list[Score]]
+Evaluate = Callable[[Array], list[Score]]
 
 FEWEST, EACH = 12, 4  # minimum candidates per generation, and candidates per variable ...
 GENERATIONS = 20  # ... unless fewer than this many generations would be left
@@ -31,10 +31,10 @@ def size(given: int | None, variables: int, evaluations: int) -> int:
     return given or max(FEWEST, min(EACH * variables, evaluations // GENERATIONS))
 
 
-def run_search(kind: str, ask: Ask, start: Array, seed: int, population: int) -> None:
+def run_search(kind: str, evaluate: Evaluate, start: Array, seed: int, population: int) -> None:
     """Run a search until the budget is exhausted; its first candidate is `start` (n,), as shares of the bounds."""
     try:
-        SEARCHES[kind](ask, start, seed, population)
+        SEARCHES[kind](evaluate, start, seed, population)
     except SpentError:
         return
 
@@ -66,20 +66,20 @@ def spread(rng: np.random.Generator, count: int, start: Array) -> Array:
     return np.asarray(points)
 
 
-def _random(ask: Ask, start: Array, seed: int, population: int) -> None:
+def _random(evaluate: Evaluate, start: Array, seed: int, population: int) -> None:
     """Propose uniformly random candidates, the baseline of all searches."""
     rng = np.random.default_rng(seed)
-    ask(start[None])
+    evaluate(start[None])
     while True:
-        ask(rng.random((population, len(start))))
+        evaluate(rng.random((population, len(start))))
 
 
-def _differential_evolution(ask: Ask, start: Array, seed: int, population: int) -> None:
+def _differential_evolution(evaluate: Evaluate, start: Array, seed: int, population: int) -> None:
     """Run scipy's differential evolution generation by generation (Storn and Price 1997, best/1/bin)."""
     from scipy.optimize import differential_evolution
 
     def generation(function: Any, points: Iterable[Array]) -> list[float]:
-        return [each.scalar for each in ask(np.array(list(points)))]
+        return [each.scalar for each in evaluate(np.array(list(points)))]
 
     rng = np.random.default_rng(seed)
     differential_evolution(
@@ -96,13 +96,13 @@ def _differential_evolution(ask: Ask, start: Array, seed: int, population: int) 
     )
 
 
-def _cma(ask: Ask, start: Array, seed: int, population: int) -> None:
+def _cma(evaluate: Evaluate, start: Array, seed: int, population: int) -> None:
     """Run CMA-ES by the package cma (Hansen), with random restarts after convergence."""
     import cma
 
     rng = np.random.default_rng(seed)
     begin = np.clip(start, 0.05, 0.95)  # at a bound, half of the samples would be rejected
-    ask(start[None])
+    evaluate(start[None])
     while True:
         options = {
             "bounds": [0.0, 1.0],
@@ -116,15 +116,15 @@ def _cma(ask: Ask, start: Array, seed: int, population: int) -> None:
         search = cma.CMAEvolutionStrategy(begin, STEP, options)
         while not search.stop():
             points = search.ask()
-            search.tell(points, [each.scalar for each in ask(np.array(points))])
+            search.tell(points, [each.scalar for each in evaluate(np.array(points))])
         begin = rng.random(len(start))
 
 
-def _nsga2(ask: Ask, start: Array, seed: int, population: int) -> None:
+def _nsga2(evaluate: Evaluate, start: Array, seed: int, population: int) -> None:
     """Run differential evolution with NSGA-II's selection for several goals (Kukkonen and Lampinen, GDE3, CEC 2005)."""
     rng = np.random.default_rng(seed)
     points = spread(rng, population, start)
-    scores = ask(points)
+    scores = evaluate(points)
     while True:
         others = np.argsort(rng.random((population, population)), axis=1)
         others = np.array([row[row != i][:3] for i, row in enumerate(others)])
@@ -134,12 +134,12 @@ def _nsga2(ask: Ask, start: Array, seed: int, population: int) -> None:
         taken[np.arange(population), rng.integers(len(start), size=population)] = True
         trials = np.where(taken, moved, points)
         trials = np.where(trials < 0.0, 0.5 * points, np.where(trials > 1.0, 0.5 * (points + 1.0), trials))  # half way
-        together = [*scores, *ask(trials)]
+        together = [*scores, *evaluate(trials)]
         kept = select(together, population)
         points, scores = np.concatenate([points, trials])[kept], [together[i] for i in kept]
 
 
-SEARCHES: dict[str, Callable[[Ask, Array, int, int], None]] = {
+SEARCHES: dict[str, Callable[[Evaluate, Array, int, int], None]] = {
     "differential_evolution": _differential_evolution,
     "nsga2": _nsga2,
     "cma": _cma,

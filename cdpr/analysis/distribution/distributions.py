@@ -31,7 +31,7 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 from cdpr.tension.current_sample import Present
-from cdpr.tension.stage import Asked, TensionStage
+from cdpr.tension.stage import StageSolver, TensionStage
 
 # Rows per thread and task: some milliseconds of work, for an even load.
 CHUNK = 4096
@@ -266,7 +266,7 @@ def _row_by_row(task: _Task) -> None:
     robot, m = task.robot, task.robot.m
     live, state, spare = Present.of(m), np.zeros(13), {"length": np.zeros(m), "rate": np.zeros(m)}
     geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **spare)
-    stage = TensionStage(robot, Asked(task.solver.solve, type(task.solver).__name__, task.respects_bounds), live)
+    stage = TensionStage(robot, StageSolver(task.solver.solve, type(task.solver).__name__, task.respects_bounds), live)
     task.tension[:], task.report[:] = np.nan, (Status.BAD_INPUT, np.nan, np.nan, np.nan)
     for k, at in enumerate(task.pose):
         state[:7] = at

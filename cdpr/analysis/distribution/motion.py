@@ -23,7 +23,9 @@ MOST_SAMPLES = 2000  # samples of a motion: they find its peaks to a millionth
 WITHIN = 100  # samples of an event with a duration
 
 
-def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -> tuple[dict[str, Any], Survey | None]:
+def describe_loaded(
+    loaded: Scenario | Robot, gravity: Array, at: Array, source: str
+) -> tuple[dict[str, Any], Survey | None]:
     """Return figures as plain data; for a scenario also those of its motion.
 
     `gravity` is (3,), m/s^2, world; the robot is evaluated in the pose `at` (7,), which comes from `source`.
@@ -56,7 +58,7 @@ def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -
     return to_json(figures), motion
 
 
-def _looked_at(scenario: Scenario) -> Array:
+def _evaluated_samples(scenario: Scenario) -> Array:
     """Return the numbers of the evaluated samples: of the whole run, of its motion, and of its events."""
     steps, period = scenario.simulation.steps, scenario.simulation.control_step
     begin, end = (int(min(at / period, steps)) for at in (scenario.desired.start, scenario.desired.end))
@@ -71,12 +73,12 @@ def _looked_at(scenario: Scenario) -> Array:
 def follow(scenario: Scenario, solve: Solve) -> Survey:
     """Return the requirements of a scenario's desired motion on its cables; `solve` is as for `survey`."""
     events, period = scenario.events, scenario.simulation.control_step
-    steps = _looked_at(scenario)
+    steps = _evaluated_samples(scenario)
 
-    def happens(stage: TensionStage, external: Array) -> Schedule:
+    def changes_of(stage: TensionStage, external: Array) -> Schedule:
         return Schedule(events, period, scenario.robot, stage, Loads(external, np.zeros(6)))
 
     time = steps * period
     desired = np.array([scenario.desired.sample(t) for t in time])
     gravity = np.array(scenario.world.gravity)
-    return survey(scenario.controlled_robot, time, desired, gravity, solve, happens=happens, samples=steps)
+    return survey(scenario.controlled_robot, time, desired, gravity, solve, changes_of=changes_of, samples=steps)

@@ -16,10 +16,10 @@ from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 from cdpr.native.bind import bind
 from cdpr.tension.current_sample import Present
-from cdpr.tension.stage import Asked, Solve, TensionStage
+from cdpr.tension.stage import Solve, StageSolver, TensionStage
 
 
-class Happening(Protocol):
+class StageChanges(Protocol):
     """Changes of limits, tensions and external wrench at given samples."""
 
     def distribute(self) -> None:
@@ -33,7 +33,7 @@ class Happening(Protocol):
 
 
 # Inputs: the stage and the live external wrench (6,).
-Happens = Callable[[TensionStage, Array], Happening]
+ChangesFactory = Callable[[TensionStage, Array], StageChanges]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ def survey(
     gravity: Array,
     solve: Solve,
     *,
-    happens: Happens | None = None,
+    changes_of: ChangesFactory | None = None,
     samples: Array | None = None,
 ) -> Survey:
     """Return lengths, rates and tensions along a desired motion, with the wrench of inverse dynamics.
@@ -74,24 +74,24 @@ def survey(
         desired: (K, 19), desired motion; a static pose is one sample without velocity and acceleration.
         gravity: (3,), m/s^2, world.
         solve: bound method of a solver for this robot.
-        happens: factory of changes during the motion; the cables also balance its external wrench.
+        changes_of: factory of changes during the motion; the cables also balance its external wrench.
         samples: (K,), increasing sample numbers to which these changes refer.
     """
     time, desired = checked(time, (None,), "time"), checked(desired, (len(time), 19), "desired")
     gravity, count, m = checked(gravity, (3,), "gravity"), len(time), robot.m
     live, external = Present.of(m), np.zeros(6)
-    stage = TensionStage(robot, Asked(solve, "survey"), live)
-    happening = happens(stage, external) if happens else None
-    distribute = happening.distribute if happening else stage.distribute
-    due = happening.begin() if happening else -1
+    stage = TensionStage(robot, StageSolver(solve, "survey"), live)
+    changes = changes_of(stage, external) if changes_of else None
+    distribute = changes.distribute if changes else stage.distribute
+    due = changes.begin() if changes else -1
     numbers = np.arange(count) if samples is None else samples
     length, rate, tension = np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, m))
     wrench, reports = np.zeros((count, 6)), np.zeros((count, 4))
     state, at = np.zeros(13), {"length": np.zeros(m), "rate": np.zeros(m)}
     geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **at)
     for k, row in enumerate(desired):
-        while happening and 0 <= due <= numbers[k]:
-            due = happening.apply(due)
+        while changes and 0 <= due <= numbers[k]:
+            due = changes.apply(due)
         state[:] = row[:13]
         geometry()
         length[k], rate[k] = at["length"], at["rate"]

@@ -28,7 +28,7 @@ NAMED = 8  # damaged cases listed in a warning
 Shape = tuple[int, int, int]
 
 
-class KeptInMemory:
+class RowsInMemory:
     """Rows (n, K, W) in memory, initially NaN.
 
     Attributes:
@@ -52,7 +52,7 @@ class KeptInMemory:
         """Do nothing."""
 
 
-class KeptInFolder:
+class RowsInFolder:
     """Rows (n, K, W) in the folder of a rollout.
 
     The whole file is allocated first and written by calls that report a full disk; a write to mapped memory would end

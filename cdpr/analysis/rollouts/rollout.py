@@ -18,7 +18,7 @@ from cdpr.analysis.jobs.folder import JobFolder
 from cdpr.analysis.jobs.threads import beside
 from cdpr.analysis.rollouts.case import Plan, layout_of
 from cdpr.analysis.rollouts.chunk import Chunk, run_chunk
-from cdpr.analysis.rollouts.kept import THINNER, KeptInFolder, KeptInMemory
+from cdpr.analysis.rollouts.kept import THINNER, RowsInFolder, RowsInMemory
 from cdpr.analysis.rollouts.result import Rollouts
 from cdpr.analysis.rollouts.vary import check_count, values_of
 from cdpr.base import tolerances
@@ -139,7 +139,7 @@ def rollout(
         folder = None if out is None else JobFolder(folder_name(out), KIND, _about(plan, values, n))
         if folder is not None:
             opened.callback(folder.close)
-        kept = _kept_in_memory(plan, n) if folder is None else KeptInFolder(folder, _shape(plan, n))
+        kept = _kept_in_memory(plan, n) if folder is None else RowsInFolder(folder, _shape(plan, n))
         opened.callback(kept.close)
         ended = kept.ended
         progress(len(ended), n)
@@ -227,13 +227,13 @@ def _shape(plan: Plan, n: int) -> tuple[int, int, int]:
     return n, len(plan.kept), len(plan.places)
 
 
-def _kept_in_memory(plan: Plan, n: int) -> KeptInMemory:
+def _kept_in_memory(plan: Plan, n: int) -> RowsInMemory:
     shape = _shape(plan, n)
     need = 8 * int(np.prod(shape, dtype=object))
     have = MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     if need > have:
         raise CdprError(f"rollout: the rows need {need / 2**30:.3g} GiB of memory: give a folder, out=, {THINNER}")
-    return KeptInMemory(shape)
+    return RowsInMemory(shape)
 
 
 def _chunks(plan: Plan, values: Mapping[str, Sequence[Any]], waiting: Sequence[int], several: int) -> Iterator[Chunk]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.analysis.workspace.kinds import WorkspaceKind
-from cdpr.analysis.workspace.octree import Asked
+from cdpr.analysis.workspace.octree import CellResults
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import Region
 
@@ -66,7 +66,7 @@ class Accumulator:
         return math.fsum(self.sums) / self.known if self.known else None
 
 
-def tally(cells: NDArray[np.int64], shape: tuple[int, ...], found: Asked) -> Accumulator:
+def tally(cells: NDArray[np.int64], shape: tuple[int, ...], found: CellResults) -> Accumulator:
     """Return the counts of one batch: cells (n,) of a table of this shape, by number, with their results."""
     value, limit, inside, boundary = found
     values = value[inside]

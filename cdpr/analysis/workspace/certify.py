@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.analysis.workspace.kinds import KINDS, WorkspaceKind
-from cdpr.analysis.workspace.measure import asked_of
+from cdpr.analysis.workspace.measure import pose_question
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import Region
 from cdpr.base.errors import CdprError
@@ -255,7 +255,7 @@ def _prover(
             return np.where(value > reach, INSIDE, np.where(value < -reach, OUTSIDE, NEITHER))
 
         return by_slope
-    asked = asked_of(robot, "margin", question.required, question.gravity, question.length)
+    asked = pose_question(robot, "margin", question.required, question.gravity, question.length)
     wrenches = np.ascontiguousarray(asked.weights * _wrenches(robot, question, q)[:, robot.rows])
     lengths = np.abs(robot.anchors).max() + np.abs([region.lower, region.upper]).max()
     errors = ROUNDED * np.array([lengths, np.abs(wrenches).max()])

@@ -27,7 +27,7 @@ from cdpr.analysis.jobs.cases import Outcome
 from cdpr.analysis.jobs.folder import LEDGER_NAME, read_rows
 from cdpr.analysis.workspace import schema
 from cdpr.analysis.workspace.accumulator import Accumulator
-from cdpr.analysis.workspace.octree import Asked
+from cdpr.analysis.workspace.octree import CellResults
 from cdpr.analysis.workspace.regions import MOST_CELLS, Region
 from cdpr.base.checksums import checksum, opened, unsealed, validated
 from cdpr.base.errors import LogError, OutputError
@@ -55,7 +55,7 @@ ASKED = {
 TALLY = TypeAdapter(Accumulator)
 
 
-def packed(found: Asked) -> bytes:
+def packed(found: CellResults) -> bytes:
     """Return the content of a chunk's file."""
     limit, file = found.limit, io.BytesIO()
     small = next(kind for kind in (np.int8, np.int16, np.int32, np.int64) if limit.max() <= np.iinfo(kind).max)
@@ -69,7 +69,7 @@ def packed(found: Asked) -> bytes:
     return file.getvalue()
 
 
-def unpacked(content: bytes, count: int) -> Asked:
+def unpacked(content: bytes, count: int) -> CellResults:
     """Return the cells of the content of a chunk's file with `count` cells.
 
     Raises:
@@ -77,7 +77,7 @@ def unpacked(content: bytes, count: int) -> Asked:
     """
     with np.load(io.BytesIO(content), allow_pickle=False) as found:
         inside, boundary = (np.unpackbits(found[name], count=count).astype(bool) for name in ("inside", "boundary"))
-        read = Asked(found["value"], found["limit"].astype(np.int64), inside, boundary)
+        read = CellResults(found["value"], found["limit"].astype(np.int64), inside, boundary)
     if any(each.shape != (count,) for each in read):
         raise ValueError("tables of another length")
     return read
@@ -137,7 +137,7 @@ class Folder(NamedTuple):
 
     about: dict[str, Any]
     region: Region
-    tables: Asked
+    tables: CellResults
 
 
 def read_folder(folder: Path) -> Folder:
@@ -168,7 +168,7 @@ def read_folder(folder: Path) -> Folder:
         raise LogError(f"{folder / SUMMARY}: {text}") from error
     _check_room(folder, place)
     value, limit = np.empty(place.cells), np.empty(place.cells, dtype=np.int64)
-    tables = Asked(value, limit, np.empty(place.cells, dtype=bool), np.empty(place.cells, dtype=bool))
+    tables = CellResults(value, limit, np.empty(place.cells, dtype=bool), np.empty(place.cells, dtype=bool))
     for number in range(count):
         cut = slice(number * chunk, min((number + 1) * chunk, place.cells))
         content = read_chunk(folder, number, rows[str(number)]) if str(number) in rows else None

@@ -28,9 +28,9 @@ from cdpr.analysis.workspace import answers, chunk_files
 from cdpr.analysis.workspace.accumulator import Accumulator, figures, tally, total
 from cdpr.analysis.workspace.chunk_files import TALLY, chunk_path, packed, read_chunk, unpacked
 from cdpr.analysis.workspace.connected import Connected, layer
-from cdpr.analysis.workspace.evaluate import Over, ask_positions, checked_question
+from cdpr.analysis.workspace.evaluate import Over, checked_question, evaluate_positions
 from cdpr.analysis.workspace.kinds import kind_of
-from cdpr.analysis.workspace.octree import Asked
+from cdpr.analysis.workspace.octree import CellResults
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import PIECE, Region
 from cdpr.base.checksums import checksum, sealed
@@ -68,7 +68,7 @@ class Chunk(NamedTuple):
     cells: range
 
 
-class Found(NamedTuple):
+class ChunkResult(NamedTuple):
     """Result of a chunk."""
 
     number: int
@@ -136,7 +136,7 @@ def workspace_in_chunks(
         waiting = [number for number in range(content["cases"]) if number not in ended]
         progress(done, region.cells)
 
-        def keep(found: Found) -> None:
+        def keep(found: ChunkResult) -> None:
             nonlocal done
             path = chunk_path(place, found.number)
             write(path, found.content)
@@ -160,7 +160,7 @@ def workspace_in_chunks(
         opened.close()
 
 
-def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> Found:
+def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> ChunkResult:
     """Compute a chunk, piece by piece.
 
     Raises:
@@ -173,11 +173,11 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> Foun
             raise Interrupted("interrupted")
         cells = numbers[first : first + PIECE]
         parts.append(
-            ask_positions(task.robot, kind, task.question, region, task.over, region.positions(cells), task.jobs)
+            evaluate_positions(task.robot, kind, task.question, region, task.over, region.positions(cells), task.jobs)
         )
         counted.append(tally(cells, region.shape, parts[-1]))
-    content = packed(Asked(*(np.concatenate(each) for each in zip(*parts, strict=True))))
-    return Found(chunk.number, content, checksum(content), total(counted))
+    content = packed(CellResults(*(np.concatenate(each) for each in zip(*parts, strict=True))))
+    return ChunkResult(chunk.number, content, checksum(content), total(counted))
 
 
 def _content(task: Task, chunk: int, source: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -230,8 +230,8 @@ def _check_disk(folder: Path, cells: int) -> None:
         raise OutputError(f"{folder}: {cells} cells need {need / 2**30:.3g} GiB, more than its disk has: fewer --cells")
 
 
-def _on_cluster(chunks: Iterator[Chunk], address: str, keep: Callable[[Found], None]) -> None:
-    def end(key: str, found: Found | None, lost: str) -> None:
+def _on_cluster(chunks: Iterator[Chunk], address: str, keep: Callable[[ChunkResult], None]) -> None:
+    def end(key: str, found: ChunkResult | None, lost: str) -> None:
         if found is None:
             raise CdprError(f"chunk {key} was {lost}; --resume continues")
         keep(found)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cdpr.analysis.distribution import distribute
 from cdpr.analysis.workspace.kinds import KINDS, WorkspaceKind
 from cdpr.analysis.workspace.measure import Measured
-from cdpr.analysis.workspace.octree import Asked
+from cdpr.analysis.workspace.octree import CellResults
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import PIECE, Region
 from cdpr.analysis.workspace.required import NOTHING
@@ -28,7 +28,7 @@ Over = Literal["all", "any"]
 BOUNDARY = 1e-9
 
 
-def ask_positions(
+def evaluate_positions(
     robot: Robot,
     kind: WorkspaceKind,
     question: Question,
@@ -36,7 +36,7 @@ def ask_positions(
     over: Over,
     positions: Array,
     jobs: int | None,
-) -> Asked:
+) -> CellResults:
     """Return the results for positions (n, 3) in all attitudes of a region."""
     value, limit = np.full(len(positions), np.nan), np.full(len(positions), -1, dtype=np.int64)
     boundary, inside = np.zeros(len(positions), dtype=bool), np.full(len(positions), over == "all")
@@ -59,7 +59,7 @@ def ask_positions(
             boundary[cut] |= np.abs(found.value - (question.at_least or 0.0)) <= BOUNDARY * found.scale
         if over == "all":
             value[cut][lost] = np.nan
-    return Asked(value, limit, inside, boundary)
+    return CellResults(value, limit, inside, boundary)
 
 
 def inside_of(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.analysis.workspace.octree import Asked
+from cdpr.analysis.workspace.octree import CellResults
 from cdpr.analysis.workspace.regions import Region
 from cdpr.base.errors import CdprError
 from cdpr.model.robot import Array
@@ -86,18 +86,18 @@ class Hull:
 
 
 def hull(
-    ask: Callable[[Array], Asked],
+    evaluate: Callable[[Array], CellResults],
     region: Region,
     edge: float,
     home: Array,
-    cells: Asked,
+    cells: CellResults,
     rays: int,
     progress: Callable[[int, int], None],
 ) -> Hull:
     """Return the boundary as seen from the home pose or, if that is not inside, from the cell of the greatest value.
 
     Args:
-        ask: function that evaluates positions (n, 3).
+        evaluate: function that evaluates positions (n, 3).
         region: region that limits the rays.
         edge: value between inside and outside.
         home: (3,), m.
@@ -111,7 +111,7 @@ def hull(
     if not 4 <= rays <= MOST_RAYS:
         raise CdprError(f"rays: expected a whole number from 4 to {MOST_RAYS}, got {rays!r}")
     within = bool(((home >= region.lower) & (home <= region.upper)).all())
-    if within and ask(home[None]).inside[0]:
+    if within and evaluate(home[None]).inside[0]:
         centre = home
     elif cells.inside.any():
         best = np.argmax(np.where(cells.inside, np.nan_to_num(cells.value, nan=-np.inf), -np.inf))
@@ -125,7 +125,7 @@ def hull(
     def inside(positions: Array) -> tuple[Array, NDArray[np.bool_]]:
         nonlocal asked
         asked += len(positions)
-        found = ask(np.clip(positions, region.lower, region.upper))
+        found = evaluate(np.clip(positions, region.lower, region.upper))
         return np.where(np.isnan(found.value), -np.inf, found.value - edge), found.inside
 
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -180,7 +180,7 @@ def _leaves(
 
 
 def _seen(
-    centre: Array, region: Region, cells: Asked, inside: Callable[[Array], tuple[Array, NDArray[np.bool_]]]
+    centre: Array, region: Region, cells: CellResults, inside: Callable[[Array], tuple[Array, NDArray[np.bool_]]]
 ) -> float:
     """Return the share of evenly sampled inside cells whose straight line to the centre is inside."""
     there = np.flatnonzero(cells.inside)

@@ -107,7 +107,7 @@ def measure(
     """
     given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
     check_unit(given, "poses")
-    asked, count = asked_of(robot, mode, required, gravity, length)._asdict(), len(given)
+    asked, count = pose_question(robot, mode, required, gravity, length)._asdict(), len(given)
     value, scale, direction = np.empty(count), np.empty(count), np.empty((count, robot.n))
     status, limit = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
 
@@ -131,7 +131,9 @@ def measure(
     return Measured(value, scale, status == LACKS_RANK, limit, direction)
 
 
-def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, length: float | None) -> PoseQuestion:
+def pose_question(
+    robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, length: float | None
+) -> PoseQuestion:
     """Return the arguments of `measure` for the kernels.
 
     Raises:

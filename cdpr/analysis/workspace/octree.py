@@ -33,7 +33,7 @@ CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 POINTS = np.array([[i, j, k] for i in (0, 1, 2) for j in (0, 1, 2) for k in (0, 1, 2)])  # of a divided box
 
 
-class Asked(NamedTuple):
+class CellResults(NamedTuple):
     """Results of cells, each (n,): value, limiting cause, True if inside, True if round-off decides."""
 
     value: Array
@@ -43,44 +43,44 @@ class Asked(NamedTuple):
 
 
 def octree(
-    ask: Callable[[Cells], Asked],
+    evaluate: Callable[[Cells], CellResults],
     region: Region,
     edge: float,
     slope: float | None,
     progress: Callable[[int, int], None],
-) -> tuple[Asked, Flags]:
+) -> tuple[CellResults, Flags]:
     """Return the results of all cells of a table, (cells,), and True for the evaluated cells.
 
     Args:
-        ask: function that evaluates cells, (n,), by number.
+        evaluate: function that evaluates cells, (n,), by number.
         region: region with the cells.
         edge: value between inside and outside.
         slope: largest change of the value per metre, which makes the result exact; None if unknown.
         progress: called with the number of known cells and their total.
     """
-    return _Octree(ask, region, edge, slope, progress).found()
+    return _Octree(evaluate, region, edge, slope, progress).found()
 
 
 class _Octree:
     def __init__(
         self,
-        ask: Callable[[Cells], Asked],
+        evaluate: Callable[[Cells], CellResults],
         region: Region,
         edge: float,
         slope: float | None,
         progress: Callable[[int, int], None],
     ) -> None:
         cells = region.cells
-        self._ask, self._shape, self._edge, self._progress = ask, region.shape, edge, progress
+        self._evaluate, self._shape, self._edge, self._progress = evaluate, region.shape, edge, progress
         self._slope, self._spacing = slope, region.spacing
-        self._all = Asked(
+        self._all = CellResults(
             np.full(cells, np.nan), np.full(cells, -1, dtype=np.int64), np.zeros(cells, bool), np.zeros(cells, bool)
         )
         self._asked = np.zeros(cells, dtype=bool)
         self._known = np.zeros(cells, dtype=bool)  # evaluated or interpolated
         self._strides = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
 
-    def found(self) -> tuple[Asked, Flags]:
+    def found(self) -> tuple[CellResults, Flags]:
         boxes, error = self._first()
         while len(boxes):
             settled = self._settled(boxes)
@@ -111,7 +111,7 @@ class _Octree:
         wanted[numbers] = True
         new = np.flatnonzero(wanted & ~self._asked)
         if len(new):
-            for kept, found in zip(self._all, self._ask(new), strict=True):
+            for kept, found in zip(self._all, self._evaluate(new), strict=True):
                 kept[new] = found
             self._asked[new] = self._known[new] = True
 

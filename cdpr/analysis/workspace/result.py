@@ -19,10 +19,10 @@ from cdpr.analysis.workspace.accumulator import figures, tally, total
 from cdpr.analysis.workspace.certify import INSIDE, NEITHER, UNDECIDED, Proofs, certify
 from cdpr.analysis.workspace.chunk_files import read_folder
 from cdpr.analysis.workspace.connected import Connected
-from cdpr.analysis.workspace.evaluate import Over, ask_positions, checked_question, inside_of
+from cdpr.analysis.workspace.evaluate import Over, checked_question, evaluate_positions, inside_of
 from cdpr.analysis.workspace.hull import RAYS, Hull, hull
 from cdpr.analysis.workspace.kinds import WorkspaceKind, combined, kind_of
-from cdpr.analysis.workspace.octree import Asked, octree
+from cdpr.analysis.workspace.octree import CellResults, octree
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.rays import Rays, rays
 from cdpr.analysis.workspace.regions import MOST_CELLS, Region
@@ -105,7 +105,7 @@ class Workspace:
         inside, boundary = self.inside.ravel(), self.boundary.ravel()
         for cells in region.pieces():
             cut = slice(cells[0], cells[-1] + 1)
-            pieces.append(tally(cells, region.shape, Asked(value[cut], limit[cut], inside[cut], boundary[cut])))
+            pieces.append(tally(cells, region.shape, CellResults(value[cut], limit[cut], inside[cut], boundary[cut])))
             connected.add(inside[cut])
         return figures(
             self.kind,
@@ -263,10 +263,10 @@ def workspace(
         text = "which a table in memory holds; in chunks, --chunks, a folder may hold as many as its disk"
         raise CdprError(f"cells: {region.cells} cells are more than {MOST_CELLS}, {text}")
 
-    def at(positions: Array) -> Asked:
-        return ask_positions(robot, chosen, whole, region, over, positions, jobs)
+    def at(positions: Array) -> CellResults:
+        return evaluate_positions(robot, chosen, whole, region, over, positions, jobs)
 
-    def ask(cells: NDArray[np.int64]) -> Asked:
+    def evaluate(cells: NDArray[np.int64]) -> CellResults:
         return at(region.positions(cells))
 
     detail: Detail | None = None
@@ -279,15 +279,15 @@ def workspace(
         detail = rays(_bodies(robot, chosen, whole), region, edge, over, jobs, progress)
     evaluated = np.ones(region.cells, dtype=bool)
     if method == "octree":
-        (value, limit, inside, boundary), evaluated = octree(ask, region, edge, chosen.slope_of(robot), told)
+        (value, limit, inside, boundary), evaluated = octree(evaluate, region, edge, chosen.slope_of(robot), told)
     else:
         pieces = []
         for cells in region.pieces():
-            pieces.append(ask(cells))
+            pieces.append(evaluate(cells))
             told(int(cells[-1]) + 1, region.cells)
         value, limit, inside, boundary = (np.concatenate(each) for each in zip(*pieces, strict=True))
     if method == "hull":
-        cells_ = Asked(value, limit, inside, boundary)
+        cells_ = CellResults(value, limit, inside, boundary)
         detail = hull(at, region, edge, home_pose(robot)[0][:3], cells_, n_rays, progress)
     elif method == "turns":
 

@@ -75,7 +75,7 @@ def check_turns(robot: Robot, region: Region, about: object) -> None:
 
 
 def turns(
-    ask: Callable[[Array], NDArray[np.bool_]],
+    is_inside: Callable[[Array], NDArray[np.bool_]],
     region: Region,
     about: str,
     inside: NDArray[np.bool_],
@@ -84,7 +84,7 @@ def turns(
     """Return the reachable rotations from the attitude of a region.
 
     Args:
-        ask: function that returns True for poses (n, 7) inside.
+        is_inside: function that returns True for poses (n, 7) inside.
         region: region whose cells are evaluated at their centres.
         about: world axis.
         inside: (cells,), True for cells inside without rotation.
@@ -96,14 +96,14 @@ def turns(
         for k, sign in enumerate((-1.0, 1.0)):
             for first in range(0, len(here), PIECE):
                 some = here[first : first + PIECE]
-                ends[k, some] = sign * _reached(ask, region, about, some, sign)
+                ends[k, some] = sign * _reached(is_inside, region, about, some, sign)
         progress(int(cells[-1]) + 1, region.cells)
     least, most = ends.reshape(2, *region.shape)
     return Turns(about, least, most, region, inside.reshape(region.shape))
 
 
 def _reached(
-    ask: Callable[[Array], NDArray[np.bool_]], region: Region, about: str, cells: NDArray[np.int64], sign: float
+    is_inside: Callable[[Array], NDArray[np.bool_]], region: Region, about: str, cells: NDArray[np.int64], sign: float
 ) -> Array:
     """Return the angles (n,), at least 0, up to which all steps are inside."""
     poses = np.empty((len(cells), 7))
@@ -116,7 +116,7 @@ def _reached(
         some = poses[which]
         half = 0.5 * sign * angle
         some[:, 3:] = np.cos(half)[:, None] * first + np.sin(half)[:, None] * turned
-        return ask(some)
+        return is_inside(some)
 
     for k in range(1, round(MOST / STEP) + 1):
         which = np.flatnonzero(going)

@@ -34,7 +34,7 @@ def recognise(content: bytes) -> bool:
     return _kind(content) in SUFFIXES and (root_of(content)[0] != LINKS or b"<link_" in content)
 
 
-def leads(path: Path, content: bytes) -> bool:
+def is_main_file(path: Path, content: bytes) -> bool:
     """Return True if a model is read from this file: from its bodies file, or from others if that is missing."""
     return _kind(content) == BODIES or _beside(path, content, BODIES) is None
 

@@ -47,7 +47,7 @@ def is_motion(content: bytes) -> bool:
     return times is not None and places is not None and b"points:" not in content
 
 
-def leads(path: Path, content: bytes) -> bool:
+def is_main_file(path: Path, content: bytes) -> bool:
     """Return True if a robot is read from this file; trajectories are not read alone."""
     return not is_motion(content)
 

@@ -49,7 +49,7 @@ ENDINGS = tuple(ending for each in FORMATS for ending in each.endings)
 
 
 @dataclass
-class Taken:
+class ImportResult:
     """Result for one source file.
 
     Attributes:
@@ -76,7 +76,7 @@ def import_any(
     trajectory: str | None = None,
     tension: tuple[float, float] | None = None,
     seconds: float = SECONDS,
-) -> list[Taken]:
+) -> list[ImportResult]:
     """Return the results for a file, as `import_file`, or for a folder, as `import_folder`.
 
     Raises:
@@ -100,7 +100,7 @@ def import_file(
     trajectory: str | None = None,
     tension: tuple[float, float] | None = None,
     seconds: float = SECONDS,
-) -> Taken:
+) -> ImportResult:
     """Return the robot and scenarios of another program's file, as valid YAML.
 
     Args:
@@ -117,7 +117,7 @@ def import_file(
     file = Path(path)
     choice = _choice(cable_set, trajectory, tension)
 
-    def read() -> Taken:
+    def read() -> ImportResult:
         content = content_of(file)
         return _taken(file, _read(_reader(file, content), file, content, choice))
 
@@ -131,7 +131,7 @@ def import_folder(
     cable_set: str | None = None,
     tension: tuple[float, float] | None = None,
     seconds: float = SECONDS,
-) -> Iterator[Taken]:
+) -> Iterator[ImportResult]:
     """Yield the result for each robot in a folder and its subfolders; errors are returned, not raised.
 
     Duplicate robot names get a number. `seconds` limits the CPU time per file. cdpr's own YAML files are skipped; the
@@ -140,10 +140,10 @@ def import_folder(
     names: set[str] = set()
     choice = _choice(cable_set, None, tension)
 
-    def read(file: Path) -> Taken | None:
+    def read(file: Path) -> ImportResult | None:
         content = content_of(file)
         reader = _reader(file, content)
-        if not reader.leads(file, content):
+        if not reader.is_main_file(file, content):
             return None
         return _apart(file, _read(reader, file, content, choice), names)
 
@@ -156,13 +156,13 @@ def import_folder(
             _load(file)
             taken = bounded(partial(read, file), str(file), seconds)
         except CdprError as error:
-            taken = Taken(str(file), error=str(error).splitlines()[0])
+            taken = ImportResult(str(file), error=str(error).splitlines()[0])
         if taken is not None:
             names |= taken.files.keys()
             yield taken
     if own:
         count = f"{own} YAML file{'s' * (own > 1)}"
-        yield Taken(str(path), error=f"{path}: skipped {count} of cdpr's own format: no import needed", own=own)
+        yield ImportResult(str(path), error=f"{path}: skipped {count} of cdpr's own format: no import needed", own=own)
 
 
 def _is_own(file: Path) -> bool:
@@ -203,7 +203,7 @@ def _choice(cable_set: str | None, trajectory: str | None, tension: tuple[float,
     return Choice(cable_set, None if trajectory is None else Path(trajectory), tension)
 
 
-def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose another folder") -> list[Path]:
+def write(taken: ImportResult, folder: Path, *, force: bool, otherwise: str = "choose another folder") -> list[Path]:
     """Write the files into a folder, which is created if necessary.
 
     Args:
@@ -291,7 +291,7 @@ def _files(folder: Path) -> Iterator[Path]:
                 yield Path(above) / name
 
 
-def _apart(path: Path, found: Imported, names: set[str]) -> Taken:
+def _apart(path: Path, found: Imported, names: set[str]) -> ImportResult:
     """Return the result under a robot name whose files are not among `names`."""
     given, taken = found.name, _taken(path, found)
     for count in itertools.count(2):
@@ -302,10 +302,10 @@ def _apart(path: Path, found: Imported, names: set[str]) -> Taken:
     raise AssertionError("numbers do not end")
 
 
-def _taken(path: Path, found: Imported) -> Taken:
+def _taken(path: Path, found: Imported) -> ImportResult:
     """Return the files as text after validation; validation errors are reported with their source."""
     robot, comments = f"{found.name}.yaml", found.comments
-    taken = Taken(str(path), {}, found.left_out, found.warnings)
+    taken = ImportResult(str(path), {}, found.left_out, found.warnings)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         motions = [_scenario(found, motion, robot, f"{path.parent}{os.sep}") for motion in found.motions]

@@ -36,7 +36,7 @@ def recognise(content: bytes) -> bool:
     return root_of(content)[0] in ("mujoco", "mujocoinclude")
 
 
-def leads(path: Path, content: bytes) -> bool:
+def is_main_file(path: Path, content: bytes) -> bool:
     """Return True if a robot is read from this file; included parts are not read alone."""
     return root_of(content)[0] == "mujoco"
 

@@ -49,7 +49,7 @@ def recognise(content: bytes) -> bool:
     return root_of(content)[0] == "sdf"
 
 
-def leads(path: Path, content: bytes) -> bool:
+def is_main_file(path: Path, content: bytes) -> bool:
     """Return True: a robot can be read from each SDF file."""
     return True
 

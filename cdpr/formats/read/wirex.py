@@ -40,7 +40,7 @@ def recognise(content: bytes) -> bool:
     return root_of(content)[0] == "models" and b"<chain" in content
 
 
-def leads(path: Path, content: bytes) -> bool:
+def is_main_file(path: Path, content: bytes) -> bool:
     """Return True: a robot can be read from each WireX file."""
     return True
 

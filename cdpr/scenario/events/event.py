@@ -107,7 +107,7 @@ class ScenarioEvent(Kind):
         ideal_cables_only: True if it requires ideal cables.
         overrides: True if it sets tensions that the distribution did not choose.
         changes_limits: True if it changes tension limits.
-        wants_tensions: True if `tell` needs the tensions of its first sample.
+        wants_tensions: True if `event_log` needs the tensions of its first sample.
         files: keys that are file names.
     """
 

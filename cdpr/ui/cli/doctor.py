@@ -12,7 +12,7 @@ from cdpr.base.errors import ExitCode
 from cdpr.ui.cli.names import plugin_files
 
 if TYPE_CHECKING:
-    from cdpr.ui.cli.health import Found
+    from cdpr.ui.cli.health import Finding
 
 WIDTH = 22  # of names
 MARKS = {"ok": " ", "missing": "-", "wrong": "!"}
@@ -29,7 +29,7 @@ def command(as_json: bool) -> None:
     """
     from cdpr.ui.cli.health import examine
 
-    found: list[Found] = []
+    found: list[Finding] = []
     for one in examine():
         if not as_json:  # printed at once: if a library ends the process, the last line shows which
             _print(one, fresh=not found or found[-1].group != one.group)
@@ -47,7 +47,7 @@ def command(as_json: bool) -> None:
         raise click.exceptions.Exit(ExitCode.NOT_WRITABLE if unwritable else ExitCode.PLUGIN)
 
 
-def _print(one: Found, *, fresh: bool) -> None:
+def _print(one: Finding, *, fresh: bool) -> None:
     if fresh:
         click.echo(one.group)
     remedy = f": {one.remedy}" if one.state != "ok" and one.remedy else ""

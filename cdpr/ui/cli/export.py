@@ -116,9 +116,9 @@ def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) 
 def _scenario(file: str, changes: tuple[str, ...], refusal: str) -> Scenario:
     from cdpr.base.errors import CdprError
     from cdpr.scenario import Scenario
-    from cdpr.ui.cli.load import load_told
+    from cdpr.ui.cli.load import load_with_warnings
 
-    loaded = load_told(file, changes)
+    loaded = load_with_warnings(file, changes)
     if not isinstance(loaded, Scenario):
         raise CdprError(f"{file}: {refusal}: 'cdpr new scenario --robot FILE' writes one")
     return loaded
@@ -130,11 +130,11 @@ def _robot(
     from cdpr.base.errors import CdprError, OutputError
     from cdpr.formats.write.export_model import Options, begin, export, left_out
     from cdpr.log.files import make_folder, replace
-    from cdpr.ui.cli.load import load_told, print_lines
+    from cdpr.ui.cli.load import load_with_warnings, print_lines
 
     if Path(file).is_dir() or file.endswith(".mcap"):
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
-    subject = begin(load_told(file, changes))
+    subject = begin(load_with_warnings(file, changes))
     text = export(subject, to, Options(**given))
     print_lines(f"left out: {each}" for each in left_out(subject, to))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")

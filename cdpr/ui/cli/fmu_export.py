@@ -63,9 +63,9 @@ def command(
     x86_64-w64-mingw32-g++. The FMU is added to the list of trusted ones (cdpr fmu trust).
     """
     from cdpr.scenario import Scenario, World
-    from cdpr.ui.cli.load import load_told
+    from cdpr.ui.cli.load import load_with_warnings
 
-    loaded = load_told(file, changes)
+    loaded = load_with_warnings(file, changes)
     import numpy as np
 
     from cdpr.cables import ACTUATED, immediate, with_model

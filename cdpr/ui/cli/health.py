@@ -39,7 +39,7 @@ SETTINGS = (
 
 
 @dataclass(frozen=True)
-class Found:
+class Finding:
     """Result for one component.
 
     Attributes:
@@ -57,11 +57,11 @@ class Found:
     remedy: str = ""
 
 
-def examine() -> Iterator[Found]:
+def examine() -> Iterator[Finding]:
     """Yield all results, group by group."""
-    yield Found("versions", "cdpr", "ok", f"{VERSION} in {Path(__file__).parents[3]}")
-    yield Found("versions", "python", "ok", f"{platform.python_version()} in {sys.prefix}")
-    yield Found("versions", "system", "ok", f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors")
+    yield Finding("versions", "cdpr", "ok", f"{VERSION} in {Path(__file__).parents[3]}")
+    yield Finding("versions", "python", "ok", f"{platform.python_version()} in {sys.prefix}")
+    yield Finding("versions", "system", "ok", f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors")
     yield from libraries()
     yield from kernels()
     yield from plugins()
@@ -69,15 +69,15 @@ def examine() -> Iterator[Found]:
     yield from tools()
     for name in SETTINGS:
         if name in os.environ:
-            yield Found("settings", name, "ok", os.environ[name])
+            yield Finding("settings", name, "ok", os.environ[name])
 
 
-def libraries() -> Iterator[Found]:
+def libraries() -> Iterator[Finding]:
     """Yield the requirements of cdpr and its extras: their versions, or the extra that installs them."""
     try:
         required = importlib.metadata.requires(DISTRIBUTION) or []
     except importlib.metadata.PackageNotFoundError:
-        yield Found("libraries", DISTRIBUTION, "wrong", "is imported, not installed", f"pip install {DISTRIBUTION}")
+        yield Finding("libraries", DISTRIBUTION, "wrong", "is imported, not installed", f"pip install {DISTRIBUTION}")
         return
     extras: dict[str, list[str]] = {}
     for text in required:
@@ -91,14 +91,14 @@ def libraries() -> Iterator[Found]:
         group = "libraries" if "" in of else "extras"
         title = name if "" in of else f"{name} ({', '.join(of)})"
         try:
-            yield Found(group, title, "ok", importlib.metadata.version(name))
+            yield Finding(group, title, "ok", importlib.metadata.version(name))
         except importlib.metadata.PackageNotFoundError:
             wanted = f"pip install '{DISTRIBUTION}[{of[0]}]'" if of[0] else f"pip install {name}"
             state: State = "missing" if of[0] else "wrong"
-            yield Found(group, title, state, "not installed, or not made for this Python and system", wanted)
+            yield Finding(group, title, state, "not installed, or not made for this Python and system", wanted)
 
 
-def kernels() -> Iterator[Found]:
+def kernels() -> Iterator[Finding]:
     """Yield the kernel library: its compiler and the instruction set in use."""
     try:
         from cdpr.native import library
@@ -106,78 +106,82 @@ def kernels() -> Iterator[Found]:
         chosen = native.target()
     except ImportError as error:
         remedy = f"reinstall {DISTRIBUTION}; in a checkout, run pip install --editable ."
-        yield Found("kernels", "library", "wrong", f"cannot be loaded: {error}", remedy)
+        yield Finding("kernels", "library", "wrong", f"cannot be loaded: {error}", remedy)
     except CdprError as error:
-        yield Found("kernels", "library", "wrong", str(error).partition(";")[0], f"correct or unset {native.VARIABLE}")
+        yield Finding(
+            "kernels", "library", "wrong", str(error).partition(";")[0], f"correct or unset {native.VARIABLE}"
+        )
     else:
         text = f"{library.__file__}, {len(native.operations())} operations, built by {library.compiler}"
         if digest() in (None, library.sources):
-            yield Found("kernels", "library", "ok", text)
+            yield Finding("kernels", "library", "ok", text)
         else:
             remedy = "run pip install --no-deps --editable . in the checkout"
-            yield Found("kernels", "library", "wrong", f"{library.__file__}, built from other C++ sources", remedy)
+            yield Finding("kernels", "library", "wrong", f"{library.__file__}, built from other C++ sources", remedy)
         others = ", ".join(name for name in native.targets() if name != chosen)
-        yield Found("kernels", "instruction set", "ok", f"{chosen}; also available: {others or 'none'}")
+        yield Finding("kernels", "instruction set", "ok", f"{chosen}; also available: {others or 'none'}")
 
 
-def plugins() -> Iterator[Found]:
+def plugins() -> Iterator[Finding]:
     """Yield each plugin with its state, then the problems of distributions with plugins."""
     found = registry()
     for role in ROLES:
         for name, entry in sorted(found.plugins[role].items()):
             if entry.missing:
                 text = f"needs {', '.join(entry.missing)}, not installed"
-                yield Found(f"{role}s", name, "missing", text, entry.remedy)
+                yield Finding(f"{role}s", name, "missing", text, entry.remedy)
                 continue
             try:
                 entry.load()
             except CdprError as error:
-                yield Found(f"{role}s", name, "wrong", str(error), "reinstall the named package, or remove the plugin")
+                yield Finding(
+                    f"{role}s", name, "wrong", str(error), "reinstall the named package, or remove the plugin"
+                )
             else:
-                yield Found(f"{role}s", name, "ok", f"{entry.distribution} {entry.version}")
+                yield Finding(f"{role}s", name, "ok", f"{entry.distribution} {entry.version}")
     for problem in found.problems:
-        yield Found("plugins", "problem", "wrong", problem, f"remove that distribution, or set {DISABLE}=1")
+        yield Finding("plugins", "problem", "wrong", problem, f"remove that distribution, or set {DISABLE}=1")
 
 
-def folders() -> Iterator[Found]:
+def folders() -> Iterator[Finding]:
     """Yield the folders to which cdpr writes, with their free space."""
     try:
         yield _folder("temporary", Path(tempfile.gettempdir()), "set TMPDIR to a folder of yours")
     except OSError as error:
-        yield Found("folders", "temporary", "wrong", str(error), "set TMPDIR to a folder of yours")
+        yield Finding("folders", "temporary", "wrong", str(error), "set TMPDIR to a folder of yours")
     try:
         yield _folder("home", Path.home(), "set HOME")
     except RuntimeError as error:
-        yield Found("folders", "home", "wrong", str(error), "set HOME")
+        yield Finding("folders", "home", "wrong", str(error), "set HOME")
     remedy = "results go to --out DIR, or change to a folder of yours"
     try:
         yield _folder("here", Path.cwd(), remedy)
     except OSError as error:  # it was removed
-        yield Found("folders", "here", "wrong", f"cannot be found: {error.strerror}", remedy)
+        yield Finding("folders", "here", "wrong", f"cannot be found: {error.strerror}", remedy)
 
 
-def _folder(name: str, path: Path, remedy: str) -> Found:
+def _folder(name: str, path: Path, remedy: str) -> Finding:
     try:
         with tempfile.TemporaryFile(dir=path):
             free = shutil.disk_usage(path).free
     except OSError as error:
-        return Found("folders", name, "wrong", f"{path} cannot be written: {error.strerror}", remedy)
-    return Found("folders", name, "ok", f"{path}, {free / 1e9:.1f} GB free")
+        return Finding("folders", name, "wrong", f"{path} cannot be written: {error.strerror}", remedy)
+    return Finding("folders", name, "ok", f"{path}, {free / 1e9:.1f} GB free")
 
 
-def tools() -> Iterator[Found]:
+def tools() -> Iterator[Finding]:
     """Yield the C++ compiler, the browser and the display."""
     try:
-        yield Found("tools", "C++ compiler", "ok", " ".join(compiler()))
+        yield Finding("tools", "C++ compiler", "ok", " ".join(compiler()))
     except CdprError:
         text = "none: cdpr fmu export then needs --source-only"
-        yield Found("tools", "C++ compiler", "missing", text, "install one, such as the package g++")
+        yield Finding("tools", "C++ compiler", "missing", text, "install one, such as the package g++")
     browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if browser:
-        yield Found("tools", "browser", "ok", browser)
+        yield Finding("tools", "browser", "ok", browser)
     else:
         text = "none found: open reports (report.html) in any browser, also on another machine"
-        yield Found("tools", "browser", "missing", text, "install one, or copy the page")
+        yield Finding("tools", "browser", "missing", text, "install one, or copy the page")
     display = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
     text = "none: pages are not opened"
-    yield Found("tools", "display", "ok", display) if display else Found("tools", "display", "missing", text)
+    yield Finding("tools", "display", "ok", display) if display else Finding("tools", "display", "missing", text)

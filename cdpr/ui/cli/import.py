@@ -13,7 +13,7 @@ from cdpr.ui.cli.names import OutPath
 from cdpr.ui.cli.numbers import Real
 
 if TYPE_CHECKING:
-    from cdpr.formats.read.import_files import Taken
+    from cdpr.formats.read.import_files import ImportResult
 
 
 @click.command("import")
@@ -77,7 +77,7 @@ def _pair(text: str | None) -> tuple[float, float] | None:
     return low, high
 
 
-def _print_result(each: Taken, written: list[Path]) -> None:
+def _print_result(each: ImportResult, written: list[Path]) -> None:
     if each.error:
         click.echo(each.error if each.own else f"not read: {each.error}")
         return

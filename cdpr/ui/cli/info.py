@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.ui.cli.load import load_told, strict_option
+from cdpr.ui.cli.load import load_with_warnings, strict_option
 from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def command(
     The default of --pose is the robot's home, or the scenario's initial pose. A motion is evaluated by inverse
     kinematics and dynamics, without simulation. Tensions are those of the solver qp, of minimum 2-norm.
     """
-    loaded = load_told(file, changes, strict=strict)
+    loaded = load_with_warnings(file, changes, strict=strict)
     # imported only after the file is valid, because it is slow
     from cdpr.ui.cli.analyse_motion import portray
     from cdpr.ui.report.text.description import lines

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 strict_option = click.option("--strict", is_flag=True, help="Turn warnings into errors, with exit code 2.")
 
 
-def load_told(file: str, changes: tuple[str, ...], *, strict: bool = False) -> Scenario | Robot:
+def load_with_warnings(file: str, changes: tuple[str, ...], *, strict: bool = False) -> Scenario | Robot:
     """Load and check a file, and print its notes and warnings.
 
     Raises:

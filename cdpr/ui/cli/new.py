@@ -88,18 +88,18 @@ def scenario(file: str, source: str | None, **given: Any) -> None:
     """Write a scenario FILE (default: scenario.yaml; - prints it): a slow feasible move of its robot."""
     from cdpr.scenario import load_scenario
     from cdpr.scenario.template import RESTS, crowded
-    from cdpr.simulation.trial_runs import tried_scenario
+    from cdpr.simulation.trial_runs import scenario_with_trials
 
     extra = [f"--{key}" for key, value in given.items() if value is not None]
     if source is not None and extra:
         raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
     chosen = _sizes(given)
-    tried = tried_scenario(file, source, chosen)
-    text = tried.text
+    trial = scenario_with_trials(file, source, chosen)
+    text = trial.text
     told = None if source is not None else crowded(load_scenario(file, text=text).robot, chosen)
     _write(file, text, f"cdpr run {shlex.quote(file)}", told)
-    if tried.note:
-        click.echo(tried.note, err=True)
+    if trial.note:
+        click.echo(trial.note, err=True)
     if RESTS in text and file != STDOUT:
         click.echo(f"{RESTS} 'cdpr info {shlex.quote(file)}' shows details; a trajectory can be written in", err=True)
 
@@ -135,10 +135,10 @@ def _write(file: str, text: str, then: str, warning: str | None) -> None:
         raise OutputError(f"cannot write '{file}': there is no folder '{Path(file).parent}'; create it first") from None
     except OSError as error:
         raise OutputError(f"cannot write '{file}': {error.strerror}") from None
-    from cdpr.ui.cli.load import load_told
+    from cdpr.ui.cli.load import load_with_warnings
 
     click.echo(file)
-    load_told(file, ())  # prints warnings on unusual sizes
+    load_with_warnings(file, ())  # prints warnings on unusual sizes
     if warning:
         click.echo(f"warning: {file}: {warning}", err=True)
     click.echo(f"next: {then}", err=True)

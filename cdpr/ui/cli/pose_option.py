@@ -20,7 +20,7 @@ from cdpr.ui.cli.numbers import number
 DEGREES = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)) ?deg\b")
 
 
-def look(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Array, str]:
+def pose_and_gravity(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Array, str]:
     """Return robot, gravity (3,), pose (7,) as position and quaternion, and the source of the pose.
 
     Raises:

@@ -120,10 +120,10 @@ def command(
             stop, report = Interrupted("interrupted after the last sample"), False
         signals.wait = False
         least = _least(loaded, run) if statics else {}
-        from cdpr.log.interference import touched
+        from cdpr.log.interference import cables_in_contact
         from cdpr.ui.report.text.reservations import fallback, lost, reservations
 
-        touch = touched(loaded.robot, run, loaded.obstacles)
+        touch = cables_in_contact(loaded.robot, run, loaded.obstacles)
         if report:
             failure = _write_report(run, least, touch)
             stop = stop or failure
@@ -196,7 +196,7 @@ def _simulate(
 
     import numpy as np
 
-    from cdpr.link.waiting import waits_told
+    from cdpr.link.waiting import report_waits
     from cdpr.log.run import Run
     from cdpr.log.run_folder import RUNS, RunFolder
     from cdpr.simulation import simulate
@@ -218,7 +218,7 @@ def _simulate(
         signals.wait = False
         if signals.pending:
             raise KeyboardInterrupt
-        with Progress() as progress, waits_told(partial(click.echo, err=True)):
+        with Progress() as progress, report_waits(partial(click.echo, err=True)):
             if live is not None:
                 from cdpr.ui.live.drive import drive
 

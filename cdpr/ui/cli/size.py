@@ -119,9 +119,9 @@ def _duty(what: str, changes: tuple[str, ...]) -> tuple[Duty, Array]:
         run = load_run(path)
         return Duty.of_run(run, what), np.array(run.header.gravity)
     from cdpr.scenario import Scenario
-    from cdpr.ui.cli.load import load_told
+    from cdpr.ui.cli.load import load_with_warnings
 
-    loaded = load_told(what, changes)
+    loaded = load_with_warnings(what, changes)
     if not isinstance(loaded, Scenario):
         raise CdprError(f"{what}: is a robot; expected a scenario or a run")
     return Duty.of_scenario(loaded, what), np.array(loaded.world.gravity)

@@ -60,9 +60,9 @@ def command(
     command draws all admissible tensions; with more than two redundant cables, it draws the range of each tension.
     """
     from cdpr.scenario import Scenario
-    from cdpr.ui.cli.load import load_told
+    from cdpr.ui.cli.load import load_with_warnings
 
-    loaded = load_told(file, changes)
+    loaded = load_with_warnings(file, changes)
     # imported only after the file is valid, because it is slow
     from cdpr.analysis.distribution.comparison import compare, describe
     from cdpr.log.run_json import to_json
@@ -70,11 +70,11 @@ def command(
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import check_lengths
     from cdpr.tension.problem import Problem
-    from cdpr.ui.cli.pose_option import look, parse_wrench
+    from cdpr.ui.cli.pose_option import parse_wrench, pose_and_gravity
     from cdpr.ui.cli.progress import Progress
     from cdpr.ui.report.text.distributions import lines
 
-    robot, gravity, at, source = look(loaded, pose)
+    robot, gravity, at, source = pose_and_gravity(loaded, pose)
     check_lengths(robot, at)
     if wrench is None:
         load, whence = required_wrench(robot, make_state(at[:3], at[3:]), gravity), "holds the weight"

@@ -149,15 +149,15 @@ def _runs(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> 
 
 
 def _view_page(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
-    from cdpr.ui.cli.load import load_told
+    from cdpr.ui.cli.load import load_with_warnings
 
-    loaded = load_told(what[0], changes)
+    loaded = load_with_warnings(what[0], changes)
     # imported only after the file is valid, because it is slow
     from cdpr.ui.cli.analyse_motion import portray
-    from cdpr.ui.report.pages.view import render_look
+    from cdpr.ui.report.pages.view import render_view
 
     figures, shown, survey = portray(loaded, pose)
-    return render_look(loaded.name, figures, shown, survey)
+    return render_view(loaded.name, figures, shown, survey)
 
 
 def _usual() -> Path:

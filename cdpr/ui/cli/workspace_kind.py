@@ -197,18 +197,18 @@ def _run(
     as_json: bool,
     oracle: str | None,
 ) -> None:
-    from cdpr.ui.cli.load import load_told
+    from cdpr.ui.cli.load import load_with_warnings
 
-    loaded = load_told(file, changes)
+    loaded = load_with_warnings(file, changes)
     from cdpr.analysis.workspace.kinds import kind_of
     from cdpr.analysis.workspace.regions import region
     from cdpr.analysis.workspace.required import NOTHING
     from cdpr.analysis.workspace.result import workspace
-    from cdpr.ui.cli.pose_option import look, parse_attitude
+    from cdpr.ui.cli.pose_option import parse_attitude, pose_and_gravity
     from cdpr.ui.cli.progress import Progress
 
     target = target_of(out)
-    robot, gravity, _, _ = look(loaded, None)
+    robot, gravity, _, _ = pose_and_gravity(loaded, None)
     turned = [parse_attitude(text, robot) for text in place.orientation]
     source = source_of(loaded, file, changes)  # recorded as loaded
     lower, upper = (_three(text, name) for text, name in ((place.lower, "--lower"), (place.upper, "--upper")))

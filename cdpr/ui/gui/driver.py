@@ -174,9 +174,9 @@ class Driver:
                 thread.start()
                 self._writing = [*filter(Thread.is_alive, self._writing), thread]
             elif answer:
-                from cdpr.ui.gui.session import Doubt
+                from cdpr.ui.gui.session import CommandWarning
 
-                reply("warning" if isinstance(answer, Doubt) else "info", answer)
+                reply("warning" if isinstance(answer, CommandWarning) else "info", answer)
         self._publish(monotonic(), everything=True)
 
     @property

@@ -21,7 +21,7 @@ from cdpr.base import processes
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
 from cdpr.formats.read.gazebo import is_motion
-from cdpr.formats.read.import_files import ENDINGS, Taken, write
+from cdpr.formats.read.import_files import ENDINGS, ImportResult, write
 from cdpr.formats.read.limits import WALL
 from cdpr.log.files import unwritable
 from cdpr.ui.gui.broadcast import Reader
@@ -42,7 +42,7 @@ class Incoming:
     """Last import of each window, which it may write."""
 
     def __init__(self) -> None:
-        self._read: WeakKeyDictionary[Reader, list[Taken]] = WeakKeyDictionary()
+        self._read: WeakKeyDictionary[Reader, list[ImportResult]] = WeakKeyDictionary()
         self._lock = Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: Reader | None = None  # window of the running import
@@ -106,7 +106,7 @@ class Incoming:
             OutputError: if a file exists or cannot be written; then nothing is written.
         """
         every = self._read.get(reader, [])
-        merged = Taken("", {name: text for each in every for name, text in each.files.items()})
+        merged = ImportResult("", {name: text for each in every for name, text in each.files.items()})
         if not merged.files:
             raise CdprError("no imported data to write: import the file again")
         if open not in list(merged.files):
@@ -130,7 +130,7 @@ class Incoming:
             if self._process is not None:
                 self._process.kill()
 
-    def _uploaded(self, reader: Reader, files: Mapping[str, bytes], given: dict[str, Any]) -> list[Taken]:
+    def _uploaded(self, reader: Reader, files: Mapping[str, bytes], given: dict[str, Any]) -> list[ImportResult]:
         """Read uploaded files, isolated from all other files."""
         if len(files) == 2 and len(motions := [name for name in files if is_motion(files[name])]) == 1:
             given = {"trajectory": motions[0], **given}  # it belongs to the other file
@@ -153,7 +153,7 @@ class Incoming:
                     raise unwritable(Path(name), error) from error
             return self._apart(reader, {"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
 
-    def _apart(self, reader: Reader, asked: dict[str, Any], folder: Path | None = None) -> list[Taken]:
+    def _apart(self, reader: Reader, asked: dict[str, Any], folder: Path | None = None) -> list[ImportResult]:
         """Read in a separate process; its working folder defaults to ours."""
         process = self._begin(reader, folder)
         longest = max(SECONDS, WALL * asked.get("seconds", 0.0))
@@ -179,7 +179,7 @@ class Incoming:
             raise fault
         if "error" in answer:
             raise CdprError(answer["error"])
-        return [Taken(**each) for each in answer["taken"]]
+        return [ImportResult(**each) for each in answer["taken"]]
 
     def _begin(self, reader: Reader, folder: Path | None) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-P", "-m", "cdpr.ui.gui.reading", str(os.getpid())]
@@ -254,7 +254,7 @@ def _is_plain(name: str) -> bool:
     )
 
 
-def _message(every: list[Taken]) -> Words:
+def _message(every: list[ImportResult]) -> Words:
     """Return the preview message, with texts of files up to a limit."""
     left = MOST_SHOWN
     sources = []

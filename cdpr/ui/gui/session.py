@@ -15,7 +15,7 @@ import numpy as np
 
 from cdpr.base.errors import CdprError, OutputError
 from cdpr.log.event import Event
-from cdpr.log.interference import touched
+from cdpr.log.interference import cables_in_contact
 from cdpr.log.rows import IN_MEMORY
 from cdpr.log.run import Run
 from cdpr.log.run_folder import folder_name
@@ -46,7 +46,7 @@ FATES = ("broken", "jammed")
 TARGET_SECONDS = 2.0  # default duration of the motion to a new target
 
 
-class Doubt(str):
+class CommandWarning(str):
     """Warning: the command was executed, but its result is probably not intended."""
 
     __slots__ = ()
@@ -252,7 +252,7 @@ class SimulationSession:
         attitude = None if rpy is None else {"rpy": rpy}
         self._sim.target(position, attitude, duration=TARGET_SECONDS if duration is None else duration)
         doubts = self.scenario.doubts(self._sim.events)
-        return Doubt(f"target: {'; '.join(doubts)}" if doubts else "")
+        return CommandWarning(f"target: {'; '.join(doubts)}" if doubts else "")
 
     def _save_session(self, out: str) -> str:
         """Save the session; overwrite only files that this simulation has saved."""
@@ -273,7 +273,7 @@ class SimulationSession:
         assert run.folder is not None
         if len(self._sim.events) > len(self.scenario.events):
             self._sim.save(Path(run.folder) / SESSION_NAME)
-        touch = touched(self.scenario.robot, run, self.scenario.obstacles)
+        touch = cables_in_contact(self.scenario.robot, run, self.scenario.obstacles)
         return partial(_report, run, Path(run.folder), touch)
 
 

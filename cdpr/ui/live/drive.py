@@ -163,20 +163,20 @@ class Driven(Simulation):
         finally:
             request.done.set()
 
-    def ask_pause(self, paused: bool = True) -> None:
+    def request_pause(self, paused: bool = True) -> None:
         """Pause or resume."""
         if self.paused and not paused:
             self._begin_clock()
         self.paused = paused
         self._link.changed({"paused": paused})
 
-    def ask_step(self, steps: int = 1) -> None:
+    def request_step(self, steps: int = 1) -> None:
         """Simulate some control steps and pause."""
-        self.ask_pause()
+        self.request_pause()
         self.step(steps) if self._tension is None else self.step(steps, tension=self._tension)
         self._show()
 
-    def ask_speed(self, speed: float) -> None:
+    def request_speed(self, speed: float) -> None:
         """Set the speed as a multiple of the wall clock."""
         speed = _within("", speed, SPEEDS)
         if not self.paused:
@@ -184,7 +184,7 @@ class Driven(Simulation):
         self._speed = speed
         self._link.changed({"speed": speed})
 
-    def ask_target(self, position: list[float], orientation: list[float], duration: float = MOVE) -> None:
+    def request_target(self, position: list[float], orientation: list[float], duration: float = MOVE) -> None:
         """Move the desired pose of the origin to a target, quaternion w, x, y, z; warn once."""
         self.target(position, orientation, duration=duration)
         doubts = self.scenario.doubts(self.events)
@@ -192,7 +192,7 @@ class Driven(Simulation):
             self._link.warned(f"target: {'; '.join(doubts)}")
         self._doubted = bool(doubts)
 
-    def ask_wrench(self, force: list[float], moment: list[float]) -> None:
+    def request_wrench(self, force: list[float], moment: list[float]) -> None:
         """Apply this wrench from now on instead of the previous one; zero ends it."""
         if self._push is not None and (list(self._push.force), list(self._push.moment)) == (force, moment):
             return
@@ -201,7 +201,7 @@ class Driven(Simulation):
             self.release(self._push)
         self._push = made
 
-    def ask_tension(self, tension: list[float], names: list[str] | None = None) -> None:
+    def request_tension(self, tension: list[float], names: list[str] | None = None) -> None:
         """Command these tensions, N, from now on; an empty list returns control to the controller.
 
         The order is that of the cables, or of `names`.
@@ -219,16 +219,16 @@ class Driven(Simulation):
         checked(tension, (self.scenario.robot.m,), "tension", finite=True)  # refuse invalid values immediately
         self._tension = tension
 
-    def ask_stop(self) -> None:
+    def request_stop(self) -> None:
         """Stop the robot as in an emergency."""
         self.stop()
 
-    def ask_set(self, key: str, value: Any) -> None:
+    def request_set(self, key: str, value: Any) -> None:
         """Set an option of the controller or solver."""
         self.set(key, value)
         self._link.changed({key: value})
 
-    def ask_reset(self) -> None:
+    def request_reset(self) -> None:
         """Restart the simulation; requires a run without log."""
         self.reset()
         self._push, self._tension, self._doubted = None, None, False
@@ -238,7 +238,7 @@ class Driven(Simulation):
 
 
 REQUESTS: dict[str, Callable[..., None]] = {
-    name.removeprefix("ask_"): method for name, method in vars(Driven).items() if name.startswith("ask_")
+    name.removeprefix("request_"): method for name, method in vars(Driven).items() if name.startswith("request_")
 }
 
 

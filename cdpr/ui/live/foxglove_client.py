@@ -12,7 +12,7 @@ from cdpr.base.problems import shown
 from cdpr.link.web_socket import Message, WebSocket
 from cdpr.log.topics import Topic
 from cdpr.ui.live import foxglove_protocol as protocol
-from cdpr.ui.live.received_messages import KINDS, unheard
+from cdpr.ui.live.received_messages import KINDS, unknown_topic
 from cdpr.ui.live.requests import Request
 from cdpr.ui.live.sender import BACKLOG, SERVICES, Sender
 
@@ -166,7 +166,7 @@ class Client:
                 raise ValueError(f"advertise: more than {MOST_CHANNELS} channels; unadvertise others first")
             self._channels[number] = topic, encoding
             if topic not in KINDS:
-                self._link.refused(unheard(topic))
+                self._link.refused(unknown_topic(topic))
 
     def _unadvertise(self, message: Content) -> None:
         for each in message["channelIds"]:

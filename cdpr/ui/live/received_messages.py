@@ -24,7 +24,7 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
         CdprError: if the topic is unknown or the message is invalid; the text names the topic.
     """
     if topic not in KNOWN:
-        raise CdprError(unheard(topic))
+        raise CdprError(unknown_topic(topic))
     if encoding not in ("json", "cdr"):
         raise CdprError(f"{topic}: messages must be JSON or CDR, not {shown(encoding)}")
     try:
@@ -36,7 +36,7 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
         raise CdprError(f"{topic}: {error}") from None
 
 
-def unheard(topic: str) -> str:
+def unknown_topic(topic: str) -> str:
     """Return the message for an unknown topic."""
     return f"{topic or shown(topic)}: unknown topic; {did_you_mean(topic, KNOWN)}topics are {', '.join(KNOWN)}"
 

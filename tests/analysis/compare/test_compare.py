@@ -14,7 +14,7 @@ from cdpr.analysis.compare.differences import QUANTITIES, apart, difference, pos
 from cdpr.analysis.compare.engines import engine_of, field, is_continuous
 from cdpr.analysis.compare.excitation import unexcited
 from cdpr.analysis.compare.finished import compare_finished
-from cdpr.analysis.compare.runs import Made, Runs, Wanted
+from cdpr.analysis.compare.runs import RunResult, Runs, RunSpec
 from cdpr.analysis.compare.scenarios import changes
 from cdpr.analysis.compare.verdict import against_scheme, spans
 from cdpr.analysis.jobs.pool import Outcome
@@ -109,8 +109,8 @@ def test_a_sound_engine_agrees_on_a_robot_of_a_gram(gram):
 @pytest.mark.parametrize("name", ["position", "velocity", "tension", "cable_work"])
 def test_bounds_go_with_the_size_of_the_robot(gram, name):
     """A millionth of what there is lies beyond the bounds, of any robot."""
-    gram.make([Wanted("reference", "qp")])
-    run = gram[Wanted("reference", "qp")].run
+    gram.make([RunSpec("reference", "qp")])
+    run = gram[RunSpec("reference", "qp")].run
     by = 1e-6 * float(np.ptp(run[name], axis=0).max())
     verdict = against_scheme(off(run, name, _one(run, name, by)), run, run, continuous=True)
     assert verdict.outcome == "disagrees", verdict.checks
@@ -247,19 +247,19 @@ def test_continuity_is_what_solver_or_controller_declare():
 
 def test_wanted_runs_keep_the_control_period():
     scenario = load("caroca", {"simulation.control_step": 0.002, "simulation.duration": 1.0})
-    plain = scenario.with_changes(Wanted("reference", "qp").changes(scenario))
+    plain = scenario.with_changes(RunSpec("reference", "qp").changes(scenario))
     assert plain.simulation.physics_step == scenario.simulation.physics_step
-    halved = scenario.with_changes(Wanted("reference", "qp", divide=8).changes(scenario)).simulation
+    halved = scenario.with_changes(RunSpec("reference", "qp", divide=8).changes(scenario)).simulation
     assert (halved.control_step, halved.substeps) == (0.002, 8)
-    longer = scenario.with_changes(Wanted("reference", "qp", divide=2, stretch=30).changes(scenario)).simulation
+    longer = scenario.with_changes(RunSpec("reference", "qp", divide=2, stretch=30).changes(scenario)).simulation
     assert (longer.control_step, longer.substeps, longer.steps) == (pytest.approx(0.06), 2, 16)
-    scheme = scenario.with_changes(Wanted("reference", "qp", "semi_implicit_euler").changes(scenario))
+    scheme = scenario.with_changes(RunSpec("reference", "qp", "semi_implicit_euler").changes(scenario))
     assert engine_of(scheme, "reference").order == 1
 
 
 def test_every_sample_is_compared_whatever_the_log_keeps():
     scenario = load("caroca", {"log.step": 0.1})
-    for wanted in (Wanted("reference", "qp"), Wanted("reference", "qp", divide=2, stretch=30)):
+    for wanted in (RunSpec("reference", "qp"), RunSpec("reference", "qp", divide=2, stretch=30)):
         assert scenario.log_every > 1 == scenario.with_changes(wanted.changes(scenario)).log_every
 
 
@@ -274,7 +274,7 @@ def test_runs_are_read_on_demand(monkeypatch, tmp_path):
     monkeypatch.setattr("cdpr.analysis.compare.runs.run_cases", ended)
     read, real = [], cdpr.analysis.compare.runs.read
     monkeypatch.setattr("cdpr.analysis.compare.runs.read", lambda outcome: read.append(outcome.key) or real(outcome))
-    runs, wanted = Runs(load("caroca", SHORT), tmp_path, 1, None, lambda done, total: None), Wanted("reference", "qp")
+    runs, wanted = Runs(load("caroca", SHORT), tmp_path, 1, None, lambda done, total: None), RunSpec("reference", "qp")
     runs.make([wanted])
     assert read == []
     assert runs[wanted].complete
@@ -284,7 +284,7 @@ def test_runs_are_read_on_demand(monkeypatch, tmp_path):
 class Failing(Here):
     """One backend stops by a signal."""
 
-    ends = Made(None, "died", "the process of this case was ended by SIGSEGV\nmore", begun=True)
+    ends = RunResult(None, "died", "the process of this case was ended by SIGSEGV\nmore", begun=True)
 
     def _one(self, wanted):
         return self.ends if wanted.backend == ENGINES[0] else super()._one(wanted)
@@ -293,11 +293,11 @@ class Failing(Here):
 @pytest.mark.parametrize(
     ("ends", "named", "outcome", "agrees"),
     [
-        (Made(None, "died", "killed"), False, "failed", False),
-        (Made(None, "hung", "no answer after 3 s"), False, "failed", False),
-        (Made(None, "failed", "a plugin raised", begun=True), False, "failed", False),
-        (Made(None, "failed", "only free platforms", begun=False), False, "not run", None),
-        (Made(None, "failed", "only free platforms", begun=False), True, "failed", False),
+        (RunResult(None, "died", "killed"), False, "failed", False),
+        (RunResult(None, "hung", "no answer after 3 s"), False, "failed", False),
+        (RunResult(None, "failed", "a plugin raised", begun=True), False, "failed", False),
+        (RunResult(None, "failed", "only free platforms", begun=False), False, "not run", None),
+        (RunResult(None, "failed", "only free platforms", begun=False), True, "failed", False),
     ],
 )
 def test_engines_that_fail(monkeypatch, ends, named, outcome, agrees):

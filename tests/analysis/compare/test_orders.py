@@ -10,7 +10,7 @@ from cdpr.analysis.compare.comparison import compare
 from cdpr.analysis.compare.engines import field
 from cdpr.analysis.compare.job import summarise
 from cdpr.analysis.compare.refinement import refine
-from cdpr.analysis.compare.runs import Made
+from cdpr.analysis.compare.runs import RunResult
 
 
 def test_orders():
@@ -61,7 +61,7 @@ class Losing(Here):
         return wanted.backend == "reference" and wanted.divide >= 16
 
     def _one(self, wanted):
-        return Made(None, "failed", "boom\nmore", begun=False) if self.lost(wanted) else super()._one(wanted)
+        return RunResult(None, "failed", "boom\nmore", begun=False) if self.lost(wanted) else super()._one(wanted)
 
 
 def test_a_lost_truth_is_not_taken_for_round_off():

@@ -13,7 +13,7 @@ from cdpr.analysis.compare.comparison import compare
 from cdpr.analysis.compare.engines import field
 from cdpr.analysis.compare.job import summarise
 from cdpr.analysis.compare.refinement import Measured
-from cdpr.analysis.compare.runs import Made
+from cdpr.analysis.compare.runs import RunResult
 from cdpr.ui.report.pages.compare import render
 from cdpr.ui.report.text.compare import lines
 
@@ -50,7 +50,7 @@ def diverged():
 
 
 def test_a_run_that_diverged(diverged):
-    found = result(Made(diverged, "diverged", "the state is not finite"))
+    found = result(RunResult(diverged, "diverged", "the state is not finite"))
     html, text = render(found), "\n".join(lines(found.figures))
     assert found.figures["agrees"] is False
     assert "the run ended as diverged at 0.059 s, reference finished" in " ".join(text.split())
@@ -60,7 +60,7 @@ def test_a_run_that_diverged(diverged):
 
 
 def test_a_process_that_died():
-    found = result(Made(None, "died", "the process of this case was ended by SIGSEGV\nFatal Python error"))
+    found = result(RunResult(None, "died", "the process of this case was ended by SIGSEGV\nFatal Python error"))
     html, text = render(found), list(lines(found.figures))
     assert found.figures["agrees"] is False
     assert any("FAILED: died: the process of this case was ended by SIGSEGV" in line for line in text)
@@ -75,7 +75,7 @@ def test_a_wrong_order(diverged):
     wrong = Measured(
         ENGINES[0], 1, "unlike", "order 0.42 instead of 1", 0.42, 1e-3, (1e-3, 5e-4, 2.5e-4), (4e-5, 3e-5, 2e-5), 1e-9
     )
-    found = result(Made(sound, "finished", ""), [wrong])
+    found = result(RunResult(sound, "finished", ""), [wrong])
     assert found.figures["groups"][0]["engines"][0]["outcome"] == "agrees"
     assert found.figures["agrees"] is True
     html = render(found)
@@ -92,7 +92,7 @@ def test_a_wrong_order(diverged):
 def test_an_order_that_could_not_be_measured(outcome, reason, agrees):
     """The text and the top of the page of a failed run contain its reason."""
     sound = cdpr.simulate(load("caroca", {"simulation.duration": 0.1}), backend=ENGINES[0])
-    found = result(Made(sound, "finished", ""), [Measured(ENGINES[0], 1, outcome, reason)])
+    found = result(RunResult(sound, "finished", ""), [Measured(ENGINES[0], 1, outcome, reason)])
     assert found.figures["agrees"] is agrees
     html, text = render(found), list(lines(found.figures))
     assert (f"{outcome}: {reason}".strip() in html[: html.index("</header>")]) is not agrees

@@ -14,7 +14,7 @@ from workspace_cases import cli, robot_of
 from cdpr.analysis.workspace import hull as hulls
 from cdpr.analysis.workspace.answers import free, margin
 from cdpr.analysis.workspace.hull import hull
-from cdpr.analysis.workspace.octree import Asked
+from cdpr.analysis.workspace.octree import CellResults
 from cdpr.analysis.workspace.regions import Region, region
 from cdpr.analysis.workspace.required import box
 from cdpr.analysis.workspace.result import load_workspace, workspace
@@ -33,7 +33,7 @@ def shape_of(value, region_, home=(0.0, 0.0, 0.0), rays=642):
 
     def ask(positions):
         found = value(positions)
-        return Asked(found, np.zeros(len(found), int), found > 0.0, np.zeros(len(found), bool))
+        return CellResults(found, np.zeros(len(found), int), found > 0.0, np.zeros(len(found), bool))
 
     return hull(ask, region_, 0.0, np.array(home), ask(region_.positions(np.arange(region_.cells))), rays, quiet)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from spread import sampled
 from workspace_cases import cli, robot_of
 
-from cdpr.analysis.workspace.octree import Asked, octree
+from cdpr.analysis.workspace.octree import CellResults, octree
 from cdpr.analysis.workspace.oracle import compare
 from cdpr.analysis.workspace.regions import Region, region
 from cdpr.analysis.workspace.required import box
@@ -75,7 +75,7 @@ def asked_of(place, value):
     def ask(cells):
         calls.append(len(cells))
         found = value(place.positions(cells))
-        return Asked(found, np.zeros(len(cells), dtype=np.int64), found >= 0.0, found == 0.0)
+        return CellResults(found, np.zeros(len(cells), dtype=np.int64), found >= 0.0, found == 0.0)
 
     return ask, calls
 

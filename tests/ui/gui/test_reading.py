@@ -15,7 +15,7 @@ from plugin_cases import SUCCESSOR
 pytest.importorskip("websockets")
 
 from cdpr.base.errors import CdprError
-from cdpr.formats.read.import_files import Taken
+from cdpr.formats.read.import_files import ImportResult
 from cdpr.ui.gui import reading
 from cdpr.ui.gui.broadcast import Broadcast
 from cdpr.ui.gui.incoming import Incoming
@@ -92,7 +92,7 @@ def test_displays_and_outputs_are_limited(monkeypatch):
     monkeypatch.setattr("cdpr.ui.gui.incoming.MOST_LINES", 2)
     (message,) = read({"crane.yaml": SUCCESSOR.encode()})
     assert message["sources"][0]["left_out"][2:] == ["and 5 more"]
-    made = Taken("a.xml", {"a.yaml": "x" * 6, "b.csv": "y" * 5})
+    made = ImportResult("a.xml", {"a.yaml": "x" * 6, "b.csv": "y" * 5})
     monkeypatch.setattr("cdpr.formats.read.import_files.import_any", lambda path: [made])
     monkeypatch.setattr(reading, "MOST_MADE", 11)
     assert reading._answer({"path": "a.xml"}) == {"taken": [vars(made)]}

@@ -126,7 +126,7 @@ def test_a_stop_is_possible_however_much_was_done(monkeypatch):
 def test_a_repeated_wrench_is_one_event():
     sim = Driven(cdpr.load_scenario(CAROCA, overrides=QUIET), None, Quiet(), 1.0, 60.0)
     for force in (5.0, 5.0, 7.0, 7.0, 0.0, 0.0):
-        sim.ask_wrench([force, 0.0, 0.0], [0.0, 0.0, 0.0])
+        sim.request_wrench([force, 0.0, 0.0], [0.0, 0.0, 0.0])
         sim.step(3)
     run = sim.run()
     told = [(event.text[:24], event.time, event.until) for event in run.events if event.kind == "wrench"]

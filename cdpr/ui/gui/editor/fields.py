@@ -147,7 +147,7 @@ def entry(
     }
 
 
-class Maker:
+class FieldFactory:
     """Factory of fields from a schema and the data of a file.
 
     Attributes:

@@ -12,7 +12,7 @@ from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.nominal import cable_names
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.ui.gui.editor.fields import MISSING, Field, Maker, Schema, at, choice, entry, every, resolve
+from cdpr.ui.gui.editor.fields import MISSING, Field, FieldFactory, Schema, at, choice, entry, every, resolve
 from cdpr.ui.gui.editor.nominal import cables_in_place
 from cdpr.ui.gui.editor.starts import Starts
 from cdpr.ui.gui.editor.table import cable_table
@@ -44,7 +44,7 @@ class Subject:
 
 def tabs(subject: Subject) -> list[dict[str, Any]]:
     """Return the tabs of the form."""
-    maker = Maker(SCHEMA, subject.known, _choices(subject))
+    maker = FieldFactory(SCHEMA, subject.known, _choices(subject))
     rows = (
         ("robot", "Robot", _robot(subject, maker)),
         ("motion", "Motion", _sections(subject, maker, MOTION)),
@@ -77,7 +77,7 @@ def _paths(made: list[dict[str, Any]]) -> Iterable[str]:
                 yield from (f"{row['path']}.{column['key']}" for column in each["columns"])
 
 
-def _sections(subject: Subject, maker: Maker, keys: Iterable[str]) -> list[Field]:
+def _sections(subject: Subject, maker: FieldFactory, keys: Iterable[str]) -> list[Field]:
     made = []
     for key in keys:
         if key in CORE_KEYS:
@@ -95,7 +95,7 @@ def _sections(subject: Subject, maker: Maker, keys: Iterable[str]) -> list[Field
     return made
 
 
-def _robot(subject: Subject, maker: Maker) -> list[Field]:
+def _robot(subject: Subject, maker: FieldFactory) -> list[Field]:
     robot = subject.data.get("robot", MISSING)
     made: list[Field] = []
     if subject.robot_file or not isinstance(robot, dict):
@@ -112,7 +112,7 @@ def _robot(subject: Subject, maker: Maker) -> list[Field]:
     return made
 
 
-def _of_robot(node: Schema, maker: Maker, path: Path, robot: dict[str, Any], known: Any) -> list[Field]:
+def _of_robot(node: Schema, maker: FieldFactory, path: Path, robot: dict[str, Any], known: Any) -> list[Field]:
     rows = []
     for key in ROBOT:
         value, here = robot.get(key, MISSING), at(known, (key,))
@@ -124,7 +124,7 @@ def _of_robot(node: Schema, maker: Maker, path: Path, robot: dict[str, Any], kno
     return [*rows, *(maker.odd((*path, key), value) for key, value in robot.items() if key not in ROBOT)]
 
 
-def _nominal(subject: Subject, maker: Maker, node: Schema, robot: dict[str, Any]) -> Field:
+def _nominal(subject: Subject, maker: FieldFactory, node: Schema, robot: dict[str, Any]) -> Field:
     """Return the field of the nominal robot: its values default to those of the robot, and no key is required."""
     given = subject.data.get("believed", MISSING)
     about = resolve(SCHEMA["properties"]["believed"], SCHEMA)
@@ -148,7 +148,7 @@ def _nominal(subject: Subject, maker: Maker, node: Schema, robot: dict[str, Any]
     return section | {"kind": "section", "value": None, "fields": fields}
 
 
-def _of_plugin(subject: Subject, maker: Maker, role: Role) -> Field:
+def _of_plugin(subject: Subject, maker: FieldFactory, role: Role) -> Field:
     given = subject.data.get(role, MISSING)
     field = maker.field(SCHEMA["properties"][role], (role,), given, at(subject.known, (role,)))
     if field["kind"] != "section":
@@ -163,7 +163,7 @@ def _of_plugin(subject: Subject, maker: Maker, role: Role) -> Field:
     return field | {"fields": [*core, *_options(subject, role, name, (role,), options, maker)]}
 
 
-def _of_backends(subject: Subject, maker: Maker) -> Field:
+def _of_backends(subject: Subject, maker: FieldFactory) -> Field:
     given = subject.data.get("backend_options", MISSING)
     field = maker.field(SCHEMA["properties"]["backend_options"], ("backend_options",), given)
     if given is not MISSING and not isinstance(given, dict):
@@ -186,14 +186,16 @@ def _of_backends(subject: Subject, maker: Maker) -> Field:
     return field | {"kind": "section", "value": None, "fields": rows}
 
 
-def _options(subject: Subject, role: Role, name: Any, path: Path, given: dict[str, Any], maker: Maker) -> list[Field]:
+def _options(
+    subject: Subject, role: Role, name: Any, path: Path, given: dict[str, Any], maker: FieldFactory
+) -> list[Field]:
     """Return the fields of a plugin's options; only those in the file if the plugin is unavailable."""
     try:
         model = subject.plugins.get(role, name).info.options
         root = json_schema(model)
     except Exception:  # unknown plugin (reported elsewhere), or not a name
         root = {}
-    return Maker(root, choices=maker.choices).fields(root, path, given)
+    return FieldFactory(root, choices=maker.choices).fields(root, path, given)
 
 
 def _entries(plugins: Registry, role: Role) -> list[dict[str, Any]]:

@@ -9,7 +9,7 @@ from cdpr.scenario.nominal import cable_names
 from cdpr.ui.gui.editor.fields import (
     MISSING,
     Field,
-    Maker,
+    FieldFactory,
     Schema,
     at,
     branches,
@@ -25,7 +25,7 @@ from cdpr.ui.gui.editor.fields import (
 COMMON = ("name", "frame", "platform", "tension.min", "tension.max", "diameter", "linear_density")
 
 
-def cable_table(maker: Maker, path: Path, given: Any, robot: Any, known: Any) -> Field:
+def cable_table(maker: FieldFactory, path: Path, given: Any, robot: Any, known: Any) -> Field:
     """Return the table of the cables at `path`.
 
     Args:
@@ -61,7 +61,7 @@ def cable_table(maker: Maker, path: Path, given: Any, robot: Any, known: Any) ->
     return field | {"columns": columns, "rows": rows}
 
 
-def _columns(node: Schema, maker: Maker, before: str, *, optional: bool) -> list[dict[str, Any]]:
+def _columns(node: Schema, maker: FieldFactory, before: str, *, optional: bool) -> list[dict[str, Any]]:
     columns: list[dict[str, Any]] = []
     for key, child in node.get("properties", {}).items():
         inner = resolve(child, maker.root)

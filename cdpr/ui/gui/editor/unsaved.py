@@ -13,7 +13,7 @@ from cdpr.scenario import load_robot
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.scenario.source import stem
 from cdpr.scenario.template import Sizes, commented, robot_text
-from cdpr.simulation.trial_runs import WARNING, tried_scenario
+from cdpr.simulation.trial_runs import WARNING, scenario_with_trials
 from cdpr.ui.gui.editor.files import File, named
 
 KINDS = ("robot", "scenario")
@@ -50,8 +50,8 @@ def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> tupl
     if kind == "robot":
         text, note = robot_text(name, sizes, stem(name)), ""
     else:
-        tried = tried_scenario(name, source and named(source), sizes)
-        text, note = tried.text, tried.note.removeprefix(WARNING)
+        trial = scenario_with_trials(name, source and named(source), sizes)
+        text, note = trial.text, trial.note.removeprefix(WARNING)
     return File(name, text, first=text), note
 
 

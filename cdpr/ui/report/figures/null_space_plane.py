@@ -10,7 +10,7 @@ from cdpr.model.robot import Array
 from cdpr.ui.report.figures.canvas import Line2D, MaxNLocator, Path, PathPatch
 from cdpr.ui.report.figures.chart import plain
 from cdpr.ui.report.figures.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
-from cdpr.ui.report.figures.placing import Taken, place_along, place_badges
+from cdpr.ui.report.figures.placing import OccupiedArea, place_along, place_badges
 from cdpr.ui.report.style import INK, SOFT, cable_looks, shorten
 
 ROOM = 0.0
@@ -30,7 +30,7 @@ def draw(
         axes.add_artist(Line2D(*corners.T, marker="s", color=GOOD, markersize=5.0, zorder=4))
     axes.add_artist(Line2D([0.0], [0.0], marker="+", color=SOFT, markersize=7.0, zorder=4))
     points = np.array([_inches(panel, group.x) for _, group in groups]).reshape(-1, 2)
-    taken = Taken(panel.size)
+    taken = OccupiedArea(panel.size)
     badges = place_badges(taken, points)
     for (number, group), badge in zip(groups, badges, strict=True):
         at = _data(panel, badge)
@@ -56,7 +56,7 @@ def frame(panel: Panel, close: Panel) -> None:
     panel.axes.add_artist(Line2D([a, c, c, a, a], [b, b, d, d, b], color=INK, linewidth=1.0, zorder=9))
 
 
-def _limits(panel: Panel, figures: dict[str, Any], corners: Array, taken: Taken, *, detailed: bool) -> None:
+def _limits(panel: Panel, figures: dict[str, Any], corners: Array, taken: OccupiedArea, *, detailed: bool) -> None:
     """Draw the limits of each cable; emphasise those that bound the polygon and label them first."""
     N, start = (np.array(figures["null_space"][key]) for key in ("basis", "particular_N"))
     cables = figures["cables"]

@@ -14,7 +14,7 @@ ANGLES = np.radians(np.arange(16) * 22.5 + 45.0)  # the first candidate is at th
 RADII = (0.24, 0.36, 0.5, 0.66, 0.84)
 
 
-class Taken:
+class OccupiedArea:
     """Discs covered by labels, dots and the edges of a panel of a given size."""
 
     def __init__(self, size: Array) -> None:
@@ -35,7 +35,7 @@ class Taken:
         return overlap + 10.0 * float(out.sum())
 
 
-def place_badges(taken: Taken, points: Array) -> Array:
+def place_badges(taken: OccupiedArea, points: Array) -> Array:
     """Return centres (k, 2) of badges near the points (k, 2)."""
     taken.add(points, 0.05)
     centres = np.zeros_like(points)
@@ -49,7 +49,7 @@ def place_badges(taken: Taken, points: Array) -> Array:
     return centres
 
 
-def place_along(taken: Taken, start: Array, end: Array, width: float) -> tuple[Array, float]:
+def place_along(taken: OccupiedArea, start: Array, end: Array, width: float) -> tuple[Array, float]:
     """Return the centre (2,) and angle (degrees) of a text of this width on the segment, preferably near an end."""
     length = float(np.linalg.norm(end - start))
     along = (end - start) / max(length, 1e-9)

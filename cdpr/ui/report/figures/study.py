@@ -169,7 +169,7 @@ def _across(layout: Layout, records: Sequence[Record], count: int) -> int:
     return last if 1 < last <= ACROSS else min(ACROSS, count)
 
 
-def _draw(frame: Frame, layout: Layout, curve: Curve, look: Look, aside: float, x: Along, y: Scale, row: int) -> None:
+def _draw(frame: Frame, layout: Layout, curve: Curve, look: Look, aside: float, x: XAxis, y: Scale, row: int) -> None:
     """Draw dots, joined through medians if a place has several; draw crosses at the top for cases without value."""
     at = [x.places[place] + aside for place in curve.x]
     middle = [y.at(sorted(values)[len(values) // 2]) for values in curve.values]
@@ -187,7 +187,7 @@ def _draw(frame: Frame, layout: Layout, curve: Curve, look: Look, aside: float, 
 
 
 @dataclass(frozen=True)
-class Along:
+class XAxis:
     """The x axis: coordinate of each value, range and tick labels."""
 
     places: Mapping[Label, float]
@@ -197,18 +197,18 @@ class Along:
     room: float = 0.0  # in, height of rotated names
 
 
-def _along(layout: Layout, drawn: Mapping[str, Sequence[Curve]], wide: float) -> Along:
+def _along(layout: Layout, drawn: Mapping[str, Sequence[Curve]], wide: float) -> XAxis:
     """Return the x axis of panels of width `wide`, in."""
     places = dict.fromkeys(at for curves in drawn.values() for curve in curves for at in (*curve.x, *curve.lost))
     if layout.numeric:
         numbers = {place: float(place or 0.0) for place in places}
         scale = Scale.of(list(numbers.values()))
         at = {place: scale.at(number) for place, number in numbers.items()}
-        return Along(at, scale.span, scale.ticks(min(TICKS, int(wide / NAME))))
+        return XAxis(at, scale.span, scale.ticks(min(TICKS, int(wide / NAME))))
     every = math.ceil(len(places) / MOST_NAMES)
     names = {float(i): shorten(label_text(label), 14) for i, label in enumerate(places) if i % every == 0}
     at, span = {place: float(i) for i, place in enumerate(places)}, (-0.5, len(places) - 0.5)
     if sum(map(len, names.values())) <= CROWDED:
-        return Along(at, span, names)
+        return XAxis(at, span, names)
     room = LETTER * max(map(len, names.values())) * math.sin(math.radians(TURNED))
-    return Along(at, span, names, TURNED, room)
+    return XAxis(at, span, names, TURNED, room)

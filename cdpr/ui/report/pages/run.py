@@ -59,7 +59,7 @@ def write_report(
         run: finished run.
         path: output file; its folder must exist.
         least: result of `cdpr.analysis.workspace.path.flown`, added to the summary.
-        touch: description of cables in contact, from `cdpr.log.interference.touched`; likewise.
+        touch: description of cables in contact, from `cdpr.log.interference.cables_in_contact`; likewise.
 
     Raises:
         OutputError: if the file cannot be written.

@@ -23,7 +23,7 @@ DOTS = 12_000  # in all figures together
 FEW_ROWS = 12  # rows of a table that is shown unfolded
 
 
-class Wanted(NamedTuple):
+class PageFigure(NamedTuple):
     """Figure of the page."""
 
     key: str
@@ -100,17 +100,17 @@ def _about(results: Results) -> str:
     )
 
 
-def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[Wanted]:
+def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[PageFigure]:
     """Return the figures of a part of a study, except those of quantities that are always zero."""
     return [
-        Wanted(f"{key}figure{i}_{k}", layout, what)
+        PageFigure(f"{key}figure{i}_{k}", layout, what)
         for i, layout in enumerate(layouts(grid), 1)
         for k, what in enumerate(FIGURES, 1)
         if any(value(record, what) for record in records)
     ]
 
 
-def _drawn(records: Sequence[Record], wanted: Wanted, dots: int) -> str:
+def _drawn(records: Sequence[Record], wanted: PageFigure, dots: int) -> str:
     key, layout, what = wanted
     svg = multiples(layout, records, what, dots).markup(what.title)
     return figure(key, escape(what.title), svg, escape(_caption(layout)), kind="wide broad" if layout.panels else "")

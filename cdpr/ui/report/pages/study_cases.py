@@ -37,7 +37,7 @@ SPACE = (
 OVER = "Norms of the errors, and the largest and the smallest of the tensions in the cables of each run."
 
 
-class Shown(NamedTuple):
+class SelectedCase(NamedTuple):
     """Selected case."""
 
     case: StudyCase
@@ -45,12 +45,12 @@ class Shown(NamedTuple):
     run: Run
 
 
-def choose(results: Results) -> tuple[list[Shown], list[str]]:
+def choose(results: Results) -> tuple[list[SelectedCase], list[str]]:
     """Return the cases that the player shows, and remarks on cases that it cannot show."""
     records = dict(zip((case.id for case in results.study.cases), results.table.records(), strict=True))
     logged = [case for case in results.study.cases if (_folder(results, case) / LOG_NAME).is_file()]
     sound = [case for case in logged if results.rows[case.id].status in RESULTS]
-    shown: list[Shown] = []
+    shown: list[SelectedCase] = []
     told = list(_notes(results, len(logged), len(sound)))
     for case, why in _wanted(sound, records):
         if len(shown) == MOST:
@@ -66,7 +66,7 @@ def choose(results: Results) -> tuple[list[Shown], list[str]]:
             told.append(f"Case {case.id} cannot be shown: its run has no sample.")
             continue
         told += [f"Case {case.id}: {warning.message}." for warning in cut]
-        shown.append(Shown(case, why, run))
+        shown.append(SelectedCase(case, why, run))
     return shown, told
 
 
@@ -125,7 +125,7 @@ def names(cases: Sequence[StudyCase]) -> list[str]:
     return found
 
 
-def player(shown: Sequence[Shown]) -> tuple[dict[str, Any], str]:
+def player(shown: Sequence[SelectedCase]) -> tuple[dict[str, Any], str]:
     """Return the player data, and the player's part of the page."""
     arrays = Arrays()
     runs = dict(zip(names([each.case for each in shown]), (each.run for each in shown), strict=True))
@@ -140,7 +140,7 @@ def player(shown: Sequence[Shown]) -> tuple[dict[str, Any], str]:
     return data, theatre(figure("robot", "Robot", "", SPACE, live=stage(data)), [gallery])
 
 
-def account(shown: Sequence[Shown], told: Sequence[str]) -> str:
+def account(shown: Sequence[SelectedCase], told: Sequence[str]) -> str:
     """Return the table of shown cases with reasons, and the remarks, as HTML."""
     rows = []
     looks = overlaid_looks("case", names([each.case for each in shown]))

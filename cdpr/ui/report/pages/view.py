@@ -23,7 +23,7 @@ ROBOT = "Frame anchors, cables and platform at the pose, without simulation."
 MOTION = "The desired motion by inverse kinematics and dynamics; tensions of minimum 2-norm. There is no simulation."
 
 
-def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey: Survey | None) -> str:
+def render_view(title: str, figures: Mapping[str, Any], shown: Pictures, survey: Survey | None) -> str:
     """Return the page as HTML.
 
     Args:
