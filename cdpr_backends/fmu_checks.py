@@ -48,10 +48,10 @@ def start_fault(robot: Robot, start: Array, state: Array, length: Array | None, 
     if state[3:7] @ start[3:7] < 0.0:
         turned[3:7] *= -1.0  # same attitude
     for name, (span, unit) in START.items():
-        said, wanted = state[span], turned[span]
-        if not np.abs(said - wanted).max() <= START_TOLERANCE * max(1.0, float(np.abs(wanted).max())):
+        given, wanted = state[span], turned[span]
+        if not np.abs(given - wanted).max() <= START_TOLERANCE * max(1.0, float(np.abs(wanted).max())):
             remedy = "check the mapping of its signals and their units" if INITIAL + name in filled else ELSEWHERE
-            return f"starts with the {name} {_brief(said)}, the scenario with {_brief(wanted)} ({unit}); {remedy}"
+            return f"starts with the {name} {_brief(given)}, the scenario with {_brief(wanted)} ({unit}); {remedy}"
     if length is not None:
         ours = kinematics.lengths(robot, start)
         if not (np.abs(length - ours) <= LENGTH_TOLERANCE * ours).all():

@@ -37,8 +37,8 @@ class Document:
     def copy(self) -> Document:
         """Return a copy that can be modified."""
         marks = dict(self.keys), dict(self.values)
-        told = list(self.dropped), list(self.notes)
-        twin = Document(dict(self.data), self.source, self.folder, *marks, *told)
+        lists = list(self.dropped), list(self.notes)
+        twin = Document(dict(self.data), self.source, self.folder, *marks, *lists)
         twin.filled, twin.waiting, twin.files = list(self.filled), list(self.waiting), self.files
         twin.passed, twin.sections = self.passed, self.sections
         return twin

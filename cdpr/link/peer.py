@@ -82,9 +82,9 @@ class Peer:
             self._transport: Transport = connected(options.address, called, options.start_timeout)
         else:
             self._transport = Program(program, called, options.sha256)
-        told = {"cdpr": VERSION, **greeting, "timeout": options.timeout, "sends": sends + 1, "takes": takes + 1}
+        greeting = {"cdpr": VERSION, **greeting, "timeout": options.timeout, "sends": sends + 1, "takes": takes + 1}
         try:
-            self._greet(told, until)
+            self._greet(greeting, until)
         except BaseException:  # also an interrupt: nobody else could close the peer
             self.close()
             raise

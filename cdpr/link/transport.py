@@ -129,7 +129,7 @@ def check_program(path: Path, called: str, sha256: str | None) -> None:
 
 def _remedy(error: OSError) -> str:
     """Return the remedy for a program that cannot be started."""
-    return f": {told}" if (told := REMEDIES.get(error.errno or 0)) else ""
+    return f": {remedy}" if (remedy := REMEDIES.get(error.errno or 0)) else ""
 
 
 class Program(Transport):
@@ -214,9 +214,9 @@ class Program(Transport):
 class Connection(Transport):
     """Socket connection to a listening peer."""
 
-    def __init__(self, made: socket.socket, called: str) -> None:
-        super().__init__(called, made.fileno(), made.fileno())
-        self._socket = made
+    def __init__(self, connection: socket.socket, called: str) -> None:
+        super().__init__(called, connection.fileno(), connection.fileno())
+        self._socket = connection
 
     def _end(self, owed: bool) -> None:
         with self._socket, suppress(OSError):
@@ -246,26 +246,26 @@ def connected(address: str, called: str, start_timeout: float) -> Transport:
         BackendDied: if no peer answers at the address.
     """
     kind, place = parsed(address, called)
-    until, told = time.monotonic() + start_timeout, False
+    until, reported = time.monotonic() + start_timeout, False
     with WAITING:
         while True:
-            made = socket.socket(kind, socket.SOCK_STREAM)
+            connection = socket.socket(kind, socket.SOCK_STREAM)
             try:
-                made.settimeout(max(RETRY, until - time.monotonic()))
-                made.connect(place)
+                connection.settimeout(max(RETRY, until - time.monotonic()))
+                connection.connect(place)
                 break
             except OSError as error:
-                made.close()
+                connection.close()
                 if time.monotonic() >= until:
                     why = f"within start_timeout, {start_timeout:g} s ({error.strerror or error})"
                     raise BackendDied(f"{called}: no connection {why}; start it first") from None
-                if not told:
-                    told = True
+                if not reported:
+                    reported = True
                     report_wait(called, start_timeout)
                 time.sleep(RETRY)
     if kind == socket.AF_INET:
-        made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # send frames without delay
-    return Connection(made, called)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # send frames without delay
+    return Connection(connection, called)
 
 
 def parsed(address: str, called: str) -> tuple[socket.AddressFamily, str | tuple[str, int]]:

@@ -213,8 +213,8 @@ def _interrupt(folder: Path, found: Scan, room: Reserved | None) -> bool:
     run = Run(
         amended(found.header, known), found.rows, "interrupted", f"killed while it ran; {len(found.rows)} rows kept"
     )
-    told = ("argv", "started", "finished", "events", "timings", "unused")
-    _write(folder, room, run_json.describe(run) | {key: known[key] for key in told if key in known})
+    kept = ("argv", "started", "finished", "events", "timings", "unused")
+    _write(folder, room, run_json.describe(run) | {key: known[key] for key in kept if key in known})
     return True
 
 

@@ -49,8 +49,8 @@ class Singular(NamedTuple):
         """Return the first times of passages through an anchor and an axis, s, and a sentence; empty if none."""
         if not self.found:
             return {}
-        told = [(time, cables[i], WHERE[name]) for name, (i, time) in self.found.items()]
-        text = "; ".join(f"cable '{cable}' passes its {where} at {time:.4g} s" for time, cable, where in sorted(told))
+        rows = [(time, cables[i], WHERE[name]) for name, (i, time) in self.found.items()]
+        text = "; ".join(f"cable '{cable}' passes its {where} at {time:.4g} s" for time, cable, where in sorted(rows))
         return {**{name: time for name, (_, time) in self.found.items()}, PASSED: text}
 
 

@@ -69,8 +69,8 @@ class Slack(NamedTuple):
 
     def figures(self, names: Sequence[str]) -> dict[str, Any]:
         """Return plain figures; `names` are those of all cables."""
-        told = [{"cable": names[one.cable], "from_s": one.start, "to_s": one.stop} for one in self.intervals()]
-        return {"slack_samples": self.samples, "slack_intervals": told}
+        rows = [{"cable": names[one.cable], "from_s": one.start, "to_s": one.stop} for one in self.intervals()]
+        return {"slack_samples": self.samples, "slack_intervals": rows}
 
     def events(self, names: Sequence[str]) -> list[Event]:
         """Return an event for each interval; cables that are slack together share one."""

@@ -197,8 +197,8 @@ class Accumulator:
         self._final["time"] = float(part.time[-1])
         before = part.tension[-1:].copy()
         # State that must not be counted twice is assigned last: no interrupt occurs between plain assignments.
-        told = sums, squares, beyond, (loose, singular), closest, before, now.stop
-        self._sums, self._squares, self.beyond, self._found, self.closest, self._before, self.count = told
+        updated = sums, squares, beyond, (loose, singular), closest, before, now.stop
+        self._sums, self._squares, self.beyond, self._found, self.closest, self._before, self.count = updated
 
     def _added(self, squares: Array) -> tuple[list[Array], Array]:
         """Return the sums of complete blocks and the squares of the current one, including the next squares (2, n)."""

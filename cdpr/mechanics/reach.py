@@ -202,7 +202,7 @@ class Reach:
 
     def exceeded(self) -> list[Exceeded]:
         """Return the violations of each limit."""
-        told = []
+        texts = []
         far, value, limits, samples = self._found
         for i, kind in enumerate(self.kinds):
             if count := int(samples[0, i]):
@@ -210,8 +210,8 @@ class Reach:
                 cables = tuple(int(j) for j in order if far[i, j] > 0.0)
                 first, worst, limit = int(samples[1, i]), value[i, cables[0]], limits[i, cables[0]]
                 words, unit = kind.words, kind.unit
-                told.append(Exceeded(kind.name, words, cables, first, count, float(worst), float(limit), unit))
-        return told
+                texts.append(Exceeded(kind.name, words, cables, first, count, float(worst), float(limit), unit))
+        return texts
 
     def counts(self) -> dict[str, int]:
         """Return the number of violating samples for each existing kind of limit."""

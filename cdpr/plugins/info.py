@@ -46,9 +46,9 @@ class FileName(str):
 
     @classmethod
     def _located(cls, name: str, info: ValidationInfo) -> FileName:
-        made = cls(name)
-        made.path = Path(os.path.abspath((info.context or {}).get("folder", "")), name)
-        return made
+        created = cls(name)
+        created.path = Path(os.path.abspath((info.context or {}).get("folder", "")), name)
+        return created
 
 
 class PluginOptions(BaseModel):

@@ -92,20 +92,20 @@ class Registered:
         factory = self.load()
         try:
             with hushed():
-                made = factory(*arguments)
-                self._reject_old_names(made)
-                return with_arrays(made, self.info.columns, arguments)
+                created = factory(*arguments)
+                self._reject_old_names(created)
+                return with_arrays(created, self.info.columns, arguments)
         except (CdprError, KeyboardInterrupt):
             raise
         except BaseException as error:
             where = self.place(error)
             raise PluginError(f"{self.role} '{self.info.name}' cannot be created: {one_line(error)}{where}") from error
 
-    def _reject_old_names(self, made: Any) -> None:
+    def _reject_old_names(self, created: Any) -> None:
         for old, new in RENAMED_METHODS.items() if self.role == "backend" else ():
-            if callable(getattr(type(made), old, None)):
+            if callable(getattr(type(created), old, None)):
                 with contextlib.suppress(Exception):
-                    made.close()
+                    created.close()
                 raise PluginError(f"backend '{self.info.name}': method '{old}' is not used: rename it to '{new}'")
 
     @property

@@ -19,8 +19,8 @@ class RefusedError(CdprError):
     """Rejected change of an option; `faults` are (path, text), relative to `key` or `value` of the request."""
 
     def __init__(self, key: str, faults: list[tuple[Path, str]]) -> None:
-        told = [text if path == ("key",) else f"{key}{dotted(path[1:])}: {text}" for path, text in faults]
-        super().__init__("; ".join(told))
+        texts = [text if path == ("key",) else f"{key}{dotted(path[1:])}: {text}" for path, text in faults]
+        super().__init__("; ".join(texts))
         self.faults = faults
 
 

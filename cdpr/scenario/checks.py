@@ -57,8 +57,8 @@ class Checks:
         given, known = self.document.get(path), self.document.sections
         if (found := known.get((kind, path))) is None or found[0] is not given:
             found = known[kind, path] = given, read(kind, given)
-        made: T = found[1]
-        return made
+        created: T = found[1]
+        return created
 
     def directions(self, path: Path) -> tuple[DofName, ...] | None:
         """Return the directions at `path`; all if missing, None if invalid."""

@@ -101,9 +101,9 @@ def _stl(content: bytes, budget: CpuBudget) -> Array:
     if text[:5].lower() != b"solid":
         raise ValueError("expected binary STL of the declared length, or text that begins with 'solid'")
     if b"\0" in text:
-        told = f" of {length} bytes, as its {count} declared triangles require" if len(content) >= HEAD else ""
+        expected = f" of {length} bytes, as its {count} declared triangles require" if len(content) >= HEAD else ""
         raise ValueError(
-            f"it contains bytes that are not text, and is not a binary STL{told}: it has {len(content)} bytes"
+            f"it contains bytes that are not text, and is not a binary STL{expected}: it has {len(content)} bytes"
         )
     if b"endsolid" not in text.lower():
         raise ValueError("it is text that does not end with 'endsolid': a part of it is missing")

@@ -262,12 +262,12 @@ def _value(value: Any) -> str:
     return str(value) if isinstance(value, str | int) and not isinstance(value, bool) else shown(value)
 
 
-def in_a_line(told: list[str]) -> str:
+def in_a_line(texts: list[str]) -> str:
     """Return the first differences and the number of others."""
-    if not told:
+    if not texts:
         return "the robot without changes"
-    more = f"; and {len(told) - MOST} more" if len(told) > MOST else ""
-    return "; ".join(told[:MOST]) + more
+    more = f"; and {len(texts) - MOST} more" if len(texts) > MOST else ""
+    return "; ".join(texts[:MOST]) + more
 
 
 def unused(robot: RobotSection, nominal: RobotSection) -> list[str]:

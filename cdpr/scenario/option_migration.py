@@ -93,8 +93,8 @@ def replacement_note(
     """
     fields = {field.alias or key: field for key, field in model.model_fields.items()}
     defaults = {key: field.get_default() for key, field in fields.items() if key not in given}
-    said = (None, PydanticUndefined)
-    default = [f"{key} = {shown(value)}" for key, value in defaults.items() if value not in said]
+    old_default = (None, PydanticUndefined)
+    default = [f"{key} = {shown(value)}" for key, value in defaults.items() if value not in old_default]
     kept = [key for key in given if key in CORE_KEYS[role] and key != "type"]
     parts = [
         *([f"left out {', '.join(left_out)}"] if left_out else []),

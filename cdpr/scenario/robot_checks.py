@@ -39,11 +39,11 @@ def _needs(*models: str) -> dict[str, str]:
     """Return the required values of these cable models (default: all), with descriptions."""
     needed = {}
     for number in (number for model in models or MODELS for number in MODELS[model].numbers):
-        told = False
+        reported = False
         if number.owner == "winch":
             needed["winch"] = "the winch"
-            told = WinchSection.model_fields[number.key].is_required()  # reported by that section
-        if number.default is None and not told:
+            reported = WinchSection.model_fields[number.key].is_required()  # reported by that section
+        if number.default is None and not reported:
             needed[number.name] = f"the {number.text.partition(',')[0]}{number.unit and f' ({number.unit})'}"
     return needed
 
@@ -162,11 +162,11 @@ class RobotChecks(Checks):
         if common is None or not isinstance(given, list) or not self._one_per_cable(common, len(given)):
             return
         unilateral = self.document.get((*self.root, "unilateral")) is not False
-        said: set[Path] = set()  # a common limit is reported once
+        reported: set[Path] = set()  # a common limit is reported once
         for i, cable in self.cables(self.root):
             for path, text in self._limits(common, cable, i, unilateral):
-                if path not in said:
-                    said.add(path)
+                if path not in reported:
+                    reported.add(path)
                     self.add_problem(path, text)
 
     def _one_per_cable(self, common: TensionSection, count: int) -> bool:

@@ -138,8 +138,8 @@ class Scenario:
     @cached_property
     def planned(self) -> Trajectory:
         """Desired motion without the effect of events."""
-        made, tool = self.trajectory.make(), self.trajectory.tool
-        return made if tool is None else of_tool(made, self.robot.platform.tools[tool])
+        trajectory, tool = self.trajectory.make(), self.trajectory.tool
+        return trajectory if tool is None else of_tool(trajectory, self.robot.platform.tools[tool])
 
     @cached_property
     def desired(self) -> Trajectory:
@@ -178,10 +178,10 @@ class Scenario:
 
     def doubts(self, events: Sequence[ScenarioEvent]) -> list[str]:
         """Return the warnings on the target of the last of these events, which replace the scenario's events."""
-        looked = [*(event for event in events[:-1] if event.goal() is None), *events[-1:]]
-        run = self.sections.model_copy(update={"events": looked})
+        relevant = [*(event for event in events[:-1] if event.goal() is None), *events[-1:]]
+        run = self.sections.model_copy(update={"events": relevant})
         about = self.sections.robot, self.robot, nominal.ROBOT, self._document.data, run
-        path = "events", len(looked) - 1
+        path = "events", len(relevant) - 1
         return [text for where, text in plausible.of_places(plausible.Setup(*about)) if where[:2] == path]
 
     @property
@@ -339,7 +339,7 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
         "controlled": sections.controlled or robot.dof,
         "events": events,
     }
-    made = Scenario(
+    scenario = Scenario(
         sections=sections.model_copy(update=completed),
         robot=known.robot if known else robot.to_robot(document.folder, like.robot if like else None),
         nominal=section.to_robot(document.folder) if section else None,
@@ -354,8 +354,8 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
     )
     moving = {"trajectory", "initial"} if trajectory.tool is None else {"trajectory", "initial", "robot"}
     if before and moving <= unchanged and "planned" in before.__dict__:
-        made.__dict__["planned"] = before.planned  # as `cached_property` stores it
-    return made
+        scenario.__dict__["planned"] = before.planned  # as `cached_property` stores it
+    return scenario
 
 
 def _same_but_platform(document: Document, before: Document) -> bool:

@@ -61,8 +61,8 @@ def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str
         raise AssertionError("a file without document has a problem")
     found = kind_of(document)
     if found and found != kind and (kind or found in ("study", "design")):
-        told = NAMED.get((kind or "", found)) or HINTS.get(found, f"expected a {kind} file")
-        problems.add(Mark(path), (), f"this is a {found} file; {told}")
+        hint = NAMED.get((kind or "", found)) or HINTS.get(found, f"expected a {kind} file")
+        problems.add(Mark(path), (), f"this is a {found} file; {hint}")
         problems.raise_any()
     return document
 

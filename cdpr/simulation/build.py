@@ -57,14 +57,14 @@ class Fault:
     error: CdprError
 
 
-def _prepare(scenario: Scenario, made: ExitStack) -> Prepared:
-    """Make controller and solver, which `made` closes.
+def _prepare(scenario: Scenario, opened: ExitStack) -> Prepared:
+    """Make controller and solver, which `opened` closes.
 
     Raises:
         CdprError: if the scenario cannot be built.
         PluginError: if a plugin is missing or broken.
     """
-    found = _Checks(scenario, made, start=True)
+    found = _Checks(scenario, opened, start=True)
     parts = found.run()
     if found.faults:
         raise found.faults[0].error
@@ -81,19 +81,19 @@ def build(scenario: Scenario) -> Parts:
     robot, nominal = scenario.robot, scenario.nominal
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
-    with ExitStack() as made:  # close these if a later one fails
-        parts = _prepare(scenario, made)
+    with ExitStack() as opened:  # close these if a later one fails
+        parts = _prepare(scenario, opened)
         chosen, controller, solver = parts.chosen, parts.controller, parts.solver
         plant = robot if scenario.actuators is None else with_model(robot, COMMANDED)
         backend: Backend = chosen["backend"].make(
             plant, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
         )
-        made.callback(backend.close)
+        opened.callback(backend.close)
         if scenario.actuators is not None:
             from cdpr.simulation.actuators import actuated  # also enables the check for all modules that run FMUs
 
             backend = actuated(scenario, backend, chosen["backend"])
-            made.callback(backend.close)
+            opened.callback(backend.close)
         backend.reset(scenario.initial.state())
         loop = Parts(
             robot=robot,
@@ -117,14 +117,14 @@ def build(scenario: Scenario) -> Parts:
             columns=parts.columns,
             settings=Settings(scenario.options(), {"controller": controller, "solver": solver}),
         )
-        made.pop_all()
+        opened.pop_all()
     return loop
 
 
 def faults(scenario: Scenario) -> Iterator[Fault]:
     """Yield all reasons why a scenario cannot be built, without starting anything."""
-    with ExitStack() as made:
-        found = _Checks(scenario, made, start=False)
+    with ExitStack() as opened:
+        found = _Checks(scenario, opened, start=False)
         found.run()
     yield from found.faults
 
@@ -132,8 +132,8 @@ def faults(scenario: Scenario) -> Iterator[Fault]:
 class _Checks:
     """Independent checks; without `start`, some parts are not made."""
 
-    def __init__(self, scenario: Scenario, made: ExitStack, *, start: bool) -> None:
-        self._scenario, self._made, self._start = scenario, made, start
+    def __init__(self, scenario: Scenario, opened: ExitStack, *, start: bool) -> None:
+        self._scenario, self._opened, self._start = scenario, opened, start
         self.faults: list[Fault] = []
 
     def run(self) -> Prepared | None:
@@ -155,8 +155,8 @@ class _Checks:
         if usable["controller"] and (self._start or not isinstance(scenario.controller_options, STARTED)):
             controller = self._try(("controller",), lambda: self._controller(chosen["controller"]))
         if controller is not None:
-            made = controller
-            output = self._try(("controller",), lambda: output_of(chosen["controller"], made))
+            created = controller
+            output = self._try(("controller",), lambda: output_of(chosen["controller"], created))
         if trajectory is None or columns is None or solver is None or controller is None or output is None:
             return None
         return Prepared(chosen, controlled, trajectory, columns, solver, controller, output)
@@ -187,7 +187,7 @@ class _Checks:
         robot, gravity = scenario.nominal or scenario.robot, np.array(scenario.world.gravity)
         step = scenario.simulation.control_step
         controller: Controller = entry.make(robot, gravity, step, scenario.controller_options)
-        self._made.callback(controller.close)
+        self._opened.callback(controller.close)
         return controller
 
 

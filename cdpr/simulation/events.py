@@ -68,7 +68,7 @@ def limit_events(exceeded: Sequence[Exceeded], header: Header) -> list[Event]:
 
 def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, ClearanceMonitor]]) -> list[Event]:
     """Return one event for each uninterrupted span of samples with too small clearance, by guard and level."""
-    told = []
+    events = []
     for i, (event, guard) in enumerate(guarding):
         spans = closest.spans(i)
         for span in spans[:MOST]:
@@ -82,11 +82,11 @@ def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, Cle
             begin = "" if through and first == least and not guard.clearance else f"{first} {near}: "
             text = f"{begin}{how} at {span.least.time:.6g} s"
             until = span.until if span.until > span.first.time else None
-            told.append(Event(span.first.time, event.kind(), f"{text} ({count})", until=until))
+            events.append(Event(span.first.time, event.kind(), f"{text} ({count})", until=until))
         if len(spans) > MOST:
             text = f"{len(spans) - MOST} further intervals in which cables are too close"
-            told.append(Event(spans[MOST].first.time, "more", text))
-    return told
+            events.append(Event(spans[MOST].first.time, "more", text))
+    return events
 
 
 def marks(scheduled: Sequence[ScenarioEvent], step: float) -> list[int]:

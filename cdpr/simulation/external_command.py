@@ -145,8 +145,8 @@ class ExternalCommands:
         output: Output = "wrench" if kind == "wrench" else "command"
         if output == self._loop.parts.output:
             return self._loop.stage
-        made = [command.stage for command in self._made.values() if command.kind == kind]
-        return made[0] if made else self._loop.stage_of(output)
+        stages = [command.stage for command in self._made.values() if command.kind == kind]
+        return stages[0] if stages else self._loop.stage_of(output)
 
     def _following(self, stage: Stage) -> list[Operation]:
         """Make a stage take the present tensions, chosen by another one, as its last answer."""

@@ -40,12 +40,12 @@ def decay_rate(scenario: Scenario, pose: Array) -> float:
     """
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
     held = scenario.with_changes({"trajectory": {"type": Hold().type}, "initial": rest})
-    with ExitStack() as made:
+    with ExitStack() as opened:
         parts = build(held)
-        made.callback(parts.controller.close)
-        made.callback(parts.backend.close)
+        opened.callback(parts.controller.close)
+        opened.callback(parts.backend.close)
         loop = Loop(parts)
-        made.callback(loop.close)
+        opened.callback(loop.close)
         loop.warm_up(held.initial.state())
         largest = float(np.abs(np.linalg.eigvals(_Step(loop, held).matrix())).max())
     return -math.log(max(largest, np.finfo(float).tiny)) / held.simulation.control_step

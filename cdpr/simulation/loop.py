@@ -302,8 +302,8 @@ class Loop:
         solver = parts.solver
         known = isinstance(solver, TensionSolver) and speaks_for(solver.compiled, solver.solve)
         compiled = solver.compiled if known else None
-        asked = StageSolver(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
-        return TensionStage(parts.controlled_robot, asked, self.present.live, self.present.cables)
+        stage_solver = StageSolver(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
+        return TensionStage(parts.controlled_robot, stage_solver, self.present.live, self.present.cables)
 
     def written(self, stage: TensionStage | CommandStage) -> Array:
         """Return the input of a stage: commands (m,) or the wrench (6,)."""

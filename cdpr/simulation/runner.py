@@ -102,11 +102,11 @@ class Runner:
         assert self.loop is not None
         assert self.recorder is not None
         events, step, motion = self.session.events, self.header.control_step, self.loop.parts.trajectory
-        done, asked = _moving(self.loop.parts.events), _moving(events)
-        if asked != done:
-            more = asked[len(done) :]
-            if asked[: len(done)] != done or _latest(done) > min(event.time for event in more):
-                motion, more = self.scenario.planned, asked
+        done, planned = _moving(self.loop.parts.events), _moving(events)
+        if planned != done:
+            more = planned[len(done) :]
+            if planned[: len(done)] != done or _latest(done) > min(event.time for event in more):
+                motion, more = self.scenario.planned, planned
             motion = redirected(motion, more, step)
         self.loop.revise(events, motion)
         self.parts = self.loop.parts
@@ -154,9 +154,9 @@ class Runner:
                 "or shorten simulation.duration"
             )
         when = "" if self.recorder is None else f"t = {self._time:.6g} s: "
-        said = PluginError(f"{when}a plugin raised {one_line(error)} in {_origin(error, self.scenario)}")
-        said.__cause__ = error
-        return said
+        wrapped = PluginError(f"{when}a plugin raised {one_line(error)} in {_origin(error, self.scenario)}")
+        wrapped.__cause__ = error
+        return wrapped
 
     def end(self, error: BaseException | None) -> Run:
         """Close log, folder and backend; return the run or raise the error with the run attached.
@@ -230,8 +230,8 @@ class Runner:
             if closest is not None:
                 least = closest.least
                 if least is not None:
-                    told = least.clearance, least.time, closest.name(least)
-                    clearance = dict(zip(CLEARANCE, told, strict=True))
+                    values = least.clearance, least.time, closest.name(least)
+                    clearance = dict(zip(CLEARANCE, values, strict=True))
                 events += contact_events(closest, guarding(self.parts.events, self.header.control_step))
             events += self.session.command_events(samples)
             if self.folder is not None and self.session and not going_on:

@@ -81,8 +81,8 @@ class Session:
             data = {"type": kind.kind(), **data, "time": self._time(k)}
             event = kind.model_validate_json(json.dumps(data))
         except ValidationError as error:
-            told = [f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, kind, data)]
-            raise CdprError(f"{title}: {'; '.join(told)}") from None
+            texts = [f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, kind, data)]
+            raise CdprError(f"{title}: {'; '.join(texts)}") from None
         except ValueError as error:
             raise CdprError(f"{title}: {error}") from None
         names = [cable.name for cable in self.scenario.robot.cables]
@@ -99,15 +99,15 @@ class Session:
             CdprError: if the event or a later one is impossible.
         """
         events = [one for one in (*self.scenario.events, *live) if one is event or _concerns_others(type(one))]
-        told = []
+        texts = []
         for problem in self.scenario.problems_with(events, event):
             other, key = events[int(problem.path[1])], dotted(problem.path[2:])
             text = f"{key}: {problem.text}" if key else problem.text
             if other is not event:
                 text = f"event '{other.type}' at {other.time:g} s could not happen then: {text}"
-            told.append(text)
-        if told:
-            raise CdprError(f"{title}: {'; '.join(told)}")
+            texts.append(text)
+        if texts:
+            raise CdprError(f"{title}: {'; '.join(texts)}")
 
     def released(self, event: ScenarioEvent, k: int) -> ScenarioEvent | None:
         """Return a wrench that ends at sample k; None if it has not acted.

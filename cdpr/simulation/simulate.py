@@ -57,11 +57,11 @@ def simulate(
         >>> run.status, run.time.shape, run.position.shape, run.tension.shape
         ('finished', (101,), (101, 3), (101, 8))
     """
-    made = attempt(scenario, backend, solver, controller, overrides, out)
+    runner = attempt(scenario, backend, solver, controller, overrides, out)
     error: BaseException | None = None
     try:
-        loop, recorder = made.begin()
-        total = made.scenario.simulation.steps + 1
+        loop, recorder = runner.begin()
+        total = runner.scenario.simulation.steps + 1
         report = progress or (lambda done, total: None)
         report(0, total)
 
@@ -71,5 +71,5 @@ def simulate(
 
         loop.run(recorder.rows, flush, steps=total - 1, real_time=real_time)
     except BaseException as stop:
-        error = made.as_cdpr_error(stop)
-    return made.end(error)
+        error = runner.as_cdpr_error(stop)
+    return runner.end(error)

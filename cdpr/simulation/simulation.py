@@ -77,13 +77,13 @@ class Simulation(Branches):
         self._stepping = self._exclusive("step")
         self._start(attempt(scenario, backend, solver, controller, overrides, out))
 
-    def _start(self, made: Runner) -> None:
+    def _start(self, runner: Runner) -> None:
         """Build, and observe sample 0."""
-        self._runner, self._origin = made, object()
+        self._runner, self._origin = runner, object()
         with self._kept():
-            loop, self._recorder = made.begin()
+            loop, self._recorder = runner.begin()
             self._pace = Pace(self._recorder.flush)
-            self._loop, self._last = loop, made.scenario.simulation.steps
+            self._loop, self._last = loop, runner.scenario.simulation.steps
             with loop.timed():
                 loop.begin(self._recorder.rows, self._last)
         self._row = read_only(self._loop.row)

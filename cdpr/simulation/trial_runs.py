@@ -60,7 +60,7 @@ def scenario_with_trials(file: str, source: str | None, sizes: Sizes) -> Trial:
     required = DECAY if scenario.robot.m >= scenario.robot.n else NEUTRAL
     _slowest(scenario.with_changes({"simulation.physics_step": step}))  # includes first-call costs
     end = process_time() + BUDGET
-    best, best_text, best_said = -np.inf, plain, ""
+    best, best_text, best_note = -np.inf, plain, ""
     for changes in _candidates(scenario, step):
         text = scenario_text(file, source, sizes, changes)
         candidate = load_scenario(file, text=text)
@@ -71,14 +71,14 @@ def scenario_with_trials(file: str, source: str | None, sizes: Sizes) -> Trial:
             except Interrupted:
                 return Trial(text, _unfinished(), False)
             if stable:
-                said = ", ".join(f"{key.rpartition('.')[2]} {value:g}" for key, value in changes.items())
-                note = f"tried: stable with {said}, errors up to {1e3 * error:.3g} mm" if changes else ""
+                gains = ", ".join(f"{key.rpartition('.')[2]} {value:g}" for key, value in changes.items())
+                note = f"tried: stable with {gains}, errors up to {1e3 * error:.3g} mm" if changes else ""
                 return Trial(text, note, True)
         if rate > best:
-            best, best_text, best_said = rate, text, _grown(rate)
+            best, best_text, best_note = rate, text, _grown(rate)
         if process_time() > end:
             return Trial(best_text, _unfinished(), False)
-    note = f"{WARNING}no stable gains were found for these elastic cables{best_said}: {_remedy(scenario)}"
+    note = f"{WARNING}no stable gains were found for these elastic cables{best_note}: {_remedy(scenario)}"
     return Trial(best_text, note, False)
 
 
@@ -97,8 +97,8 @@ def _slowest(scenario: Scenario) -> float:
 
 def _unfinished() -> str:
     """Return the note on trials that took too long."""
-    said = f"not tried to the end: the trials of gains reached their limit of {BUDGET:g} s of CPU time"
-    return f"{WARNING}{said}; check the errors of the first run"
+    text = f"not tried to the end: the trials of gains reached their limit of {BUDGET:g} s of CPU time"
+    return f"{WARNING}{text}; check the errors of the first run"
 
 
 def _grown(rate: float) -> str:

@@ -51,20 +51,20 @@ def refusal(
 
     Arguments as there; `bounds` are the limits again, None for a solver that ignores them.
     """
-    told = [f"{name} {value}" for name, value in zip(names, answer.tolist(), strict=True) if not np.isfinite(value)]
-    if told:
-        return f"not finite: {', '.join(told)}"
+    reasons = [f"{name} {value}" for name, value in zip(names, answer.tolist(), strict=True) if not np.isfinite(value)]
+    if reasons:
+        return f"not finite: {', '.join(reasons)}"
     residual = accept_tension(W, wrench, weights, limits[0], limits[1], answer)[1][1]
     allowed = allowed_residual(wrench, weights, limits)
     if not residual <= allowed:
-        told.append(f"the tensions miss the wrench by {residual:.3g} N; allowed: {allowed:.2g} N")
+        reasons.append(f"the tensions miss the wrench by {residual:.3g} N; allowed: {allowed:.2g} N")
     if bounds is not None:
         beyond = np.maximum(bounds[0] - answer, answer - bounds[1])
         i, tolerance = int(np.argmax(beyond)), LIMIT_TOLERANCE * newton(bounds)
         if beyond[i] > tolerance:
             text = f"{names[i]} is {beyond[i]:.3g} N beyond its limits, {bounds[0, i]:g} to {bounds[1, i]:g} N"
-            told.append(f"{text}; allowed: {tolerance:.2g} N")
-    return "; ".join(told)
+            reasons.append(f"{text}; allowed: {tolerance:.2g} N")
+    return "; ".join(reasons)
 
 
 class TensionStage:
@@ -73,7 +73,7 @@ class TensionStage:
     Args:
         robot: robot whose degrees of freedom are the directions in which the wrench is balanced, with the limits unless
             `cables` has them.
-        asked: solver and fallback policy.
+        solver: solver and fallback policy.
         live: current sample; tension and report are results. The solver receives the rows of W and of the required
             wrench for these directions.
         cables: limits and imposed tensions; by default the robot's limits, with all cables free.
@@ -86,12 +86,12 @@ class TensionStage:
     def __init__(
         self,
         robot: Robot,
-        asked: StageSolver,
+        solver: StageSolver,
         live: Present,
         cables: Cables | None = None,
     ) -> None:
-        self._name = asked.name
-        self._stop = asked.policy == "stop"
+        self._name = solver.name
+        self._stop = solver.policy == "stop"
         self._known = np.zeros(2, dtype=np.int64)
         self._refused = ""
         self.live = live
@@ -108,7 +108,7 @@ class TensionStage:
         self._answer = answer = np.full(robot.m, np.nan)
         # read-only, so that the solver cannot change the data of the checks
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
-        bounds = limits if asked.respects_bounds else None
+        bounds = limits if solver.respects_bounds else None
         self._refusal = partial(refusal, [cable.name for cable in robot.cables], W, wrench, weights, limits, bounds)
         shared = {"matrix": W, "wrench": wrench, "weights": weights, "limits": limits}
         shared |= {"tension": live.tension, "report": live.report}
@@ -120,13 +120,13 @@ class TensionStage:
                 answer=answer,
                 known=self._known,
                 answered=int(answered),
-                action=action(asked.policy, minds),
+                action=action(solver.policy, minds),
             )
-            for answered, minds in ((False, True), (True, asked.respects_bounds))
+            for answered, minds in ((False, True), (True, solver.respects_bounds))
         ]
         unanswered, refused = (None, None) if self._stop else self._replacing
-        compiled = asked.compiled(*given, answer) if asked.compiled else None
-        solve = compiled or partial(self._call_solver, partial(asked.solve, *given, answer))
+        compiled = solver.compiled(*given, answer) if solver.compiled else None
+        solve = compiled or partial(self._call_solver, partial(solver.solve, *given, answer))
         accept = bind("accept", **shared, answer=answer)
         self.operations = [
             *selecting,

@@ -45,9 +45,9 @@ def winches_pull_as_commanded(subject: BackendSubject) -> None:
         backend.read_tension(tension)
         backend.step(1)
         wanted = samples.acceleration(samples.free(), start, GRAVITY, tension, NO_WRENCH)
-        told = (backend.state[7:] - start[7:]) / SHORT
+        acceleration = (backend.state[7:] - start[7:]) / SHORT
         bound = 1e3 * ONE_STEP * max(1.0, float(np.abs(wanted).max()))  # tensions change during the step
-        expect_close(told, wanted, bound, f"acceleration under the reported tensions, {model} cables")
+        expect_close(acceleration, wanted, bound, f"acceleration under the reported tensions, {model} cables")
         subject.close(backend)
         backend = subject.make(start, robot, step=STEP)
         backend.command[:] = 250.0

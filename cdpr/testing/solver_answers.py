@@ -51,8 +51,8 @@ def answers_balance(subject: SolverSubject) -> str:
         expect_balanced(subject, problem, tension)
         count += 1
     expect(count, "it answered none of the feasible problems")
-    asked = sum(map(len, subject.limited(samples.feasible())))
-    return f"{count} of {asked} answered, {perf_counter() - started:.2g} s in all"
+    posed = sum(map(len, subject.limited(samples.feasible())))
+    return f"{count} of {posed} answered, {perf_counter() - started:.2g} s in all"
 
 
 def answers_are_within_the_limits(subject: SolverSubject) -> None:
@@ -168,7 +168,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
         (subject.declares("exact") or full) and subject.respects_bounds,
         "it does not declare itself exact, or its coverage full, within the limits",
     )
-    asked = 0
+    solved = 0
     for found, problems in samples.misleading(FEW if subject.declares("slow") else MANY, seed=301):
         robot, slack = found.robot, found.slack
         solver = subject.make(robot)
@@ -189,8 +189,8 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
                 expect(status != Status.INFEASIBLE, f"INFEASIBLE, but there are admissible tensions: {what}")
                 refused = status == Status.UNSUPPORTED and most != "any" and _null_space(problem.W).shape[1] > most
                 expect(not full or refused, f"{Status(status)}, but there are admissible tensions: {what}")
-            asked += 1
-    return f"{asked} problems"
+            solved += 1
+    return f"{solved} problems"
 
 
 def objective_is_reached(subject: SolverSubject) -> str:

@@ -182,9 +182,9 @@ def eight_are_answered_as_one(subject: SolverSubject) -> str:
 
     The result must not depend on the other problems or on the contents of the memory.
     """
-    made = subject.make(samples.feasible()[0][0].robot)
-    needs(isinstance(made, CompiledSolver) and _eight(made) is not None, "it has no operation for eight problems")
-    answered = asked = 0
+    created = subject.make(samples.feasible()[0][0].robot)
+    needs(isinstance(created, CompiledSolver) and _eight(created) is not None, "it has no operation for eight problems")
+    answered = count = 0
     hard = [problems for _, problems in samples.misleading(80, seed=302)]
     for k, group in enumerate((*samples.feasible(), *samples.infeasible(), *hard)):
         solver = subject.make(group[0].robot)
@@ -196,10 +196,10 @@ def eight_are_answered_as_one(subject: SolverSubject) -> str:
         eight = _eight(solver)
         for chosen in (group[:LANES], *rng.permutation(len(many))[: len(many) // LANES * LANES].reshape(-1, LANES)):
             problems = [each if isinstance(each, Problem) else many[each] for each in chosen]
-            asked += LANES
-            answered += _expect_the_same(solver, eight, problems, POISON[asked // LANES % len(POISON)])
+            count += LANES
+            answered += _expect_the_same(solver, eight, problems, POISON[count // LANES % len(POISON)])
     expect(answered, "it answers none of them")
-    return f"{answered} of {asked} answered"
+    return f"{answered} of {count} answered"
 
 
 def _eight(solver: CompiledSolver) -> Bound | None:

@@ -132,19 +132,19 @@ def _planned(course: Course, limits: Limits, check: Callable[[], None]) -> _Plan
     """Return the plan with corners rounded where allowed."""
     fastest = min(limits.velocity, float(course.speed.max()))
     kept = Limits(fastest, (1.0 - JERK_EXACT) * limits.acceleration, (1.0 - JERK_EXACT) * limits.jerk)
-    made, joined, source = smoothed(course, kept)
+    pieces, joined, source = smoothed(course, kept)
     check()
-    cut, rounded = corners(made.pieces, np.where(joined, 0.0, made.tolerance[:-1]), made.speed, kept, check)
-    path = _sections(made, joined, cut, rounded)
+    cut, rounded = corners(pieces.pieces, np.where(joined, 0.0, pieces.tolerance[:-1]), pieces.speed, kept, check)
+    path = _sections(pieces, joined, cut, rounded)
     used = path.curves.take(path.curve)
-    share = _shares(path, used, len(made.pieces), kept)
+    share = _shares(path, used, len(pieces.pieces), kept)
     speeds = caps(used, path.speed, kept, np.where(share < 1.0, share, 0.0))
     check()
     return _Plan(
         path,
         *pace(path.starts, speeds, *_along(share, limits), path.chains),
         source[path.last],
-        made.pieces is not course.pieces or len(rounded) > 0,
+        pieces.pieces is not course.pieces or len(rounded) > 0,
     )
 
 
@@ -283,10 +283,10 @@ def _polynomials(path: _Path, phases: Array, first: Array, share: Array, section
     _, v1, a1 = _state(phases, first[bent] + share)
     _, d1, dd1 = path.curves.at(curve, s + ds)
     end = d1 * a1[:, None] + dd1 * v1[:, None] ** 2
-    made = quintic(h, x, path.curves.way(curve, s, ds), v, d1 * v1[:, None], a, end)
+    polynomials = quintic(h, x, path.curves.way(curve, s, ds), v, d1 * v1[:, None], a, end)
     brief = JERK_EXACT * jerk * share**2 < ROUNDING * v0
     level = np.stack([x, v * h, 0.5 * a * h**2, (end - a) * h**2 / 6.0, 0.0 * x, 0.0 * x], axis=2).reshape(-1, 18)
-    found[bent] = np.where(brief[:, None], level, made)
+    found[bent] = np.where(brief[:, None], level, polynomials)
     return found
 
 

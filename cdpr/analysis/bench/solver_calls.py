@@ -90,13 +90,13 @@ def run_solver(solver: TensionSolver, problems: Problems, *, poisoned: bool = Fa
                 array[...] = POISON[k % len(POISON)]
             try:
                 before = perf_counter_ns()
-                said = solve(W, wrench, low, high, t)
+                returned = solve(W, wrench, low, high, t)
                 nanoseconds[k] = perf_counter_ns() - before
             except KeyboardInterrupt:
                 raise
             except BaseException as error:
                 raise SolverCallFailed(f"raised {one_line(error)} at problem {k}") from error
-            status[k] = _checked(said)
+            status[k] = _checked(returned)
             if k % PINV_EVERY == 0:
                 np.linalg.pinv(matrix)  # the first call after one of a large library is slow
                 before = perf_counter_ns()
@@ -113,18 +113,18 @@ def solve_one(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_ma
     """
     tension = np.full(len(t_min), np.nan)
     try:
-        said = solver.solve(W, wrench, t_min, t_max, tension)
+        returned = solver.solve(W, wrench, t_min, t_max, tension)
     except KeyboardInterrupt:
         raise
     except BaseException as error:
         raise SolverCallFailed(f"raised {one_line(error)}") from error
-    return _checked(said), tension
+    return _checked(returned), tension
 
 
-def _checked(said: Any) -> int:
-    if isinstance(said, (int, np.integer)) and not isinstance(said, bool) and said in list(Status):
-        return int(said)
-    raise SolverCallFailed(f"returned {said!r}, which is not a cdpr.tension.Status")
+def _checked(returned: Any) -> int:
+    if isinstance(returned, (int, np.integer)) and not isinstance(returned, bool) and returned in list(Status):
+        return int(returned)
+    raise SolverCallFailed(f"returned {returned!r}, which is not a cdpr.tension.Status")
 
 
 @contextmanager

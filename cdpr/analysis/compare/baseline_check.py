@@ -69,10 +69,10 @@ def save(
     for scenario in scenarios:
         check_repeatable(scenario, "a baseline")
 
-    def keep(k: int, made: RunResult) -> Baseline | CdprError:
-        if made.run is None or not made.complete:
-            return CdprError(f"{scenarios[k].source}: no baseline of a run that {made.reason}")
-        return baseline.make(made.run, scenarios[k], overrides, folder)
+    def keep(k: int, result: RunResult) -> Baseline | CdprError:
+        if result.run is None or not result.complete:
+            return CdprError(f"{scenarios[k].source}: no baseline of a run that {result.reason}")
+        return baseline.make(result.run, scenarios[k], overrides, folder)
 
     kept = []
     for each in _run(scenarios, jobs, progress, keep):
@@ -111,8 +111,8 @@ def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, tota
             to_run[name] = kept, scenario
     names = list(to_run)
 
-    def judge(k: int, made: RunResult) -> Checked:
-        return _judge(names[k], to_run[names[k]][0], made)
+    def judge(k: int, result: RunResult) -> Checked:
+        return _judge(names[k], to_run[names[k]][0], result)
 
     found |= {one.name: one for one in _run([scenario for _, scenario in to_run.values()], jobs, progress, judge)}
     return [found[name] for name in sorted(found)]
@@ -138,9 +138,9 @@ def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
     found = changes(before.resolved_yaml(), now.resolved_yaml())
     if not found:
         return ""
-    told = ", ".join(f"{key} was {old}, is {new}" for key, old, new in found[:3])
+    described = ", ".join(f"{key} was {old}, is {new}" for key, old, new in found[:3])
     more = f" and {len(found) - 3} more" if len(found) > 3 else ""
-    return f"the scenario {source} has changed: {told}{more}; if the change is intended, save the baseline again"
+    return f"the scenario {source} has changed: {described}{more}; if the change is intended, save the baseline again"
 
 
 def _run(
@@ -163,10 +163,10 @@ def _run(
     return [found[case.key] for case in cases]
 
 
-def _judge(name: str, kept: Baseline, made: RunResult) -> Checked:
-    run = made.run
+def _judge(name: str, kept: Baseline, result: RunResult) -> Checked:
+    run = result.run
     if run is None or run.status != kept.status:
-        return Checked(name, "differs", f"the run was {kept.status} and is {made.reason}")
+        return Checked(name, "differs", f"the run was {kept.status} and is {result.reason}")
     if len(run.rows) != kept.count:
         return Checked(name, "differs", f"the run had {kept.count} samples and has {len(run.rows)}")
     if baseline.digest(run) == kept.digest:

@@ -95,9 +95,9 @@ def read(path: Path) -> Baseline:
         raise _none(path, str(error)) from None
     columns = np.split(np.array(content.samples), np.cumsum([1, *content.columns.values()])[:-1], axis=1)
     samples = {"time": columns[0][:, 0], **dict(zip(FIELDS, columns[1:], strict=True))}
-    told = content.model_dump(exclude={"format", "columns", "indices", "samples", "scenario_yaml"})
+    fields = content.model_dump(exclude={"format", "columns", "indices", "samples", "scenario_yaml"})
     scenario = "\n".join(content.scenario_yaml) + "\n"
-    return Baseline(**told, scenario_yaml=scenario, indices=np.array(content.indices), samples=samples)
+    return Baseline(**fields, scenario_yaml=scenario, indices=np.array(content.indices), samples=samples)
 
 
 def _none(path: Path, reason: str) -> CdprError:

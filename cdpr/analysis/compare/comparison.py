@@ -124,9 +124,9 @@ def _group(runs: Runs, chosen: Field, solver: str, named: bool) -> Group:
     assert judge.run is not None
     rows = []
     for engine in chosen.engines:
-        made = runs[RunSpec(engine.name, solver)]
-        verdict = _judge(runs, chosen.judge, judge.run, engine, made, solver, continuous, named)
-        rows.append(Row(engine.name, engine, engine.standard(chosen.judge), verdict, made.run, step_cost(made.run)))
+        result = runs[RunSpec(engine.name, solver)]
+        verdict = _judge(runs, chosen.judge, judge.run, engine, result, solver, continuous, named)
+        rows.append(Row(engine.name, engine, engine.standard(chosen.judge), verdict, result.run, step_cost(result.run)))
     twins = {}
     for row in rows:
         twin = runs[RunSpec(chosen.judge.name, solver, row.engine.scheme)].run if row.standard == "scheme" else None
@@ -136,19 +136,19 @@ def _group(runs: Runs, chosen: Field, solver: str, named: bool) -> Group:
 
 
 def _judge(
-    runs: Runs, judge: Engine, judged: Run, engine: Engine, made: RunResult, solver: str, continuous: bool, named: bool
+    runs: Runs, judge: Engine, judged: Run, engine: Engine, one: RunResult, solver: str, continuous: bool, named: bool
 ) -> Verdict:
     standard = engine.standard(judge)
-    if made.run is None:
-        refused = made.status == "failed" and not made.begun and not named
-        return Verdict("not run" if refused else "failed", made.reason)
+    if one.run is None:
+        refused = one.status == "failed" and not one.begun and not named
+        return Verdict("not run" if refused else "failed", one.reason)
     if standard == "none":
-        return unjudged(made.run, judged, f"its plant is another one (cables: {engine.cables})")
+        return unjudged(one.run, judged, f"its plant is another one (cables: {engine.cables})")
     if standard == "scheme":
         twin = runs[RunSpec(judge.name, solver, engine.scheme)]
         if twin.run is None:
             return Verdict("failed", f"the run to judge it by {twin.reason}")
-        return against_scheme(made.run, judged, twin.run, continuous=continuous)
+        return against_scheme(one.run, judged, twin.run, continuous=continuous)
     ladders: list[list[Run]] = []
     for name in (engine.name, judge.name):
         rungs = [runs[wanted] for wanted in _ladder(runs, name, solver)]

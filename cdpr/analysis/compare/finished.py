@@ -83,8 +83,8 @@ def _refuse(loaded: dict[str, Run]) -> None:
     for label, run in others:
         other = [name for name in SHARED if getattr(run.header, name) != getattr(one.header, name)]
         if other:
-            told = ", ".join(f"{name.replace('_', ' ')}{_values(one.header, run.header, name)}" for name in other)
-            raise CdprError(f"{label}: cannot be compared with {first}: other {told}")
+            names = ", ".join(f"{name.replace('_', ' ')}{_values(one.header, run.header, name)}" for name in other)
+            raise CdprError(f"{label}: cannot be compared with {first}: other {names}")
 
 
 def _values(a: Header, b: Header, name: str) -> str:

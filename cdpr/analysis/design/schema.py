@@ -91,9 +91,9 @@ class FigureSection(Section):
         if len(given) != 1:
             found = f"got {' and '.join(given)}" if given else "got none"
             raise ValueError(f"expected one of {', '.join(SOURCES)}, {found}")
-        asked = [part for part in ASKED if getattr(self, part) is not None]
-        if asked and given[0] in ("extent", "key"):
-            raise ValueError(f"{given[0]} does not accept {asked[0]}")
+        used = [part for part in ASKED if getattr(self, part) is not None]
+        if used and given[0] in ("extent", "key"):
+            raise ValueError(f"{given[0]} does not accept {used[0]}")
         if self.at_least is not None and self.volume is None:
             raise ValueError("at_least applies to a volume only: limit other figures by a constraint")
         sets = [part for part in SETS if getattr(self, part) is not None]

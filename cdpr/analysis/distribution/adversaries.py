@@ -82,7 +82,7 @@ class Adversaries:
 
 def robots() -> list[Robot]:
     """Return a robot for each of `SIZES`; of its geometry only the characteristic length, 1 m, matters."""
-    made = []
+    found = []
     for dof, m in SIZES:
         angle = 2.0 * np.pi * np.arange(m) / m
         B = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
@@ -90,8 +90,8 @@ def robots() -> list[Robot]:
             Cable(f"c{i + 1}", frozen_array(10.0 * b), frozen_array(b), 0.0, float(LARGEST)) for i, b in enumerate(B)
         )
         platform = Platform(10.0, frozen_array(np.eye(3)), frozen_array([0.0, 0.0, 0.0]))
-        made.append(Robot(f"adversaries, {m} cables for {len(dof)}", platform, cables, dof))
-    return made
+        found.append(Robot(f"adversaries, {m} cables for {len(dof)}", platform, cables, dof))
+    return found
 
 
 def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:

@@ -180,8 +180,8 @@ def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tup
         raise CdprError(f"options: expected a mapping of names to values, got {options!r}")
     if isinstance(solver, str):
         entry = registry().get("solver", solver)
-        made = entry.make(robot, entry.read_options(options or {}))
-        return made, _respects_bounds(entry.info.properties)
+        created = entry.make(robot, entry.read_options(options or {}))
+        return created, _respects_bounds(entry.info.properties)
     if not isinstance(solver, TensionSolver):
         given = f"the class {solver.__name__}" if isinstance(solver, type) else f"a {type(solver).__name__}"
         raise CdprError(f"solver: expected the name of a solver, or a TensionSolver of this robot, got {given}")
@@ -211,8 +211,8 @@ def _count(given: Mapping[str, Array | None]) -> int:
     rows = {name: len(array) for name, array in given.items() if array is not None}
     several = {name: count for name, count in rows.items() if count != 1}
     if len(set(several.values())) > 1:
-        told = ", ".join(f"{name} {count}" for name, count in several.items())
-        raise CdprError(f"rows: {told}; give either one row or equal numbers of rows")
+        counts = ", ".join(f"{name} {count}" for name, count in several.items())
+        raise CdprError(f"rows: {counts}; give either one row or equal numbers of rows")
     return next(iter(several.values()), 1)
 
 

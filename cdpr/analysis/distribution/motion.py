@@ -44,16 +44,16 @@ def describe_loaded(
         figures["pose"] |= {"clearance_m": gap, "clearance_by": names and f"{names}{assumption(robot)}"}
     if not isinstance(loaded, Scenario):
         return to_json(figures), None
-    asked = loaded.controlled_robot
-    motion = follow(loaded, solver(asked, options).solve)
-    told = [f"{event.type} at {event.time:g} s" for event in sorted(loaded.events, key=lambda event: event.time)]
+    controlled = loaded.controlled_robot
+    motion = follow(loaded, solver(controlled, options).solve)
+    events = [f"{event.type} at {event.time:g} s" for event in sorted(loaded.events, key=lambda event: event.time)]
     if loaded.nominal_differences:
         figures["robot"]["believed"] = loaded.nominal_differences
     figures["motion"] = {
         "type": loaded.trajectory.type,
         "end_s": loaded.desired.end,
-        **describe_motion(asked, motion),
-        "events": told,
+        **describe_motion(controlled, motion),
+        "events": events,
     }
     return to_json(figures), motion
 

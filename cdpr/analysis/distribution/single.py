@@ -162,9 +162,9 @@ def _bound_solver(robot: Robot, solver: str, options: Mapping[str, Any] | None) 
         factory = entry.load()
         if not (isinstance(factory, type) and issubclass(factory, CompiledSolver)):
             return None
-        made = entry.make(robot, entry.read_options(options or {}))
+        created = entry.make(robot, entry.read_options(options or {}))
     except CdprError:
         return None  # raised again by the general function, after earlier errors
-    if not speaks_for(made.compiled, made.solve):
+    if not speaks_for(created.compiled, created.solve):
         return None
-    return Single(robot, entry, made, bool(entry.info.properties.get("respects_bounds", True)))
+    return Single(robot, entry, created, bool(entry.info.properties.get("respects_bounds", True)))

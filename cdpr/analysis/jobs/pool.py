@@ -153,9 +153,9 @@ class Worker:
         self.kill()
         how = f"the process of this case {ended(self._process.returncode or 0)}"
         text = f"no answer after {self._limit:g} s" if status == "hung" else how
-        said = self._said.decode(errors="replace").strip().splitlines()
-        said = [line for line in said if not line.startswith(NOISE)]
-        message = "\n".join([text, *said[-LINES:]])
+        lines = self._said.decode(errors="replace").strip().splitlines()
+        lines = [line for line in lines if not line.startswith(NOISE)]
+        message = "\n".join([text, *lines[-LINES:]])
         return Outcome(case.key, status, message, case.out or "", code=ExitCode.BACKEND_DIED)
 
     def _listen(self) -> None:

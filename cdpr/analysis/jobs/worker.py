@@ -38,24 +38,24 @@ def main(descriptor: int, parent: int) -> None:
     ScenarioSection.model_rebuild()  # would otherwise be done in each worker
     operations()  # loads the kernel library
     gc.freeze()  # objects loaded so far are shared with the forks
-    with socket.socket(fileno=descriptor) as asked:
-        asked.set_inheritable(False)
+    with socket.socket(fileno=descriptor) as requests:
+        requests.set_inheritable(False)
         while True:
-            what, descriptors, _, _ = socket.recv_fds(asked, 1 + NUMBER.size, 2)
+            what, descriptors, _, _ = socket.recv_fds(requests, 1 + NUMBER.size, 2)
             if not what:
                 return
             if what != START:
                 pid, status = os.waitpid(NUMBER.unpack(what[1:])[0], os.WNOHANG)
-                asked.sendall(NUMBER.pack(status if pid else RUNNING))
+                requests.sendall(NUMBER.pack(status if pid else RUNNING))
                 continue
             connection, output = descriptors
             pid = _forked()
             if pid == 0:
-                asked.close()
+                requests.close()
                 _begin(connection, output, here)
             for each in descriptors:
                 os.close(each)
-            asked.sendall(NUMBER.pack(pid))
+            requests.sendall(NUMBER.pack(pid))
 
 
 def _forked() -> int:

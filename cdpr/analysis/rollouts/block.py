@@ -248,8 +248,8 @@ class Block:
     def _motion_struct(self, case: Case) -> Words:
         """Return the struct of the motion of a case, without the addresses of outputs."""
         words = _words(case.pipeline.bound[self._motion])
-        asked: Words = words[words != address(case.loop.desired)]
-        return asked
+        used: Words = words[words != address(case.loop.desired)]
+        return used
 
     def _words_of(self, case: Case) -> Words:
         """Return addresses of the arrays of a case, then the structs of its operations, in the order of the recipe."""

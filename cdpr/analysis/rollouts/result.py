@@ -109,7 +109,7 @@ class Rollouts:
         done = self.status == "finished"
         figures = {name: found[done] for name, found in self.figures.items()}
         strained = (figures["infeasible_steps"] > 0) | (figures["unanswered_steps"] > 0)
-        told: dict[str, Any] = {
+        result: dict[str, Any] = {
             "cases": len(self),
             "status": self.counts,
             "finished_share": float(done.mean()),
@@ -117,8 +117,8 @@ class Rollouts:
         }
         for name in FIGURES if done.any() else ():
             found = {key: float(np.quantile(figures[name], share)) for key, share in QUANTILES.items()}
-            told[name] = {"min": float(figures[name].min()), **found, "max": float(figures[name].max())}
-        return told
+            result[name] = {"min": float(figures[name].min()), **found, "max": float(figures[name].max())}
+        return result
 
     def to_pandas(self) -> DataFrame:
         """Return a row for each case: its values, status, message and figures.

@@ -190,12 +190,12 @@ def _columns(columns: object, scenario: Scenario) -> tuple[str, ...]:
     known = [name for name in layout_of(scenario).fields if name != "time"]
     if not isinstance(columns, list | tuple) or not columns:
         raise CdprError(f"rollout: columns: expected a list of names, got {shown(columns)}")
-    asked = ["status" if name == "solver_status" else name for name in columns]  # as the attribute of a run
-    for name in asked:
+    names = ["status" if name == "solver_status" else name for name in columns]  # as the attribute of a run
+    for name in names:
         if name not in known:
             hint = did_you_mean(name, known) if isinstance(name, str) else ""
             raise CdprError(f"rollout: columns: unknown column {shown(name)}: {hint}allowed: {', '.join(known)}")
-    return tuple(dict.fromkeys(asked))
+    return tuple(dict.fromkeys(names))
 
 
 def _compiled(plan: Plan, first: Sequence[Any]) -> bool:

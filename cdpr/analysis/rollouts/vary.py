@@ -87,13 +87,13 @@ def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
         raise ValueError(MASKED)
     if isinstance(given, Mapping):
         try:
-            asked = Random.model_validate_json(json.dumps({**plain_value(given), "count": n}))
+            distribution = Random.model_validate_json(json.dumps({**plain_value(given), "count": n}))
         except ValidationError as error:
-            told = [
+            texts = [
                 f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, Random, given)
             ]
-            raise ValueError("; ".join(told)) from None
-        given = drawn(asked, seed)
+            raise ValueError("; ".join(texts)) from None
+        given = drawn(distribution, seed)
     array = _array(given)
     if not isinstance(given, list | tuple) and (array is None or array.ndim == 0):
         raise ValueError(f"expected an array of {n} values or a distribution, got {shown(given)}")

@@ -120,11 +120,11 @@ def with_one_broken(duty: Duty) -> Iterator[Duty]:
         lost = np.isnan(duty.tension)
         lost[:, i] = True
         low, high = (np.where(lost, 0.0, limit) for limit in (robot.tension_min, robot.tension_max))
-        told = distribute(robot, duty.poses, duty.wrenches, solver=defaults.SOLVER, tension_min=low, tension_max=high)
-        tension = np.where(lost, np.nan, told.tension)
+        found = distribute(robot, duty.poses, duty.wrenches, solver=defaults.SOLVER, tension_min=low, tension_max=high)
+        tension = np.where(lost, np.nan, found.tension)
         name = f"{duty.name}, {cable.name} broken"
         rest = duty.time, duty.rate, duty.poses, duty.wrenches
-        yield Duty(name, robot, tension, duty.length, np.asarray(told.feasible, dtype=bool), *rest)
+        yield Duty(name, robot, tension, duty.length, np.asarray(found.feasible, dtype=bool), *rest)
 
 
 def _without(tension: Array, time: Array, broken: Sequence[tuple[int, float]]) -> Array:

@@ -122,7 +122,7 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
 def _exceeded(duty: Duty, found: Demands) -> tuple[str, ...]:
     """Return descriptions of the exceeded limits of the robot's cables."""
     robot, names = duty.robot, [cable.name for cable in duty.robot.cables]
-    told = []
+    texts = []
     for limit, values, sign, words in (
         (robot.tension_max, found.tension, 1.0, "pull more than their highest tension"),
         (robot.tension_min, found.tension_least, -1.0, "pull less than their lowest tension"),
@@ -130,10 +130,10 @@ def _exceeded(duty: Duty, found: Demands) -> tuple[str, ...]:
         with np.errstate(invalid="ignore"):
             over = sign * (values - limit) > REACHED * np.abs(robot.tension_max)
         if over.any():
-            told.append(f"cables {', '.join(name for name, out in zip(names, over, strict=True) if out)} {words}")
+            texts.append(f"cables {', '.join(name for name, out in zip(names, over, strict=True) if out)} {words}")
     if duty.time is not None and duty.rate is not None:
-        told += _left(robot, names, np.column_stack([duty.time, duty.length, duty.rate]))
-    return tuple(told)
+        texts += _left(robot, names, np.column_stack([duty.time, duty.length, duty.rate]))
+    return tuple(texts)
 
 
 def _left(robot: Robot, names: Sequence[str], rows: Any) -> list[str]:

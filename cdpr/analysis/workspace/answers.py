@@ -111,15 +111,15 @@ def notes(robot: Robot, question: Question, *, bodies: bool) -> list[str]:
     """Return remarks on an answer."""
     if not bodies:
         return []
-    among, told = clearance(robot, question.obstacles, question.diameter), []
+    among, texts = clearance(robot, question.obstacles, question.diameter), []
     if among.sharing:
         pairs = ", ".join(f"{first} and {second}" for first, second in among.sharing)
-        told.append(f"share an anchor, so their other ends count: {pairs}")
+        texts.append(f"share an anchor, so their other ends count: {pairs}")
     if robot.platform.shape is None:
-        told.append("the platform has no shape that a cable could touch")
+        texts.append("the platform has no shape that a cable could touch")
     elif among.unjudged:
-        told.append(f"anchored inside the platform's shape, so not judged against it: {', '.join(among.unjudged)}")
-    return told
+        texts.append(f"anchored inside the platform's shape, so not judged against it: {', '.join(among.unjudged)}")
+    return texts
 
 
 def _exerted(robot: Robot, poses: Array, question: Question, jobs: int | None, mode: Mode) -> Measured:

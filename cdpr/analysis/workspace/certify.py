@@ -181,21 +181,21 @@ def certify(
     twice = np.where(_extent(region) > 0.0, 2, 1).astype(np.int32)
     place = np.stack(np.meshgrid(*map(np.arange, roots), indexing="ij"), axis=-1).reshape(-1, 3).astype(np.int32)
     kept: list[tuple[Whole, Whole, Whole]] = []
-    open_, asked, level, lacking = 1.0, 0, 0, 0.0
+    open_, evaluated, level, lacking = 1.0, 0, 0, 0.0
     while len(place):
         share = 0.5 ** (level * len(region.moving)) / float(np.prod(roots))
         sides = _sides(region, roots, level)
         proved = np.full(len(place), NEITHER, dtype=np.int8)
-        looked = 0
-        while looked < len(place) and open_ > undecided and asked < MOST:
-            cut = slice(looked, min(looked + PIECE, len(place)))
+        stop = 0
+        while stop < len(place) and open_ > undecided and evaluated < MOST:
+            cut = slice(stop, min(stop + PIECE, len(place)))
             middles = region.lower + (place[cut] + 0.5) * sides
             found = np.array([prove(middles, 0.5 * sides * (1.0 + OVERLAP)) for prove in provers])
             proved[cut] = found.min(axis=0) if over == "all" else found.max(axis=0)
-            looked, asked = cut.stop, asked + cut.stop - cut.start
+            stop, evaluated = cut.stop, evaluated + cut.stop - cut.start
             open_ -= share * float(np.count_nonzero(proved[cut]))
             progress(min(int(100 * (1.0 - open_)), 99), 100)
-        enough = looked < len(place) or open_ <= undecided or level == DEEPEST
+        enough = stop < len(place) or open_ <= undecided or level == DEEPEST
         done = (proved != NEITHER) | enough
         if level < LACKING and kind.slope is None:
             lost = ~done
@@ -207,7 +207,7 @@ def certify(
         level += 1
     progress(100, 100)
     levels, places, verdicts = (np.concatenate(each) for each in zip(*kept, strict=True))
-    return Proofs(region, roots, levels, places, verdicts, asked, lacking)
+    return Proofs(region, roots, levels, places, verdicts, evaluated, lacking)
 
 
 def _lacks(
@@ -255,8 +255,8 @@ def _prover(
             return np.where(value > reach, INSIDE, np.where(value < -reach, OUTSIDE, NEITHER))
 
         return by_slope
-    asked = pose_question(robot, "margin", question.required, question.gravity, question.length)
-    wrenches = np.ascontiguousarray(asked.weights * _wrenches(robot, question, q)[:, robot.rows])
+    pose = pose_question(robot, "margin", question.required, question.gravity, question.length)
+    wrenches = np.ascontiguousarray(pose.weights * _wrenches(robot, question, q)[:, robot.rows])
     lengths = np.abs(robot.anchors).max() + np.abs([region.lower, region.upper]).max()
     errors = ROUNDED * np.array([lengths, np.abs(wrenches).max()])
 
@@ -266,7 +266,7 @@ def _prover(
 
         def part(cut: slice) -> None:
             boxes = {"poses": poses[cut], "halves": halves[cut], "proved": proved[cut]}
-            bind("prove", **asked._asdict(), **boxes, wrenches=wrenches, errors=errors).unlocked()
+            bind("prove", **pose._asdict(), **boxes, wrenches=wrenches, errors=errors).unlocked()
 
         in_threads(len(middles), part, jobs)
         return proved

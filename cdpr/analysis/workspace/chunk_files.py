@@ -112,8 +112,8 @@ def to_json(value: Any) -> Any:
 
 def digest(content: Mapping[str, Any]) -> str:
     """Return the hash that identifies a workspace."""
-    asked = {name: content[name] for name in ASKED}
-    return checksum(json.dumps(asked, sort_keys=True).encode())
+    question = {name: content[name] for name in ASKED}
+    return checksum(json.dumps(question, sort_keys=True).encode())
 
 
 def refuse_another(folder: Path, content: Mapping[str, Any]) -> None:

@@ -91,7 +91,7 @@ def workspace_in_chunks(
     progress: Progress = lambda done, total: None,
     source: Mapping[str, Any] | None = None,
     pieces: int = PIECES,
-    **asked: Any,
+    **options: Any,
 ) -> dict[str, Any]:
     """Find the cells of a region inside a workspace, like `workspace` by its grid, and write them into a folder.
 
@@ -103,7 +103,7 @@ def workspace_in_chunks(
         region: as in `workspace`.
         question: as in `workspace`.
         over: as in `workspace`.
-        **asked: as in `workspace`.
+        **options: as in `workspace`.
         folder: new, empty, or with some chunks of the same workspace.
         resume: continue a folder with some chunks; damaged chunks are computed again.
         jobs: threads, one per core by default; the result is the same.
@@ -121,7 +121,7 @@ def workspace_in_chunks(
         PluginError: if distributed is not installed.
     """
     chosen, place = kind_of(kind), folder_name(folder)
-    whole = checked_question(chosen, robot, question, over, asked)
+    whole = checked_question(chosen, robot, question, over, options)
     if max(*region.shape, math.prod(layer(region.shape))) > MOST_WIDE:
         raise CdprError(f"cells: expected at most {MOST_WIDE} along an axis, and in a layer across the first")
     if jobs is not None and scheduler is not None:
@@ -252,7 +252,7 @@ def _finish(folder: JobFolder, task: Task, content: Mapping[str, Any]) -> dict[s
     counted = total(parts)
     named = answers.limits(task.robot, task.question, list(counted.limits), bodies=kind.bodies)
     about = {"limited_by": named, "method": content["method"], "notes": content["notes"]}
-    told = figures(
+    result = figures(
         kind,
         task.robot.name,
         region,
@@ -262,6 +262,6 @@ def _finish(folder: JobFolder, task: Task, content: Mapping[str, Any]) -> dict[s
         evaluated=region.cells,
         components=pieces.pieces,
     )
-    summary = sealed(told | {"limited_by": named}, content["digest"])
+    summary = sealed(result | {"limited_by": named}, content["digest"])
     write(folder.path / chunk_files.SUMMARY, json.dumps(summary, indent=1) + "\n")
-    return told
+    return result

@@ -73,10 +73,10 @@ def inside_of(
         else:
             inside = found.value >= -rounding if kind.at_zero else found.value > rounding
     lost = found.singular
-    asked = question.at_least or 0.0
-    if lost.any() and kind.held and (kind.mass or asked <= 0.0):
+    least = question.at_least or 0.0
+    if lost.any() and kind.held and (kind.mass or least <= 0.0):
         platform = robot.platform
-        loaded = replace(robot, platform=replace(platform, mass=platform.mass + asked)) if kind.mass else robot
+        loaded = replace(robot, platform=replace(platform, mass=platform.mass + least)) if kind.mass else robot
         inside[lost] = _held(loaded, poses[lost], question)
     return np.asarray(inside)
 
@@ -95,7 +95,7 @@ def _held(robot: Robot, poses: Array, question: Question) -> NDArray[np.bool_]:
 
 
 def checked_question(
-    kind: WorkspaceKind, robot: Robot, question: Question | None, over: Over, asked: dict[str, Any]
+    kind: WorkspaceKind, robot: Robot, question: Question | None, over: Over, options: dict[str, Any]
 ) -> Question:
     """Return the complete question, including the parts given by name.
 
@@ -105,12 +105,12 @@ def checked_question(
     if over not in ("all", "any"):
         raise CdprError(f"over: expected all or any of the orientations, got {over!r}")
     known = [each.name for each in fields(Question)]
-    for name in asked:
+    for name in options:
         if name not in known:
             raise CdprError(f"{name}: unknown argument; allowed: {', '.join(known)}")
-    if "gravity" in asked:
-        asked["gravity"] = checked(asked["gravity"], (3,), "gravity", finite=True)
-    given = replace(question or Question(), **asked)
+    if "gravity" in options:
+        options["gravity"] = checked(options["gravity"], (3,), "gravity", finite=True)
+    given = replace(question or Question(), **options)
     given.check(robot)
     for name in ("obstacles", "diameter", "axial_stiffness", "direction"):
         if getattr(given, name) not in (None, ()) and name not in kind.takes:

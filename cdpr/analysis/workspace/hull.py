@@ -120,11 +120,11 @@ def hull(
         dimensions = len(region.moving)
         return Hull(home, np.empty((0, 3)), np.empty((0, dimensions), dtype=np.int64), 1, 0.0)
     directions, triangles = _directions(region, rays)
-    asked = 1
+    evaluated = 1
 
     def inside(positions: Array) -> tuple[Array, NDArray[np.bool_]]:
-        nonlocal asked
-        asked += len(positions)
+        nonlocal evaluated
+        evaluated += len(positions)
         found = evaluate(np.clip(positions, region.lower, region.upper))
         return np.where(np.isnan(found.value), -np.inf, found.value - edge), found.inside
 
@@ -134,7 +134,7 @@ def hull(
     share = _leaves(centre, directions * length[:, None], length, inside, region, progress)
     corners = centre + directions * (share * length)[:, None]
     seen = _seen(centre, region, cells, inside)
-    return Hull(np.array(centre), corners, triangles, asked, seen)
+    return Hull(np.array(centre), corners, triangles, evaluated, seen)
 
 
 def _leaves(

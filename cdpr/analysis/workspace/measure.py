@@ -107,14 +107,14 @@ def measure(
     """
     given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
     check_unit(given, "poses")
-    asked, count = pose_question(robot, mode, required, gravity, length)._asdict(), len(given)
+    question, count = pose_question(robot, mode, required, gravity, length)._asdict(), len(given)
     value, scale, direction = np.empty(count), np.empty(count), np.empty((count, robot.n))
     status, limit = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
 
     def part(cut: slice) -> None:
         bind(
             "assess",
-            **asked,
+            **question,
             poses=given[cut],
             value=value[cut],
             scale=scale[cut],

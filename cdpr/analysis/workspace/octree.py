@@ -164,24 +164,24 @@ class _Octree:
         places = np.stack([thirds[:, i, POINTS[:, i]] for i in range(3)], axis=2)
         numbers = self._numbers(places)
         corners = self._numbers(_corners(boxes))
-        told, nearest = np.empty(numbers.shape), np.empty_like(numbers)
+        value, nearest = np.empty(numbers.shape), np.empty_like(numbers)
         for one, some in _alike(size):
             share = np.stack([np.zeros(3), one // 2, one])[POINTS, np.arange(3)] / np.maximum(one, 1)
-            told[some] = _mix(self._all.value[corners[some]], share)
+            value[some] = _mix(self._all.value[corners[some]], share)
             nearest[some] = corners[some][:, _nearest(share)]
         with np.errstate(invalid="ignore"):
-            sure = np.abs(told - self._edge) > ERROR * error[:, None]
+            sure = np.abs(value - self._edge) > ERROR * error[:, None]
         if self._slope is not None:  # the interpolated value is a mean of the corners
-            sure &= np.abs(told - self._edge) > self._slope * self._diagonal(boxes)[:, None]
+            sure &= np.abs(value - self._edge) > self._slope * self._diagonal(boxes)[:, None]
             sure &= size.max(axis=1)[:, None] == 2  # interpolated values must not become corners of other boxes
         self._answer(numbers[~sure])
         given = sure & ~self._known[numbers]
         here = numbers[given]
-        self._all.value[here], self._all.inside[here] = told[given], told[given] > self._edge
+        self._all.value[here], self._all.inside[here] = value[given], value[given] > self._edge
         self._all.limit[here] = self._all.limit[nearest[given]]
         self._known[here] = True
         with np.errstate(invalid="ignore"):
-            missed = np.abs(self._all.value[numbers] - told)
+            missed = np.abs(self._all.value[numbers] - value)
         missed[~np.isfinite(missed)] = np.inf
         children = np.stack(
             [np.stack([thirds[:, i, c[i]], thirds[:, i, c[i] + 1]], axis=1) for c in CORNERS for i in range(3)], axis=1

@@ -98,18 +98,18 @@ def compare(
     cells = rng.integers(found.region.cells, size=count - len(edges))
     poses = np.concatenate([edges, _poses(found, rng, found.region.positions(cells))])
     inside = verdicts(found, robot, poses)[0]
-    told = _agreement(found, robot, poses, inside, progress)
+    agreement = _agreement(found, robot, poses, inside, progress)
     single = len(found.region.orientations) == 1
     other = single & (inside[len(edges) :] != found.inside.ravel()[cells])
-    asked = found.evaluated.ravel()[cells]
-    alone, wrong = ~asked & single, other & ~asked
-    if (other & asked).any():
-        k = len(edges) + int(np.argmax(other & asked))
+    evaluated = found.evaluated.ravel()[cells]
+    alone, wrong = ~evaluated & single, other & ~evaluated
+    if (other & evaluated).any():
+        k = len(edges) + int(np.argmax(other & evaluated))
         raise LogError(
             f"the cell at {poses[k, :3].tolist()} m is {'not ' * bool(inside[k])}inside by the file, but a new "
             "evaluation of its robot disagrees: the file was changed, or written by another version"
         )
-    return replace(told, bisected=len(edges), told=int(alone.sum()), told_wrong=int(wrong.sum()))
+    return replace(agreement, bisected=len(edges), told=int(alone.sum()), told_wrong=int(wrong.sum()))
 
 
 def _poses(found: Workspace, rng: np.random.Generator, positions: Array) -> Array:
@@ -131,9 +131,9 @@ def _agreement(
         close = abs(margin) <= UNDECIDED or (np.isfinite(value[k]) and abs(value[k]) <= BOUNDARY * scale[k])
         undecided += bool(close)
         if not close and (margin > 0.0) != bool(inside[k]):
-            told = {"position": pose[:3].tolist(), "quaternion": pose[3:].tolist()}
+            where = {"position": pose[:3].tolist(), "quaternion": pose[3:].tolist()}
             ends = (verdicts(found, robot, _around(robot, pose))[0] != inside[k]).any()
-            (near if ends else different).append(told | {"value": float(value[k]), "program": margin})
+            (near if ends else different).append(where | {"value": float(value[k]), "program": margin})
         progress(k + 1, len(poses))
     return Agreement(len(poses), 0, undecided, different, near)
 

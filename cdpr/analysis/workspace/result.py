@@ -229,7 +229,7 @@ def workspace(
     about: str = "rz",
     jobs: int | None = None,
     progress: Callable[[int, int], None] = _silent,
-    **asked: Any,
+    **options: Any,
 ) -> Workspace:
     """Find the cells of a region that are inside a workspace.
 
@@ -250,13 +250,13 @@ def workspace(
         about: world axis of "turns": "rx", "ry" or "rz".
         jobs: threads; the result is the same.
         progress: called with the number of finished cells and their total.
-        asked: parts of the question.
+        options: parts of the question.
 
     Raises:
         CdprError: if an argument is invalid.
     """
     chosen = kind_of(kind)
-    whole = checked_question(chosen, robot, question, over, asked)
+    whole = checked_question(chosen, robot, question, over, options)
     if method not in METHODS:
         raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
     if region.cells > MOST_CELLS:
@@ -270,7 +270,7 @@ def workspace(
         return at(region.positions(cells))
 
     detail: Detail | None = None
-    edge, told = whole.at_least or 0.0, progress if method in ("grid", "octree") else _silent
+    edge, report = whole.at_least or 0.0, progress if method in ("grid", "octree") else _silent
     if method == "certify":
         detail = certify(robot, chosen, region, whole, over=over, undecided=undecided, jobs=jobs, progress=progress)
     elif method == "turns":
@@ -279,12 +279,12 @@ def workspace(
         detail = rays(_bodies(robot, chosen, whole), region, edge, over, jobs, progress)
     evaluated = np.ones(region.cells, dtype=bool)
     if method == "octree":
-        (value, limit, inside, boundary), evaluated = octree(evaluate, region, edge, chosen.slope_of(robot), told)
+        (value, limit, inside, boundary), evaluated = octree(evaluate, region, edge, chosen.slope_of(robot), report)
     else:
         pieces = []
         for cells in region.pieces():
             pieces.append(evaluate(cells))
-            told(int(cells[-1]) + 1, region.cells)
+            report(int(cells[-1]) + 1, region.cells)
         value, limit, inside, boundary = (np.concatenate(each) for each in zip(*pieces, strict=True))
     if method == "hull":
         cells_ = CellResults(value, limit, inside, boundary)

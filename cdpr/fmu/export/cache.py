@@ -44,10 +44,10 @@ def kept(
         if (known := _cached(cached)) is not None:
             return known
     with TemporaryFolder(COMPILING, str(folder)) as place:
-        made = make(Path(place.path))
-        made.chmod(0o600)
-        content = made.read_bytes()
-        os.replace(made, folder / f"{begin}{checksum(content)}{ending}")
+        built = make(Path(place.path))
+        built.chmod(0o600)
+        content = built.read_bytes()
+        os.replace(built, folder / f"{begin}{checksum(content)}{ending}")
     keep_newest(folder, ending, number)
     return content
 

@@ -119,8 +119,8 @@ def model_description(model: Model, variables: Sequence[Variable], token: str, f
         simulation.set("canNotUseMemoryManagementFunctions", "true")  # instances of the host
     _units(root, public)
     categories = SubElement(root, "LogCategories")
-    for category, told in CATEGORIES.items():
-        SubElement(categories, "Category", name=category, description=told)
+    for category, text in CATEGORIES.items():
+        SubElement(categories, "Category", name=category, description=text)
     SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(STOP_TIME), stepSize=repr(model.physics_step))
     (_variables2 if fmi == 2 else _variables3)(root, public)
     return _text(root)
@@ -226,8 +226,8 @@ def _unit(unit: str) -> dict[str, str]:
 
 
 def _bounds(variable: Variable) -> dict[str, str]:
-    said = {"min": variable.least, "max": variable.most, "nominal": variable.nominal}
-    return {name: repr(value) for name, value in said.items() if value is not None and math.isfinite(value)}
+    bounds = {"min": variable.least, "max": variable.most, "nominal": variable.nominal}
+    return {name: repr(value) for name, value in bounds.items() if value is not None and math.isfinite(value)}
 
 
 def _start(variable: Variable, values: Sequence[float]) -> dict[str, str]:

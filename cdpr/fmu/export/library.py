@@ -184,9 +184,9 @@ def _link(command: Sequence[str], files: Mapping[str, bytes], folder: Path, endi
         objects = list(pool.map(lambda name: _object(command, name, _closure(name, files)), names))
     for name, content in zip(names, objects, strict=True):
         (folder / f"{name}.o").write_bytes(content)
-    made = folder / f"{IDENTIFIER}{ending}"
-    _call([*command, "-o", made.name, *(f"{name}.o" for name in names), *MATHEMATICS.get(ending, ())], made)
-    return made
+    library = folder / f"{IDENTIFIER}{ending}"
+    _call([*command, "-o", library.name, *(f"{name}.o" for name in names), *MATHEMATICS.get(ending, ())], library)
+    return library
 
 
 def _object(command: Sequence[str], name: str, files: Mapping[str, bytes]) -> bytes:
@@ -198,9 +198,9 @@ def _object(command: Sequence[str], name: str, files: Mapping[str, bytes]) -> by
             path = folder / other
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        made = folder / f"{name}.o"
-        _call([*command, "-o", made.name], made)
-        return made
+        file = folder / f"{name}.o"
+        _call([*command, "-o", file.name], file)
+        return file
 
     return kept(command, files, ".o", KEPT_OBJECTS, make)
 
@@ -217,12 +217,12 @@ def _closure(name: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
     return dict(sorted(found.items()))
 
 
-def _call(command: Sequence[str], made: Path) -> None:
+def _call(command: Sequence[str], target: Path) -> None:
     """Call a compiler in the folder of the file that it writes."""
     try:
         done = subprocess.run(
             command,
-            cwd=made.parent,
+            cwd=target.parent,
             env={**os.environ, **_zig_cache(command)},
             stdin=subprocess.DEVNULL,
             capture_output=True,
@@ -232,7 +232,7 @@ def _call(command: Sequence[str], made: Path) -> None:
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise PluginError(f"the C++ compiler does not run: {error}; set CXX to another, or {REMEDY}") from error
-    if done.returncode != 0 or not made.is_file():
+    if done.returncode != 0 or not target.is_file():
         output = done.stderr.strip()[-2000:] or f"exit code {done.returncode}"
         raise PluginError(
             f"the C++ compiler '{shlex.join(command)}' fails; set CXX to another, or {REMEDY}. Its output:\n{output}"

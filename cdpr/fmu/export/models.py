@@ -135,12 +135,12 @@ class Plant(Model):
         if self.winches:
             pull = entrance("command", m, "N", COMMAND, terminal="winches", nominal=usual)
         else:
-            told = "tension of each cable; a negative one counts as 0" if pulls else "tension of each leg"
+            text = "tension of each cable; a negative one counts as 0" if pulls else "tension of each leg"
             least = 0.0 if pulls else None
-            pull = entrance("cable_tension", m, "N", told, least=least, most=most, nominal=usual, terminal="cables")
+            pull = entrance("cable_tension", m, "N", text, least=least, most=most, nominal=usual, terminal="cables")
         if self.control:
-            told = COMMAND if self.winches else PULL
-            pull = output(pull.name, m, "N", f"{told}, as decided; 0 before the first step", terminal=pull.terminal)
+            text = COMMAND if self.winches else PULL
+            pull = output(pull.name, m, "N", f"{text}, as decided; 0 before the first step", terminal=pull.terminal)
         # Two variables, for an array has one unit.
         further = "further force on the platform at its origin, world axes"
         return [
@@ -154,8 +154,8 @@ class Plant(Model):
         pose, twist = ("initial_position", "initial_quaternion"), ("initial_velocity", "initial_angular_velocity")
         anchored = (*pose, "frame_anchors", "platform_anchors")
         push = ("external_force", "external_moment")
-        asked = () if self.control else ("command" if winches else "cable_tension",)
-        direct = push if winches and _stretching(self.robot) else (*asked, *push)
+        required = () if self.control else ("command" if winches else "cable_tension",)
+        direct = push if winches and _stretching(self.robot) else (*required, *push)
         body = ("mass", "center_of_mass", "inertia", "gravity")
         known = None if winches else (*body, *anchored, *twist, *direct)
         turned, on = "angular acceleration, world axes", "platform"
@@ -278,7 +278,7 @@ class Controller(Model):
         """Return all variables."""
         robot, control = self.robot, self.control
         state = zip(STATE, np.split(control.desired[:13], [3, 7, 10]), strict=True)
-        told = "commanded tension of each cable, 0 before the first step"
+        description = "commanded tension of each cable, 0 before the first step"
         return [
             Variable("time", "independent", (), "s", (0.0,), "time"),
             *_anchors(robot),
@@ -288,7 +288,7 @@ class Controller(Model):
                 for (name, unit, text), start in state
             ),
             *control.inputs(),
-            output("command", robot.m, "N", told, terminal="winches", nominal=_usual(robot)),
+            output("command", robot.m, "N", description, terminal="winches", nominal=_usual(robot)),
         ]
 
 

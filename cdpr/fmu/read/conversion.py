@@ -34,11 +34,11 @@ def convert(
     source = source or Source(variable="")
     if source.factor == 0.0:
         raise FmuError("the factor cannot be 0")
-    said = [source.unit] * len(elements) if source.unit is None or isinstance(source.unit, str) else source.unit
-    if len(said) != len(elements):
-        raise FmuError(f"expected {len(elements)} units, got {len(said)}")
+    of_elements = [source.unit] * len(elements) if source.unit is None or isinstance(source.unit, str) else source.unit
+    if len(of_elements) != len(elements):
+        raise FmuError(f"expected {len(elements)} units, got {len(of_elements)}")
     units, undeclared, undefined = [], [], []
-    for element, target, name in zip(elements, wanted, said, strict=True):
+    for element, target, name in zip(elements, wanted, of_elements, strict=True):
         declared = element.variable.unit
         if name is not None:
             unit = _named(name, defined)

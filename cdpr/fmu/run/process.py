@@ -186,8 +186,8 @@ class Process(Instance):
 
     @property
     def _last_words(self) -> str:
-        said = [*self._said, self._partial]
-        words = " | ".join(" ".join(line.decode(errors="replace").split()) for line in said if line.strip())
+        lines = [*self._said, self._partial]
+        words = " | ".join(" ".join(line.decode(errors="replace").split()) for line in lines if line.strip())
         return f"; its output: {words}" if words else ""
 
     def _fail(self, text: str) -> NoReturn:

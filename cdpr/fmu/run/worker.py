@@ -69,7 +69,7 @@ def _serve(line: socket.socket, instance: Instance) -> None:
     answer = bytearray(HEAD.size + instance.outputs.nbytes)
     inputs, outputs = instance.inputs.view(np.uint8), instance.outputs.view(np.uint8)
     rest = HEAD.size + inputs.size
-    given, told = np.frombuffer(request, np.uint8)[HEAD.size : rest], np.frombuffer(answer, np.uint8)[HEAD.size :]
+    given, reply = np.frombuffer(request, np.uint8)[HEAD.size : rest], np.frombuffer(answer, np.uint8)[HEAD.size :]
     operations: dict[bytes, Callable[[int], int | None]] = {
         STEP: instance.step,
         REFRESH: lambda _: instance.refresh(),
@@ -90,7 +90,7 @@ def _serve(line: socket.socket, instance: Instance) -> None:
             line.send(_failure(error))
             continue
         HEAD.pack_into(answer, 0, DONE, result or 0)
-        told[:] = outputs
+        reply[:] = outputs
         line.send(answer)
     instance.close()
 

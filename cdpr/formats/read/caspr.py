@@ -94,15 +94,15 @@ def _model(
     found = Imported(name, f"CASPR: {bodies.file} and {cables.file}, cable set '{set_}'", {}, [], left_out=left_out)
     found.documents = [root for root in (bodies, cables, motions, spaces) if root is not None]
     try:
-        body, told = filled(inertia, mass, np.array([row["platform"] for row in rows]) - centre, joint.turns > 1)
+        body, note = filled(inertia, mass, np.array([row["platform"] for row in rows]) - centre, joint.turns > 1)
     except ValueError as error:
         raise given.wrong(str(error)) from None
     if joint.turns == 1:  # planar: only the moment about the normal matters
-        body, told = inertia, ""
+        body, note = inertia, ""
         if inertia["xyz".index(joint.dof[-1][1])] <= 0.0:
-            body, told = filled((0.0,) * 6, mass, np.array([row["platform"] for row in rows]) - centre, True)
-    if told:
-        found.warnings.append(f"{given.file}:{given.line}: {told}")
+            body, note = filled((0.0,) * 6, mass, np.array([row["platform"] for row in rows]) - centre, True)
+    if note:
+        found.warnings.append(f"{given.file}:{given.line}: {note}")
     platform = {"mass": mass, **({} if body is None else {"inertia": list(body)}), "center_of_mass": centre}
     home = joint.pose(joint.initial)
     found.robot = {

@@ -132,8 +132,8 @@ def joint(link: Element) -> Joint:
         raise parent.wrong(f"expected the world, 0, as the parent of a single body, got link {number:g}")
     x, y, z = parent.child("location").vector(3)
     dof = KINDS[type_]
-    said = element.attributes.get("q_initial", "").strip()
-    initial = element.attribute_vector("q_initial", len(dof)) if said else [0.0] * len(dof)
+    text = element.attributes.get("q_initial", "").strip()
+    initial = element.attribute_vector("q_initial", len(dof)) if text else [0.0] * len(dof)
     return Joint(type_, dof, (x, y, z), tuple(initial))
 
 

@@ -37,14 +37,14 @@ OPERATIONAL = (LINEAR, QUINTIC)  # the kinds that CASPR supports in operational 
 
 def motions(root: Element, joint: Joint, spaces: Spaces) -> tuple[list[Motion], list[str], list[str]]:
     """Return the motions of a trajectory file, omitted items with reasons, and notes on assumptions."""
-    found, left_out, told = [], [], []
+    found, left_out, notes = [], [], []
     for group in root.children:
         for element in group.children if group.name.endswith("_trajectories") else [group]:
             name = element.attributes.get("id", "")
             try:
                 if group.name == "operational_trajectories":
                     motion, taken = _operational(element, joint, spaces)
-                    told += [taken] if taken else []
+                    notes += [taken] if taken else []
                 else:
                     motion = _motion(element, joint)
                 found.append((name, motion))
@@ -57,7 +57,7 @@ def motions(root: Element, joint: Joint, spaces: Spaces) -> tuple[list[Motion], 
         motion.tables = {f"{name}.csv": text for text in motion.tables.values()}
         if motion.tables:
             motion.trajectory["file"] = f"{name}.csv"
-    return [motion for _, motion in found], left_out, list(dict.fromkeys(told))
+    return [motion for _, motion in found], left_out, list(dict.fromkeys(notes))
 
 
 def _motion(element: Element, joint: Joint) -> Motion:
@@ -89,7 +89,7 @@ def _operational(element: Element, joint: Joint, spaces: Spaces) -> tuple[Motion
     if space.tool is not None:
         motion.trajectory["tool"] = space.tool
         motion.initial = _origin(motion.initial, space.frame.quaternion(points.q[0].tolist()), space.reach)
-    return motion, space.told
+    return motion, space.note
 
 
 def _turning(points: Points, joint: Joint) -> bool:

@@ -36,7 +36,7 @@ class Space:
         reach: (3,), position of the point relative to the joint, platform axes, m.
         frame: joint with six coordinates at the world's origin, whose body is the point.
         held: (6,), values of that joint's coordinates that y does not contain.
-        told: note on assumptions, or "".
+        note: note on assumptions, or "".
     """
 
     axes: tuple[str, ...]
@@ -44,7 +44,7 @@ class Space:
     reach: Array
     frame: Joint
     held: Array
-    told: str
+    note: str
 
     def all_six(self, points: Points) -> Points:
         """Return points with all six coordinates from points of y."""
@@ -96,9 +96,9 @@ class Spaces:
         axes = tuple(LETTERS[letter] for letter in letters)
         tool = next((name for each, name in self._named if each is marker), None) if set(axes) & set(AXES) else None
         reach = np.zeros(3) if tool is None else np.array(self.tools[tool])
-        held, type_, told = _held(marker, axes, joint, reach)
+        held, type_, note = _held(marker, axes, joint, reach)
         frame = Joint(type_, ALL, (0.0, 0.0, 0.0), tuple(held.tolist()))
-        return Space(axes, tool, reach, frame, held, told)
+        return Space(axes, tool, reach, frame, held, note)
 
     def _default(self, element: Element) -> Element:
         """Return the operational set of a trajectory: the default one, or the only one."""
@@ -141,22 +141,22 @@ def _link_of(marker: Element) -> str:
 def _held(marker: Element, axes: tuple[str, ...], joint: Joint, reach: Array) -> tuple[Array, str, str]:
     """Return the values of the six coordinates that y does not contain, the type of the angles, and a note."""
     turning = [name for name in joint.dof if name not in AXES]
-    said = [name for name in axes if name not in AXES]
+    named = [name for name in axes if name not in AXES]
     unsaid = [name for name in joint.dof if name in AXES and name not in axes]
     if unsaid:
         raise marker.wrong(f"it does not define the position along {' and '.join(unsaid)}, along which the joint moves")
-    if said and set(turning) - set(said):
-        missing = " and ".join(sorted(set(turning) - set(said)))
+    if named and set(turning) - set(named):
+        missing = " and ".join(sorted(set(turning) - set(named)))
         raise marker.wrong(f"it defines only some of the platform's angles, not {missing}, about which its joint turns")
-    held, told = np.zeros(6), ""
-    type_ = FIXED if marker.name == POSE or (not said and joint.type == FIXED) else SPHERICAL
-    if not said:
+    held, note = np.zeros(6), ""
+    type_ = FIXED if marker.name == POSE or (not named and joint.type == FIXED) else SPHERICAL
+    if not named:
         if turning and len(turning) == len(joint.dof):
             raise marker.wrong("it defines a position but no attitude, and the joint only rotates")
         held[3:] = joint.parts(joint.initial)[1]
         if turning:
-            told = "the attitude of the platform is not defined; the attitude of q_initial is used"
+            note = "the attitude of the platform is not defined; the attitude of q_initial is used"
     home = np.array(joint.at) + rotations.matrix(joint.quaternion(joint.initial)) @ reach
     held[:3] = np.array(joint.at) if not set(axes) & set(AXES) else home
     place = f"{Path(marker.file).name}:{marker.line}"
-    return held, type_, f"{place}: {marker.name} '{marker.attributes.get('name', '')}': {told}" if told else ""
+    return held, type_, f"{place}: {marker.name} '{marker.attributes.get('name', '')}': {note}" if note else ""

@@ -150,11 +150,11 @@ def _body(
 
 def _sound(found: Imported, node: Node, inertia: Inertia, mass: float, anchors: Any) -> Inertia:
     try:
-        whole, told = filled(inertia, mass, anchors, turning=True)
+        whole, note = filled(inertia, mass, anchors, turning=True)
     except ValueError as error:
         raise node.wrong(str(error)) from None
-    if told:
-        found.warnings.append(f"{node.document.source}:{node.line}: {told}")
+    if note:
+        found.warnings.append(f"{node.document.source}:{node.line}: {note}")
     assert whole is not None
     return whole
 

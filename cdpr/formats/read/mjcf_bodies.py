@@ -150,11 +150,11 @@ class Bodies:
 
     def _anchors(self) -> None:
         """Warn about cables that end on mocap bodies."""
-        told = set[int]()
+        reported = set[int]()
         for cable, site, body in self._ends():
             moved = next((each for each in self._chain(body) if each.attributes.get("mocap") == "true"), None)
-            if moved is not None and id(moved) not in told:
-                told.add(id(moved))
+            if moved is not None and id(moved) not in reported:
+                reported.add(id(moved))
                 self._lines.warnings.append(
                     f"{moved.at}: body '{_name(moved)}' is a mocap body, which a program moves: its anchors (site "
                     f"'{site}' of tendon '{_name(cable)}') are fixed here where the model puts them"

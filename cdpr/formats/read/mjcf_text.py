@@ -155,13 +155,13 @@ def compiled(text: str, lines: Lines) -> tuple[ModuleType, Any]:
     try:
         return mujoco, mujoco.MjModel.from_xml_string(text)
     except (ValueError, mujoco.FatalError) as error:
-        told = " ".join(str(error).split())
-        given = re.search(r"line (\d+)", told)
+        message = " ".join(str(error).split())
+        given = re.search(r"line (\d+)", message)
         number = int(given[1]) if given else 0
         place = lines.places[number - 1] if 0 < number <= len(lines.places) else lines.root
         if given:  # line of the compiled text
-            told = told[: given.start(1)] + str(place.line) + told[given.end(1) :]
-        raise place.wrong(f"MuJoCo does not compile it: {told}") from None
+            message = message[: given.start(1)] + str(place.line) + message[given.end(1) :]
+        raise place.wrong(f"MuJoCo does not compile it: {message}") from None
 
 
 def _actuator(element: Element, lines: Lines) -> None:

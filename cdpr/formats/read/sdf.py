@@ -227,11 +227,11 @@ def _body(found: Imported, platform: Element, anchors: Array) -> dict[str, Any]:
     if not np.array_equal(at.turned, np.eye(3)):
         turned = six(at.turned @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.turned.T)
     try:
-        whole, told = filled(turned, mass, anchors - at.place, turning=True)
+        whole, note = filled(turned, mass, anchors - at.place, turning=True)
     except ValueError as error:
         raise (tensor or inertial).wrong(str(error)) from None
-    if told:
-        found.warnings.append(f"{platform.file}:{inertial.line}: {told}")
+    if note:
+        found.warnings.append(f"{platform.file}:{inertial.line}: {note}")
     assert whole is not None
     found.comments["platform", "mass"] = f"kg, line {inertial.line}"
     found.comments["platform", "inertia"] = "kg m^2, about the centre of mass"

@@ -147,11 +147,11 @@ def _platform(found: Imported, element: Element, anchors: Any, dof: tuple[str, .
     values = (0.0,) * 6 if tensor is None else wirex_parts.tensor(tensor)
     turns = [name for name in dof if name.startswith("r")]
     try:
-        inertia, told = filled(values, mass, anchors - centre, turning=bool(turns))
+        inertia, note = filled(values, mass, anchors - centre, turning=bool(turns))
     except ValueError as error:
         raise (tensor or element).wrong(str(error)) from None
-    if told:
-        found.warnings.append(f"{(tensor or element).at}: {told}")
+    if note:
+        found.warnings.append(f"{(tensor or element).at}: {note}")
     if inertia is None and any(values):
         found.left_out.append(f"{(tensor or element).at}: inertia: ignored, because the platform does not rotate")
     found.comments["platform", "mass"] = f"kg, line {element.line}"
@@ -172,8 +172,8 @@ def _tension(found: Imported, robot: Element, parts: list[Parts]) -> dict[str, A
         low = next((value for of, key in limits if of is not None and (value := number(of, key)) > 0.0), 0.0)
         winch = None if each.winch is None else each.winch.child("cable")
         given = [(use, "max_cable_load"), (winch, "f_max"), (each.cable, BREAKS)]
-        told = [(number(of, key), key, of.line) for of, key in given if of is not None]
-        high, key, line = next((one for one in told if one[0] > 0.0), (0.0, "", 0))
+        parsed = [(number(of, key), key, of.line) for of, key in given if of is not None]
+        high, key, line = next((one for one in parsed if one[0] > 0.0), (0.0, "", 0))
         chain = each.chain
         if not high > low:
             text = "max_cable_load of <application>, f_max of its winch's <cable> and breaking_load of <cable>"

@@ -87,14 +87,14 @@ def material(found: Imported, every: list[Parts]) -> tuple[dict[str, Any], list[
     """Return common properties of all cables, and individual properties of each."""
     if every and len({id(each.cable) for each in every}) == 1:
         cable = every[0].cable
-        made = {} if cable is None else _cable_data(cable)
+        data = {} if cable is None else _cable_data(cable)
         if cable is not None:
             for key, what in {"diameter": "m, twice radius", "linear_density": "kg/m, weight"}.items():
                 found.comments["cable", key] = f"{what}, line {cable.line}"
             found.comments["cable", "axial_stiffness"] = f"N, elasticity times pi radius^2, line {cable.line}"
             found.comments["cable", "length"] = f"m, min_length and max_length, line {cable.line}"
-        length = made.pop("length", None)
-        return made, [{} if length is None else {"length": dict(length)} for _ in every]
+        length = data.pop("length", None)
+        return data, [{} if length is None else {"length": dict(length)} for _ in every]
     rows = [{} if each.cable is None else _cable_data(each.cable) for each in every]
     for k, each in enumerate(every):
         if each.cable is not None:
@@ -103,20 +103,20 @@ def material(found: Imported, every: list[Parts]) -> tuple[dict[str, Any], list[
 
 
 def _cable_data(cable: Element) -> dict[str, Any]:
-    made = dict[str, Any]()
+    data = dict[str, Any]()
     radius, modulus, weight = (number(cable, key) for key in ("radius", "elasticity", "weight"))
     if radius > 0.0:
-        made["diameter"] = 2.0 * radius
+        data["diameter"] = 2.0 * radius
         if modulus > 0.0:
-            made["axial_stiffness"] = modulus * math.pi * radius**2
+            data["axial_stiffness"] = modulus * math.pi * radius**2
     if weight > 0.0:
-        made["linear_density"] = weight
+        data["linear_density"] = weight
     low, high = number(cable, "min_length"), number(cable, "max_length")
     if low > high > 0.0:
         raise cable.wrong(f"min_length, {low:g} m, is above max_length, {high:g} m")
     if low > 0.0 or high > 0.0:
-        made["length"] = {**({"min": low} if low > 0.0 else {}), **({"max": high} if high > 0.0 else {})}
-    return made
+        data["length"] = {**({"min": low} if low > 0.0 else {}), **({"max": high} if high > 0.0 else {})}
+    return data
 
 
 def rotation(element: Element) -> Array:

@@ -16,7 +16,7 @@ from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 
 WIDTH = 110  # of a line
 
-Told = Callable[[Path], str]
+CommentOf = Callable[[Path], str]
 
 
 def commented(model: type[BaseModel], data: dict[str, Any], plugins: Registry, head: str) -> str:
@@ -25,7 +25,7 @@ def commented(model: type[BaseModel], data: dict[str, Any], plugins: Registry, h
     Options of controller and solver are described by their plugins.
     """
 
-    def told(path: Path) -> str:
+    def comment_of(path: Path) -> str:
         if isinstance(path[-1], int):
             return ""  # items are described above the list
         place = describe(model, path, data)
@@ -33,13 +33,13 @@ def commented(model: type[BaseModel], data: dict[str, Any], plugins: Registry, h
             place = _of_plugin(str(path[0]), path[1:], data[path[0]], plugins)
         return place.description + (f" [{place.unit}]" if place.unit else "")
 
-    return with_comments(data, told, head)
+    return with_comments(data, comment_of, head)
 
 
-def with_comments(data: dict[str, Any], told: Told, head: str) -> str:
-    """Return YAML of `data` after the comment `head`; `told` returns the comment of each key and list item, or ""."""
+def with_comments(data: dict[str, Any], comment_of: CommentOf, head: str) -> str:
+    """Return YAML of `data` after the comment `head`; `comment_of` returns the comment of a key or list item, or ""."""
     lines = [line for part in head.split("\n") for line in _comment(part, "")]
-    return "\n".join([*lines, *_mapping(data, (), told)]) + "\n"
+    return "\n".join([*lines, *_mapping(data, (), comment_of)]) + "\n"
 
 
 def _of_plugin(role: Any, path: Path, section: dict[str, Any], plugins: Registry) -> Place:
@@ -47,23 +47,23 @@ def _of_plugin(role: Any, path: Path, section: dict[str, Any], plugins: Registry
     return describe(plugins.get(role_, section.get("type", DEFAULT_TYPE[role])).info.options, path, section)
 
 
-def _mapping(data: dict[str, Any], path: Path, told: Told) -> Iterator[str]:
+def _mapping(data: dict[str, Any], path: Path, comment_of: CommentOf) -> Iterator[str]:
     indent = "  " * len(path)
     for key, value in data.items():
         here = (*path, key)
         if isinstance(value, dict):
-            yield from _line(f"{indent}{key}:", told(here), indent)
-            yield from _mapping(value, here, told)
+            yield from _line(f"{indent}{key}:", comment_of(here), indent)
+            yield from _mapping(value, here, comment_of)
         elif isinstance(value, list) and value and isinstance(value[0], dict):
-            yield from _comment(told(here), indent)
+            yield from _comment(comment_of(here), indent)
             for name in value[0]:
-                if text := told((*here, 0, name)):
+                if text := comment_of((*here, 0, name)):
                     yield from _comment(f"  {name}: {text}", indent)
             yield f"{indent}{key}:"
             for i, item in enumerate(value):
-                yield from _line(f"{indent}- {flow(item)}", told((*here, i)), indent)
+                yield from _line(f"{indent}- {flow(item)}", comment_of((*here, i)), indent)
         else:
-            yield from _line(f"{indent}{key}: {flow(value)}", told(here), indent)
+            yield from _line(f"{indent}{key}: {flow(value)}", comment_of(here), indent)
 
 
 def _line(text: str, comment: str, indent: str) -> Iterator[str]:

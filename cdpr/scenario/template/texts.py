@@ -49,11 +49,11 @@ def scenario_text(
     section: str | dict[str, Any]
     if source is None:
         section = robot_data(sizes, "robot")
-        made = load_robot("robot", text=json.dumps(section))
+        robot = load_robot("robot", text=json.dumps(section))
     else:
-        made = load_robot(source)
+        robot = load_robot(source)
         section = seen_from(os.path.dirname(file), examples.resolve(source, "robot"))
-    data = scenario_data(made, section, registry())
+    data = scenario_data(robot, section, registry())
     for key, value in changes.items():
         section_name, _, name = key.partition(".")
         data[section_name][name] = value

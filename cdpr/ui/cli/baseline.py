@@ -62,8 +62,8 @@ def check(folder: str, jobs: int, as_json: bool) -> None:
     else:
         from cdpr.ui.report.text.aligned import table
 
-        told = [(one.name, f"{one.outcome}{f': {one.detail}' if one.detail else ''}") for one in found]
-        for line in table(told, left=2, indent=""):
+        rows = [(one.name, f"{one.outcome}{f': {one.detail}' if one.detail else ''}") for one in found]
+        for line in table(rows, left=2, indent=""):
             click.echo(line)
     if not all(one.agrees for one in found):
         raise click.exceptions.Exit(ExitCode.DISAGREES)

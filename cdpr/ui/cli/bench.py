@@ -109,11 +109,11 @@ def _print(figures: dict[str, Any]) -> None:
 
     shown = [(robot, COLUMNS) for robot in figures["robots"]] + [(robot, MISLED) for robot in figures["adversaries"]]
     for robot, columns in shown:
-        told = wrapped(f"{robot['name']}: {facts(robot)}", 0)
+        lines = wrapped(f"{robot['name']}: {facts(robot)}", 0)
         rows = [[row["solver"], *(cells(row, columns) or [NOTHING] * len(columns))] for row in robot["results"]]
-        told += table([["solver", *columns], *rows], indent="", ruled=True)
-        told += [f"{row['solver']} failed: {row['detail']}" for row in robot["results"] if row["outcome"] == "failed"]
-        for line in (*told, ""):
+        lines += table([["solver", *columns], *rows], indent="", ruled=True)
+        lines += [f"{row['solver']} failed: {row['detail']}" for row in robot["results"] if row["outcome"] == "failed"]
+        for line in (*lines, ""):
             click.echo(line)
     for solver in figures["solvers"]:
         if solver["problem"]:

@@ -53,7 +53,7 @@ def chunked_of(
 
 
 def compute(
-    to: Chunked, robot: Robot, kind: str, where: Region, jobs: int | None, source: dict[str, Any], asked: dict[str, Any]
+    to: Chunked, robot: Robot, kind: str, where: Region, jobs: int | None, source: dict[str, Any], given: dict[str, Any]
 ) -> dict[str, Any]:
     """Compute a workspace into a folder and return its figures; after an interruption print how to resume."""
     from cdpr.analysis.workspace.chunks import workspace_in_chunks
@@ -71,11 +71,11 @@ def compute(
                 jobs=jobs,
                 progress=progress,
                 source=source,
-                **asked,
+                **given,
             )
         except (KeyboardInterrupt, CdprError) as stop:
             if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
-                told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
+                outcome = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
                 more = () if to.resume else ("--resume",)
-                progress.print_line(f"{told}; continue by: {again(click.get_current_context(), *more)}")
+                progress.print_line(f"{outcome}; continue by: {again(click.get_current_context(), *more)}")
             raise

@@ -68,11 +68,11 @@ def command(
         forks.begin()
         from cdpr.analysis.compare import job
 
-        made = (0, 0)
+        counted = (0, 0)
 
         def count(done: int, total: int) -> None:
-            nonlocal made
-            made = (done, total)
+            nonlocal counted
+            counted = (done, total)
             progress(done, total)
 
         with terminating(), Progress("runs") as progress:
@@ -93,7 +93,7 @@ def command(
             except KeyboardInterrupt:
                 free = "" if out is None else f", and {out} can be used again"
                 progress.print_line(
-                    f"interrupted after {made[0]} of {made[1]} runs: no result of the comparison is stored{free}"
+                    f"interrupted after {counted[0]} of {counted[1]} runs: no result of the comparison is stored{free}"
                 )
                 raise
     if out is not None:

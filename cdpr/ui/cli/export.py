@@ -61,19 +61,19 @@ def command(
     if to == PACKAGE:
         if force:
             raise click.UsageError("--force applies to files only; ros2 requires a new or empty folder")
-        file, told = _packages(what, changes, out)
+        file, lines = _packages(what, changes, out)
     elif to == NATIVE:
-        file, told = _native(what, changes, out, force)
+        file, lines = _native(what, changes, out, force)
     elif to in TABLES:
         if changes:
             raise click.UsageError("--set applies to robots and scenarios, not to runs")
-        file, told = _run(what, to, out, force)
+        file, lines = _run(what, to, out, force)
     else:
-        file, told = _robot(what, changes, to, {name: value for name, value in given.items() if value}, out, force)
+        file, lines = _robot(what, changes, to, {name: value for name, value in given.items() if value}, out, force)
     if as_json:
-        click.echo(json.dumps({"file": str(file), "format": to, **told}))
+        click.echo(json.dumps({"file": str(file), "format": to, **lines}))
     else:
-        click.echo(": ".join([str(file), *(f"{value} {name}" for name, value in told.items())]))
+        click.echo(": ".join([str(file), *(f"{value} {name}" for name, value in lines.items())]))
 
 
 def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:

@@ -96,8 +96,8 @@ def scenario(file: str, source: str | None, **given: Any) -> None:
     chosen = _sizes(given)
     trial = scenario_with_trials(file, source, chosen)
     text = trial.text
-    told = None if source is not None else crowded(load_scenario(file, text=text).robot, chosen)
-    _write(file, text, f"cdpr run {shlex.quote(file)}", told)
+    warning = None if source is not None else crowded(load_scenario(file, text=text).robot, chosen)
+    _write(file, text, f"cdpr run {shlex.quote(file)}", warning)
     if trial.note:
         click.echo(trial.note, err=True)
     if RESTS in text and file != STDOUT:

@@ -61,8 +61,8 @@ def parse_attitude(text: str, robot: Robot) -> Array:
     if len(numbers) != 3:
         hint = "expected roll,pitch,yaw (rad, or as 30deg), such as 0,0,0.1"
         raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--orientation")
-    if said := in_degrees(numbers):
-        click.echo(f"warning: --orientation: {said}", err=True)
+    if problem := in_degrees(numbers):
+        click.echo(f"warning: --orientation: {problem}", err=True)
     q = from_rpy(*numbers)
     if not held_upright(robot.dof, q):
         hint = f"the robot moves along {', '.join(robot.dof)} only, so it cannot rotate about the other axes"

@@ -116,8 +116,8 @@ class Signals:
 def terminating() -> Iterator[Signals]:
     """Let SIGTERM and SIGHUP end a command in the same orderly way as Ctrl-C, with their own exit codes."""
     signals = Signals()
-    heard = [number for number in STOPPING if signal.getsignal(number) != signal.SIG_IGN]  # not under nohup
-    before = {number: signal.signal(number, signals.handle) for number in heard}
+    handled = [number for number in STOPPING if signal.getsignal(number) != signal.SIG_IGN]  # not under nohup
+    before = {number: signal.signal(number, signals.handle) for number in handled}
     try:
         yield signals
     except KeyboardInterrupt:

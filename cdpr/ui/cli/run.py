@@ -130,13 +130,13 @@ def command(
         if strict and stop is None and (far := list(lost(run))):
             stop = ScenarioError(far)
         if as_json:
-            told = {
+            notes = {
                 "reservations": [*reservations(run), *fallback(run), *lost(run), *([touch] if touch else [])],
                 "loop": loop(run),
                 "message": run.message,
                 "folder": run.folder,
             }
-            figures = {**run.summary(), **told, **({"least": least} if statics else {})}
+            figures = {**run.summary(), **notes, **({"least": least} if statics else {})}
             click.echo(json.dumps(to_json(figures), indent=2, allow_nan=False))
         else:
             _print(run, least, touch)
@@ -167,22 +167,22 @@ class Live(NamedTuple):
 @contextmanager
 def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> Iterator[Live | None]:
     """Open the live link before anything is written, until the end of the run."""
-    said = {name: value for name, value in given.items() if value is not None}
+    options = {name: value for name, value in given.items() if value is not None}
     if tool is None:
-        if said:
-            raise click.UsageError(f"--live-{next(iter(said))} requires --live")
+        if options:
+            raise click.UsageError(f"--live-{next(iter(options))} requires --live")
         yield None
         return
 
     def say(text: str) -> None:
         click.echo(f"live: {text}", err=True)
 
-    made, port = LINKS[tool]
-    where: dict[str, Any] = {"host": "127.0.0.1", "port": port, "rate": 60.0, "speed": 1.0} | said
-    if said.get("no-token") and tool != TOKENS:
+    factory, port = LINKS[tool]
+    where: dict[str, Any] = {"host": "127.0.0.1", "port": port, "rate": 60.0, "speed": 1.0} | options
+    if options.get("no-token") and tool != TOKENS:
         raise click.UsageError(f"--live-no-token requires --live {TOKENS}")
-    more = {"programs": True} if said.get("no-token") else {}
-    link: type[Sender] = resolve_name(made)
+    more = {"programs": True} if options.get("no-token") else {}
+    link: type[Sender] = resolve_name(factory)
     with closing(link(where["host"], where["port"], say, scenario.options().numbers(), **more)) as shown:
         say(shown.where)
         yield Live(shown, where["rate"], where["speed"])
@@ -285,8 +285,8 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     figures = run.summary()
     if run.header.believed:
         yield f"{'believed':<20}{run.header.believed}"
-    said = list(reservations(run)) if figures["status"] == "finished" else []
-    but = f", but {'; '.join(said)}" if said else ""
+    texts = list(reservations(run)) if figures["status"] == "finished" else []
+    but = f", but {'; '.join(texts)}" if texts else ""
     ended = figures["status"].replace("_", " ")
     yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {ended}{but}"
     for name, key, base in (

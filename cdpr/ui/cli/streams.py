@@ -159,20 +159,20 @@ def streams() -> Iterator[None]:
         return
     os.dup2(err, out)
     raw = _Results(results, "wb", closefd=False)
-    told = _text(raw, "surrogateescape", sys.stdout)
+    text = _text(raw, "surrogateescape", sys.stdout)
     messages = _text(_Messages(err, "wb", closefd=False), "backslashreplace", sys.stderr)
     sys.stderr = cast("TextIO", Printable(messages))
-    sys.stdout = cast("TextIO", _Stdout(told, sys.stderr))
+    sys.stdout = cast("TextIO", _Stdout(text, sys.stderr))
     try:
         try:
             yield
         except BaseException:  # the exception defines the exit; incomplete results are reported in addition
             try:
-                told.flush()
+                text.flush()
             except OSError as error:
                 sys.stderr.write(f"{UNWRITABLE}: {error}\n")
             raise
-        told.flush()
+        text.flush()
     finally:
         raw.lost = True
         sys.stderr.flush()

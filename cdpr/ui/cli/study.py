@@ -95,8 +95,8 @@ def command(
                 )
             except (KeyboardInterrupt, CdprError) as stop:
                 if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
-                    told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
-                    progress.print_line(f"{told}; continue by: {again(context, '--out', str(folder))}")
+                    outcome = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
+                    progress.print_line(f"{outcome}; continue by: {again(context, '--out', str(folder))}")
                 raise
         if report:
             from cdpr.ui.report.pages.study import write_study

@@ -81,10 +81,10 @@ def command(
     else:
         load, whence = parse_wrench(wrench, robot), "--wrench"
     own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
-    asked = loaded.controlled_robot if isinstance(loaded, Scenario) else robot
-    problem = Problem(asked, at, load)
+    controlled = loaded.controlled_robot if isinstance(loaded, Scenario) else robot
+    problem = Problem(controlled, at, load)
     with Progress("solvers") as progress, hushed():
-        answers = compare(problem, _contestants(names, asked, own), progress)
+        answers = compare(problem, _contestants(names, controlled, own), progress)
     figures = to_json(describe(problem, answers, source, whence))
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))

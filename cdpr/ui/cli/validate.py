@@ -31,7 +31,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
     """
     rows: list[dict[str, Any]] = []
     codes: set[ExitCode] = set()
-    told: set[str] = set()
+    reported: set[str] = set()
     for file in files:
         name = click.format_filename(file)
         try:
@@ -40,7 +40,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
             codes.add(error.exit_code)
             places = [problem.as_dict() for problem in error.rows]
             rows.append({"file": name, "ok": False, "problems": str(error).splitlines(), "rows": places})
-            _print_new_errors(name, str(error).splitlines(), told)
+            _print_new_errors(name, str(error).splitlines(), reported)
         else:
             rows.append({"file": name, "ok": True, **row})
             if not as_json:
@@ -68,10 +68,10 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
     if few := few_cables(robot):
         notes.append(f"{click.format_filename(file)}: note: {few}")
     rows = [warning.as_dict() for warning in warnings]
-    said = {"notes": notes, "warnings": rows}
-    told = {warning["key"] for warning in rows}
+    facts = {"notes": notes, "warnings": rows}
+    reported = {warning["key"] for warning in rows}
     if not isinstance(loaded, Scenario):
-        return {"kind": "robot", "name": robot.name, "cables": robot.m, **said}, warned
+        return {"kind": "robot", "name": robot.name, "cables": robot.m, **facts}, warned
     _require_buildable(loaded)
     row = {
         "kind": "scenario",
@@ -79,8 +79,8 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
         "cables": loaded.robot.m,
         "duration": loaded.simulation.duration,
         **({"believed": loaded.nominal_differences} if loaded.nominal_differences else {}),
-        "unused": [key for key in loaded.unused if key not in told],
-        **said,
+        "unused": [key for key in loaded.unused if key not in reported],
+        **facts,
     }
     return row, warned
 
@@ -97,11 +97,11 @@ def _require_buildable(scenario: Scenario) -> None:
         raise ScenarioError(lines)
 
 
-def _print_new_errors(name: str, lines: list[str], told: set[str]) -> None:
+def _print_new_errors(name: str, lines: list[str], reported: set[str]) -> None:
     """Print each error once: errors of a robot file also occur in all scenarios that use it."""
     plain = {line: _without_source(line) for line in lines}
-    fresh = [line for line in lines if plain[line] not in told]
-    told.update(plain.values())
+    fresh = [line for line in lines if plain[line] not in reported]
+    reported.update(plain.values())
     for line in fresh:
         click.echo(line, err=True)
     if len(fresh) < len(lines):

@@ -76,7 +76,7 @@ def _figure(
     what: tuple[str, ...],
     pose: str | None,
     changes: tuple[str, ...],
-    asked: tuple[str, str | None, str | None],
+    options: tuple[str, str | None, str | None],
     out: str | None,
 ) -> None:
     """Plot quantities of a run into a file."""
@@ -86,7 +86,7 @@ def _figure(
     from cdpr.log.reader import load_run
     from cdpr.ui.report.style import DRAWN_BY
 
-    figure, width, cables = asked
+    figure, width, cables = options
     if not names(figure):
         raise click.UsageError("--figure: expected a quantity, such as tension, got none")
     if out is None or Path(out).suffix.lower() not in FIGURES:

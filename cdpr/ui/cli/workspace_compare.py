@@ -37,21 +37,21 @@ def command(file: str, oracle: str, count: int, seed: int, as_json: bool) -> Non
     found = load_workspace(file)
     robot = robot_of(found, file)
     with Progress("poses") as progress:
-        told = compare(found, robot, count, seed=seed, progress=progress)
+        result = compare(found, robot, count, seed=seed, progress=progress)
     if as_json:
-        click.echo(json.dumps(dataclasses.asdict(told), indent=1))
+        click.echo(json.dumps(dataclasses.asdict(result), indent=1))
     else:
         click.echo(f"{found.robot}: {found.kind.name} workspace against {oracle}")
-        click.echo(f"  poses                   {told.poses}, {told.bisected} of them on the boundary")
-        click.echo(f"  undecided by either     {told.undecided}")
-        if told.near:
-            click.echo(f"  within 1e-9 of the end  {len(told.near)} that differ")
-        click.echo(f"  different               {len(told.different)}")
-        if told.told:
-            click.echo(f"  interpolated            {told.told} cells, of which {told.told_wrong} are wrong")
-        for each in told.different[:10]:
+        click.echo(f"  poses                   {result.poses}, {result.bisected} of them on the boundary")
+        click.echo(f"  undecided by either     {result.undecided}")
+        if result.near:
+            click.echo(f"  within 1e-9 of the end  {len(result.near)} that differ")
+        click.echo(f"  different               {len(result.different)}")
+        if result.told:
+            click.echo(f"  interpolated            {result.told} cells, of which {result.told_wrong} are wrong")
+        for each in result.different[:10]:
             click.echo(f"  at {each['position']}: {each['value']:.3g} here, {each['program']:.3g} there")
-    if told.different:
+    if result.different:
         raise click.exceptions.Exit(ExitCode.DISAGREES)
 
 

@@ -101,7 +101,7 @@ def command_of(name: str, text: str) -> click.Command:
         box: str | None = None,
         ellipsoid: str | None = None,
         oracle: str | None = None,
-        **asked: Any,
+        **options: Any,
     ) -> None:
         required = _required(kind, box, ellipsoid)
         place = Place(
@@ -110,14 +110,14 @@ def command_of(name: str, text: str) -> click.Command:
         to = chunked.chunked_of(chunks, resume, scheduler, method, jobs, out)
         if oracle is not None and to is not None:
             raise click.UsageError("--oracle does not support --chunks: use 'cdpr workspace compare' on the folder")
-        _run(name, file, changes, place, over, asked | {"required": required}, jobs, to, out, as_json, oracle)
+        _run(name, file, changes, place, over, options | {"required": required}, jobs, to, out, as_json, oracle)
 
     unit = f" ({kind.unit})" if kind.unit else ""
     run.__doc__ = f"{text}\n\n    The value is the {kind.value}{unit}. {_more(kind.needs)}"
-    made: Any = run
+    command: Any = run
     for option in reversed([*_OPTIONS[:-2], *options, *chunked.OPTIONS, *_OPTIONS[-2:]]):
-        made = option(made)
-    return click.command(name)(made)
+        command = option(command)
+    return click.command(name)(command)
 
 
 _OPTIONS = (
@@ -190,7 +190,7 @@ def _run(
     changes: tuple[str, ...],
     place: Place,
     over: Any,
-    asked: dict[str, Any],
+    options: dict[str, Any],
     jobs: int | None,
     to: chunked.Chunked | None,
     out: str | None,
@@ -214,28 +214,28 @@ def _run(
     lower, upper = (_three(text, name) for text, name in ((place.lower, "--lower"), (place.upper, "--upper")))
     where = region(robot, lower=lower, upper=upper, cells=cells_of(place.cells), orientations=turned or None)
     if "obstacles" in kind_of(kind).takes and not isinstance(loaded, Robot):
-        asked["obstacles"] = loaded.obstacles
-    asked["required"] = asked["required"] or NOTHING
+        options["obstacles"] = loaded.obstacles
+    options["required"] = options["required"] or NOTHING
     how: dict[str, Any] = {"over": over, "method": place.method, "jobs": jobs}
     for name, value in place.finer.items():
         if value is not None and OWNERS[name][0] != place.method:
             raise click.UsageError(f"{OWNERS[name][1]} is for --method {OWNERS[name][0]}")
     how |= {name: value for name, value in place.finer.items() if value is not None}
     if to is not None:
-        figures = chunked.compute(to, robot, kind, where, jobs, source, asked | {"gravity": gravity, "over": over})
+        figures = chunked.compute(to, robot, kind, where, jobs, source, options | {"gravity": gravity, "over": over})
         print_figures(figures | {"file": str(to.folder)}, as_json)
         return
     with Progress(UNITS.get(place.method, "cells")) as progress:
-        found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
+        found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **options)
     found.about["source"] = source
     if oracle is not None:
         from cdpr.analysis.workspace.oracle import compare
 
         with Progress("poses") as progress:
-            told = compare(found, robot, progress=progress)
-        found.about["oracle"] = {"by": oracle, **dataclasses.asdict(told)}
+            agreement = compare(found, robot, progress=progress)
+        found.about["oracle"] = {"by": oracle, **dataclasses.asdict(agreement)}
     finish(found, target, as_json)
-    if oracle is not None and told.different:
+    if oracle is not None and agreement.different:
         raise click.exceptions.Exit(ExitCode.DISAGREES)
 
 

@@ -144,8 +144,8 @@ class Incoming:
             raise CdprError("trajectory: expected the files of one robot and one trajectory")
         if len(robots) > 1 and not any(name.lower().endswith(ENDINGS) for name in robots):
             raise CdprError(f"none of these files has a supported format: {', '.join(ENDINGS)}")
-        with scratch() as made:
-            folder = Path(made.path)
+        with scratch() as temporary:
+            folder = Path(temporary.path)
             for name, content in files.items():
                 try:
                     (folder / name).write_bytes(content)  # no temporary file: nobody reads it yet
@@ -153,25 +153,25 @@ class Incoming:
                     raise unwritable(Path(name), error) from error
             return self._apart(reader, {"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
 
-    def _apart(self, reader: Reader, asked: dict[str, Any], folder: Path | None = None) -> list[ImportResult]:
+    def _apart(self, reader: Reader, request: dict[str, Any], folder: Path | None = None) -> list[ImportResult]:
         """Read in a separate process; its working folder defaults to ours."""
         process = self._begin(reader, folder)
-        longest = max(SECONDS, WALL * asked.get("seconds", 0.0))
+        longest = max(SECONDS, WALL * request.get("seconds", 0.0))
         with process:
             try:
-                out, _ = process.communicate(json.dumps(asked).encode(), longest)
+                out, _ = process.communicate(json.dumps(request).encode(), longest)
             except subprocess.TimeoutExpired:
                 process.kill()
                 text = f"reading it takes more than {longest:g} s, and was stopped"
-                raise CdprError(f"{asked['path']}: {text}") from None
+                raise CdprError(f"{request['path']}: {text}") from None
             finally:
                 with self._lock:
                     self._process = None
         if self._given_up:
-            raise CdprError(f"{asked['path']}: reading it was stopped")
+            raise CdprError(f"{request['path']}: reading it was stopped")
         if process.returncode:
             how = processes.ended(process.returncode)
-            raise CdprError(f"{asked['path']}: the process that reads it {how}; nothing was imported")
+            raise CdprError(f"{request['path']}: the process that reads it {how}; nothing was imported")
         answer = json.loads(out)
         if "fault" in answer:
             fault = RuntimeError(answer["fault"])

@@ -196,10 +196,10 @@ class Driven(Simulation):
         """Apply this wrench from now on instead of the previous one; zero ends it."""
         if self._push is not None and (list(self._push.force), list(self._push.moment)) == (force, moment):
             return
-        made = self.push(force, moment) if any(force + moment) else None
+        push = self.push(force, moment) if any(force + moment) else None
         if self._push is not None:
             self.release(self._push)
-        self._push = made
+        self._push = push
 
     def request_tension(self, tension: list[float], names: list[str] | None = None) -> None:
         """Command these tensions, N, from now on; an empty list returns control to the controller.

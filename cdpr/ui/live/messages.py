@@ -39,11 +39,11 @@ class Messages:
         for group, chunk in self._groups:
             numbers = range(first, first + len(group.topics))
             first += len(group.topics)
-            heard = any(wanted[k] for k in numbers)
+            wanted_path = any(wanted[k] for k in numbers)
             if group.topics[0].name == PATH:
-                if heard and now < self._path_due:
+                if wanted_path and now < self._path_due:
                     continue
-                self._path_due = now + 1.0 / PATH_RATE if heard else -math.inf  # at once for the first
-            if heard:
+                self._path_due = now + 1.0 / PATH_RATE if wanted_path else -math.inf  # at once for the first
+            if wanted_path:
                 found = chunk.messages(group.source(row[None]), sample)
                 yield from ((k, bytes(data)) for k, data in zip(numbers, found, strict=True) if wanted[k])

@@ -82,7 +82,7 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
         )
     name = package_name(scenario.robot.name)
     # Names consist of letters, digits and -_. only and need no escapes in Python, XML or YAML.
-    told = f"scenario '{scenario.name}' of the cable-driven parallel robot '{scenario.robot.name}'"
+    description = f"scenario '{scenario.name}' of the cable-driven parallel robot '{scenario.robot.name}'"
     found = {
         f"{name}/config/scenario.yaml": text.encode(),
         f"{name}/resource/{name}": b"",
@@ -99,7 +99,7 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
         layout = LAYOUT | CONTROL
     for source, path in layout.items():
         template = (FILES / f"{source}.in").read_text(encoding="utf-8")
-        filled = template.replace("@PACKAGE@", name).replace("@DESCRIPTION@", told)
+        filled = template.replace("@PACKAGE@", name).replace("@DESCRIPTION@", description)
         found[path.format(name=name)] = filled.encode()
     return dict(sorted(found.items())), left_out
 

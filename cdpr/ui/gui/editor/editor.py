@@ -158,7 +158,7 @@ class Editor:
 
     def form(self) -> dict[str, Any]:
         """Return the message with all fields, their problems and the undo state."""
-        made, files = self._tabs(), self._shown_files()
+        tabs, files = self._tabs(), self._shown_files()
         problems, warnings = self._problems()
         reasons = [reason for file in files if file.modified and (reason := unsaved(file))]
         first = next((file for file in files if not file.fixed or file.saved is not None), files[0])
@@ -174,9 +174,9 @@ class Editor:
             "applied": self._applied == self._shown_texts(),
             "undo": self._undo[-1][0] if self._undo else None,
             "redo": self._redo[-1][0] if self._redo else None,
-            "tabs": made,
-            "problems": placed(made, problems),
-            "warnings": placed(made, [*elsewhere, *self._notes, *warnings]),
+            "tabs": tabs,
+            "problems": placed(tabs, problems),
+            "warnings": placed(tabs, [*elsewhere, *self._notes, *warnings]),
         }
 
     def texts(self) -> list[dict[str, str]]:
@@ -254,8 +254,8 @@ class Editor:
     def _move_step(self, source: list[Step], other: list[Step]) -> None:
         if not source:
             raise CdprError("no change to undo" if source is self._undo else "nothing was undone")
-        told, files, texts = source.pop()
-        other.append((told, self._files, self._files.texts()))
+        label, files, texts = source.pop()
+        other.append((label, self._files, self._files.texts()))
         self._files = files
         self._files.put(texts)
         self._parse_texts()

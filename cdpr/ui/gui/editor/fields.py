@@ -48,9 +48,9 @@ _resolved: dict[int, tuple[Schema, Schema, Schema]] = {}  # by id of the node; t
 def resolve(node: Schema, root: Schema) -> Schema:
     """Return a node without references; nullable nodes are marked `optional`, and sections get their `name`."""
     if id(node) not in _resolved:
-        made = _resolve(node, root)
-        _resolved[id(node)] = (node, root, made)
-        _resolved[id(made)] = (made, root, made)
+        resolved = _resolve(node, root)
+        _resolved[id(node)] = (node, root, resolved)
+        _resolved[id(resolved)] = (resolved, root, resolved)
     return _resolved[id(node)][2]
 
 
@@ -204,12 +204,12 @@ class FieldFactory:
         given = data if isinstance(data, dict) else {}
         needed = node.get("required", ())
         properties = {key: child for key, child in node.get("properties", {}).items() if "const" not in child}
-        made = [
+        known_fields = [
             self.field(child, (*path, key), given.get(key, MISSING), part(known, key), needed=key in needed)
             for key, child in properties.items()
         ]
         spare = [key for key in given if key not in node.get("properties", {})]
-        return [*made, *(self.odd((*path, key), given[key]) for key in spare)]
+        return [*known_fields, *(self.odd((*path, key), given[key]) for key in spare)]
 
     def odd(self, path: Path, value: Any) -> Field:
         """Return the field of an unknown key."""

@@ -55,9 +55,9 @@ def tabs(subject: Subject) -> list[dict[str, Any]]:
     return [{"key": key, "label": label, "fields": fields} for key, label, fields in rows]
 
 
-def placed(made: list[dict[str, Any]], problems: Iterable[Problem]) -> list[dict[str, Any]]:
+def placed(tabs: list[dict[str, Any]], problems: Iterable[Problem]) -> list[dict[str, Any]]:
     """Return problems as plain data, each with the path of the field that shows it."""
-    paths = set(_paths(made))
+    paths = set(_paths(tabs))
     rows = []
     for each in problems:
         ends = range(len(each.path), 0, -1)
@@ -68,8 +68,8 @@ def placed(made: list[dict[str, Any]], problems: Iterable[Problem]) -> list[dict
     return rows
 
 
-def _paths(made: list[dict[str, Any]]) -> Iterable[str]:
-    for tab in made:
+def _paths(tabs: list[dict[str, Any]]) -> Iterable[str]:
+    for tab in tabs:
         for each in every(tab["fields"]):
             yield each["path"]
             for row in each.get("rows", ()):
@@ -78,38 +78,38 @@ def _paths(made: list[dict[str, Any]]) -> Iterable[str]:
 
 
 def _sections(subject: Subject, maker: FieldFactory, keys: Iterable[str]) -> list[Field]:
-    made = []
+    fields = []
     for key in keys:
         if key in CORE_KEYS:
-            made.append(_of_plugin(subject, maker, "controller" if key == "controller" else "solver"))
+            fields.append(_of_plugin(subject, maker, "controller" if key == "controller" else "solver"))
         elif key == "backend_options":
-            made.append(_of_backends(subject, maker))
+            fields.append(_of_backends(subject, maker))
         else:
             needed = key in SCHEMA["required"] and not (key == "initial" and at(subject.data, ("robot", "home")))
             value = subject.data.get(key, MISSING)
             known = at(subject.known, (key,))
-            made.append(maker.field(SCHEMA["properties"][key], (key,), value, known, needed=needed))
+            fields.append(maker.field(SCHEMA["properties"][key], (key,), value, known, needed=needed))
     keys_of_all = {"robot", "believed", *MOTION, *CONTROL, *SIMULATION, "events"}
     if "simulation" in keys:
-        made += [maker.odd((key,), value) for key, value in subject.data.items() if key not in keys_of_all]
-    return made
+        fields += [maker.odd((key,), value) for key, value in subject.data.items() if key not in keys_of_all]
+    return fields
 
 
 def _robot(subject: Subject, maker: FieldFactory) -> list[Field]:
     robot = subject.data.get("robot", MISSING)
-    made: list[Field] = []
+    fields: list[Field] = []
     if subject.robot_file or not isinstance(robot, dict):
         about = SCHEMA["properties"]["robot"]["description"]
         file = subject.robot_file or None
-        made.append(
+        fields.append(
             entry(("robot",), "text", file, given=file is not None, optional=False, label="robot file", text=about)
         )
     if not isinstance(robot, dict):
-        return made
+        return fields
     node = SCHEMA["$defs"]["RobotSection"]
-    made += _of_robot(node, maker, ("robot",), robot, at(subject.known, ("robot",)))
-    made.append(_nominal(subject, maker, node, robot))
-    return made
+    fields += _of_robot(node, maker, ("robot",), robot, at(subject.known, ("robot",)))
+    fields.append(_nominal(subject, maker, node, robot))
+    return fields
 
 
 def _of_robot(node: Schema, maker: FieldFactory, path: Path, robot: dict[str, Any], known: Any) -> list[Field]:
@@ -132,13 +132,13 @@ def _nominal(subject: Subject, maker: FieldFactory, node: Schema, robot: dict[st
     section |= {"given": given is not MISSING, "optional": True}
     if given is not MISSING and not isinstance(given, dict):
         return section
-    said = {} if given is MISSING else dict(given)
+    nominal = {} if given is MISSING else dict(given)
     cables = robot.get("cables")
     if isinstance(cables, list):
-        said["cables"] = cables_in_place(said.get("cables"), cables)
+        nominal["cables"] = cables_in_place(nominal.get("cables"), cables)
     known = at(subject.known, ("robot",))
-    merged = {**robot, **said}
-    fields = _of_robot(node, maker, ("believed",), {**said}, robot if known is MISSING else known)
+    merged = {**robot, **nominal}
+    fields = _of_robot(node, maker, ("believed",), {**nominal}, robot if known is MISSING else known)
     for i, each in enumerate(fields):
         if each["kind"] == "table":
             fields[i] = cable_table(
@@ -208,13 +208,13 @@ def _entries(plugins: Registry, role: Role) -> list[dict[str, Any]]:
 
 def _choices(subject: Subject) -> dict[str, list[dict[str, Any]]]:
     """Return the allowed values of text fields that refer to cables, plugins or options."""
-    made = {"simulation.backend": _entries(subject.plugins, "backend")}
+    choices = {"simulation.backend": _entries(subject.plugins, "backend")}
     cables = at(subject.data, ("robot", "cables"))
     names = [choice(name) | {"label": name} for name in cable_names(cables)] if isinstance(cables, list) else []
     changeable = Starts(subject.data, SCHEMA, subject.plugins).changeable()
     keys = [choice(key) | {"label": key} for key in changeable]
     events = subject.data.get("events")
     for i in range(len(events) if isinstance(events, list) else 0):
-        made[f"events[{i}].cable"] = names
-        made[f"events[{i}].key"] = keys
-    return made
+        choices[f"events[{i}].cable"] = names
+        choices[f"events[{i}].key"] = keys
+    return choices

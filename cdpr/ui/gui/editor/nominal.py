@@ -12,7 +12,7 @@ from cdpr.scenario.nominal import cable_names
 
 
 def entries(given: Any, cables: list[Any]) -> dict[int, int]:
-    """Return the item of the list `said` for each cable of the robot, by cable index starting at 0."""
+    """Return the item of the list `given` for each cable of the robot, by cable index starting at 0."""
     if not isinstance(given, list):
         return {}
     names = cable_names(cables)

@@ -70,8 +70,8 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
         write(name, text, new=True)
         beside = os.path.join(folder, os.path.basename(old.name))
         around = edit.set_value(old.text, ("robot",), os.path.basename(name))
-        made = {os.path.abspath(beside): File(beside, around, first=around, fixed=old.fixed)}
-        return Files(os.path.abspath(beside), {**made, os.path.abspath(name): File.open(name)}), [name]
+        others = {os.path.abspath(beside): File(beside, around, first=around, fixed=old.fixed)}
+        return Files(os.path.abspath(beside), {**others, os.path.abspath(name): File.open(name)}), [name]
     text = _moved(old.text, files_of_scenario(edit.read(old.text), plugins), os.path.dirname(old.name), folder)
     names = [name]
     if robot is not None:

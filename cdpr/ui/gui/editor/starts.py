@@ -41,22 +41,22 @@ class Starts:
 
         If an event requires one of several keys, one of them is set, if it is known here.
         """
-        made: dict[str, Any] = self.value(form, "")
+        values: dict[str, Any] = self.value(form, "")
         keys = form.get("properties", {}).keys()
         if "force" in keys:
             mass = at(self._data, ("robot", "platform", "mass"))
             weight = GRAVITY * (mass if _number(mass) and mass > 0.0 else MASS)
-            made |= {"time": AT, "duration": FOR, "force": [0.0, 0.0, -_rounded(SHARE * weight)]}
+            values |= {"time": AT, "duration": FOR, "force": [0.0, 0.0, -_rounded(SHARE * weight)]}
         if {"time", "position"} <= keys:
-            made |= {"position": self.position(), "duration": NUMBERS["duration"]}
+            values |= {"position": self.position(), "duration": NUMBERS["duration"]}
         if {"time", "max"} <= keys:
             highest = at(self._data, ("robot", "tension", "max"))
-            made["max"] = highest if _number(highest) else HIGHEST
+            values["max"] = highest if _number(highest) else HIGHEST
         if {"time", "key", "value"} <= keys and (key := next(iter(self.changeable()), None)):
             role, _, option = key.partition(".")
             held = at(self._data, (role, option))
-            made |= {"key": key, "value": held if _number(held) else 1.0}
-        return made
+            values |= {"key": key, "value": held if _number(held) else 1.0}
+        return values
 
     def value(self, node: Schema, key: str) -> Any:
         """Return a value for a key of this schema; "" if only the user can know it."""
@@ -85,8 +85,8 @@ class Starts:
         names = [each for each in node.get("required", ()) if "const" not in inner[each]]
         alternatives = ONE_OF.get(str(node.get("name")), ())
         names = names or list(alternatives[:1]) or (["position"] if key and "position" in inner else [])
-        made = {name: self.value(inner[name], name) for name in names}
-        return {name: value for name, value in made.items() if value != ""}
+        values = {name: self.value(inner[name], name) for name in names}
+        return {name: value for name, value in values.items() if value != ""}
 
     def _vector(self, node: Schema, key: str) -> list[float]:
         size = len(node.get("prefixItems", ())) or 3
@@ -107,13 +107,13 @@ class Starts:
         """Return another cable: a copy of the last one, with its frame anchor slightly lower."""
         cables = self._cables()
         anchors = self.anchors("frame")
-        made = copied(cables[-1]) if cables and isinstance(cables[-1], dict) else {}
-        made.pop("name", None)
-        place = made.get("frame")
+        values = copied(cables[-1]) if cables and isinstance(cables[-1], dict) else {}
+        values.pop("name", None)
+        place = values.get("frame")
         if len(anchors) and isinstance(place, list) and len(place) == 3 and all(map(_number, place)):
             way = _rounded(SHARE * float(np.linalg.norm(np.ptp(anchors, axis=0)))) or SHARE
-            return {**made, "frame": [*place[:2], round(place[2] - way, 9)]}
-        return {"frame": [0.0, 0.0, 2.0], "platform": [0.0, 0.0, 0.0]} | made
+            return {**values, "frame": [*place[:2], round(place[2] - way, 9)]}
+        return {"frame": [0.0, 0.0, 2.0], "platform": [0.0, 0.0, 0.0]} | values
 
     def anchors(self, key: str) -> Any:
         """Return the cables' anchors on "frame" or "platform", (k, 3), m; empty if they are invalid."""

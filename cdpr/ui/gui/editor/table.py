@@ -54,8 +54,8 @@ def cable_table(maker: FieldFactory, path: Path, given: Any, robot: Any, known: 
             }
         rows.append({"path": dotted((*path, i)), "name": names[i], "cells": cells})
     for column in columns:
-        said = any(row["cells"].get(column["key"], {}).get("given") for row in rows)
-        column["shown"] = said or column["key"] in COMMON
+        is_set = any(row["cells"].get(column["key"], {}).get("given") for row in rows)
+        column["shown"] = is_set or column["key"] in COMMON
     text = "cables: A_i on the frame, B_i on the platform; omitted values are those of all cables"
     field = entry(path, "table", len(rows), given=given is not MISSING, optional=False, text=text)
     return field | {"columns": columns, "rows": rows}

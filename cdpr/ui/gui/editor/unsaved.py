@@ -66,8 +66,8 @@ def _sizes(given: Mapping[str, Any]) -> Sizes:
         text = "frame and platform: expected three lengths (m) each; mass: a number (kg); cables: a whole number"
         raise CdprError(text) from None
     flags = {key: bool(given[key]) for key in ("crossed", "planar", "suspended") if key in given}
-    made: dict[str, Any] = {**parts, **mass, **count, **flags}
-    return Sizes(**made)
+    values: dict[str, Any] = {**parts, **mass, **count, **flags}
+    return Sizes(**values)
 
 
 def around(robot: File, plugins: Registry) -> File:
@@ -80,14 +80,14 @@ def around(robot: File, plugins: Registry) -> File:
     data: dict[str, Any] = {"robot": os.path.basename(robot.name)}
     data["simulation"] = {"backend": defaults.BACKEND, "duration": DURATION, "control_step": 0.001}
     try:
-        made = load_robot(robot.name, text=robot.text)
+        loaded = load_robot(robot.name, text=robot.text)
     except CdprError:
         pass  # the form reports it
     else:
-        if made.home is None:
+        if loaded.home is None:
             from cdpr.mechanics.properties import home_pose  # expensive import
 
-            data["initial"] = {"position": [float(part) for part in home_pose(made)[0][:3]]}
+            data["initial"] = {"position": [float(part) for part in home_pose(loaded)[0][:3]]}
     options = plugins.get("controller", defaults.CONTROLLER).info.options()
     data["controller"] = {"type": defaults.CONTROLLER, **options.model_dump(mode="json", by_alias=True)}
     data["solver"] = {"type": defaults.SOLVER}

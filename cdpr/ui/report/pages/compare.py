@@ -88,8 +88,8 @@ def render(result: Comparison) -> str:
         if found["orders"]:
             rows = [tuple(map(escape, order_cells(row))) for row in found["orders"]]
             orders = table(rows, ("Engine", *ORDER_TITLES[1:2], "", *ORDER_TITLES[3:]))
-            told = (*order_reasons(found), *truth_error(found))
-            orders += "".join(f"<p>{escape(text[0].upper() + text[1:])}.</p>" for text in told)
+            texts = (*order_reasons(found), *truth_error(found))
+            orders += "".join(f"<p>{escape(text[0].upper() + text[1:])}.</p>" for text in texts)
             parts.append(section(f"orders{k}", f"<h2>Measured orders</h2>\n{ORDERS}\n{orders}"))
     links["about"] = "About"
     parts.append(section("about", ABOUT))

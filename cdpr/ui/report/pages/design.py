@@ -80,8 +80,8 @@ def _front(known: dict[str, Any]) -> str:
 
 
 def _remarks(known: dict[str, Any]) -> str:
-    told = remarks(known)
-    return f"\n<p>{escape('; '.join(told))}.</p>" if told else ""
+    texts = remarks(known)
+    return f"\n<p>{escape('; '.join(texts))}.</p>" if texts else ""
 
 
 def _robots(found: Designed, best: str) -> tuple[dict[str, Any] | None, list[str], list[str]]:

@@ -46,7 +46,7 @@ def of_run(run: Run) -> str:
     """Return a run as HTML: its end, its key figures, and the player with tensions and errors."""
     head = run.header
     with np.errstate(all="ignore"):  # a diverged run ends in inf and NaN
-        told = tables.ending(run, sentence(run, histories(run).outline.position))
+        ending = tables.ending(run, sentence(run, histories(run).outline.position))
         facts = [
             ("Scenario", head.scenario),
             ("Robot", f"{head.robot}, {len(head.cables)} cables"),
@@ -54,11 +54,11 @@ def of_run(run: Run) -> str:
             *_errors(run),
         ]
         if not len(run.rows):
-            return told + _table(facts)
+            return ending + _table(facts)
         arrays = Arrays()
         shown = [plots.tension_panel(run, height=1.9), plots.errors(run)[0]]
         data = page_data(run, [scene_of_run(run, arrays)], {PLOTS: shown}, arrays)
-    return told + _table(facts) + _frame(f"Run of {head.scenario}", data)
+    return ending + _table(facts) + _frame(f"Run of {head.scenario}", data)
 
 
 def of_robot(robot: Robot) -> str:

@@ -122,12 +122,12 @@ def _date(run: Run) -> str:
 def drawings(run: Run) -> list[Drawing]:
     """Return the figures of the report, in order."""
     own = [f"{column.name}: {column.text}" for column in run.header.columns]
-    told = escape("; ".join(own)).replace("{", "{{").replace("}", "}}")
+    text = escape("; ".join(own)).replace("{", "{{").replace("}", "}}")
     plugins = Drawing(
         "Plugins",
         "Recorded by plugins",
         plots.plugins,
-        f"Quantities of plugins. {told}.",
+        f"Quantities of plugins. {text}.",
         minor=True,
     )
     return [

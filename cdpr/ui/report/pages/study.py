@@ -62,15 +62,15 @@ def render(results: Results) -> str:
     if count > MOST_FIGURES:
         rest = count - MOST_FIGURES
         parts.append(section("rest", f"<p>{rest} more figures are left out: table.csv has their numbers.</p>"))
-    shown, told = choose(results)
+    shown, notes = choose(results)
     data = None
     if shown:
         data, playing = player(shown)
         parts.append(playing)
         links["robot"] = "Robot"
-    if shown or told:
+    if shown or notes:
         links["shown"] = "Cases"
-        parts.append(section("shown", f"<h2>Playback</h2>\n{account(shown, told)}"))
+        parts.append(section("shown", f"<h2>Playback</h2>\n{account(shown, notes)}"))
     links["table"] = "Table"
     parts.append(section("table", _table(results)))
     mood = "bad" if results.exit_code else "warn" if results.strained else "good"

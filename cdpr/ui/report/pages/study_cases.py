@@ -51,7 +51,7 @@ def choose(results: Results) -> tuple[list[SelectedCase], list[str]]:
     logged = [case for case in results.study.cases if (_folder(results, case) / LOG_NAME).is_file()]
     sound = [case for case in logged if results.rows[case.id].status in RESULTS]
     shown: list[SelectedCase] = []
-    told = list(_notes(results, len(logged), len(sound)))
+    notes = list(_notes(results, len(logged), len(sound)))
     for case, why in _wanted(sound, records):
         if len(shown) == MOST:
             break
@@ -60,14 +60,14 @@ def choose(results: Results) -> tuple[list[SelectedCase], list[str]]:
                 warnings.simplefilter("always")
                 run = load_run(_folder(results, case))
         except CdprError as error:
-            told.append(f"Case {case.id} cannot be shown: {error}.")
+            notes.append(f"Case {case.id} cannot be shown: {error}.")
             continue
         if not len(run.rows):
-            told.append(f"Case {case.id} cannot be shown: its run has no sample.")
+            notes.append(f"Case {case.id} cannot be shown: its run has no sample.")
             continue
-        told += [f"Case {case.id}: {warning.message}." for warning in cut]
+        notes += [f"Case {case.id}: {warning.message}." for warning in cut]
         shown.append(SelectedCase(case, why, run))
-    return shown, told
+    return shown, notes
 
 
 def _folder(results: Results, case: StudyCase) -> Any:
@@ -140,7 +140,7 @@ def player(shown: Sequence[SelectedCase]) -> tuple[dict[str, Any], str]:
     return data, theatre(figure("robot", "Robot", "", SPACE, live=stage(data)), [gallery])
 
 
-def account(shown: Sequence[SelectedCase], told: Sequence[str]) -> str:
+def account(shown: Sequence[SelectedCase], notes: Sequence[str]) -> str:
     """Return the table of shown cases with reasons, and the remarks, as HTML."""
     rows = []
     looks = overlaid_looks("case", names([each.case for each in shown]))
@@ -150,4 +150,4 @@ def account(shown: Sequence[SelectedCase], told: Sequence[str]) -> str:
     if rows:
         inside = table(rows, ("Case", "Difference", "Status", "Reason"), numeric=False)
         found = f"<details><summary>Cases with playback</summary>\n{inside}</details>\n"
-    return found + "\n".join(f"<p>{escape(text)}</p>" for text in told)
+    return found + "\n".join(f"<p>{escape(text)}</p>" for text in notes)

@@ -39,11 +39,11 @@ BANNERS = {
 def ending(run: Run, happened: str = "") -> str:
     """Return the banner: status of the run, its message, and `happened`, a sentence on the run."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
-    said = [*reservations(run), *fallback(run), *lost(run)]
-    if mood == "good" and said:
-        mood, text = "warn", escape(f"{text}, but {'; '.join(said)}")
-    told = "; ".join(filter(None, (run.message, happened)))
-    message = f": {escape(told)}" if told else ""
+    doubts = [*reservations(run), *fallback(run), *lost(run)]
+    if mood == "good" and doubts:
+        mood, text = "warn", escape(f"{text}, but {'; '.join(doubts)}")
+    causes = "; ".join(filter(None, (run.message, happened)))
+    message = f": {escape(causes)}" if causes else ""
     return banner(mood, text, message)
 
 

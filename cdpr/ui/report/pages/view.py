@@ -45,8 +45,8 @@ def render_view(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
         for key, (name, which) in found.items()
     ]
     parts = [theatre(figure("robot", "Robot", still_scene(shown, title), about, live=stage(data)), gallery)]
-    told = escape("\n".join(lines(dict(figures))))
-    parts.append(section("figures", f"<h2>Capacity</h2>\n<pre>{told}</pre>"))
+    text = escape("\n".join(lines(dict(figures))))
+    parts.append(section("figures", f"<h2>Capacity</h2>\n<pre>{text}</pre>"))
     links = {"robot": "Robot", **{key: name for key, (name, _) in found.items()}, "figures": "Figures"}
     return page(title, about, "" if survey is None else _banner(survey), links, parts, data)
 

@@ -24,10 +24,10 @@ def claim(found: Mapping[str, Any]) -> tuple[str, str]:
         return "bad", f"None of {count} candidates satisfies all constraints; the nearest one is shown"
     some = found["feasible"]
     more = "" if not found["front"] else f", {len(found['front'])} of them on the Pareto front"
-    told = f"{some} of {count} candidates satisf{'ies' if some == 1 else 'y'} all constraints{more}"
+    summary = f"{some} of {count} candidates satisf{'ies' if some == 1 else 'y'} all constraints{more}"
     if not found["improved"]:
-        return "warn", f"{told}; none is better than the robot without changes"
-    return "good", told
+        return "warn", f"{summary}; none is better than the robot without changes"
+    return "good", summary
 
 
 def figures(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
@@ -65,33 +65,33 @@ def members(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
 
 def remarks(found: Mapping[str, Any]) -> list[str]:
     """Return remarks: violated constraints, missing values and refused candidates."""
-    told = []
+    texts = []
     for which, title in (("before", "before"), ("best", chosen(found))):
         row = found[which]
-        told += [f"{title}: does not keep {text}" for text in row["violated"]]
+        texts += [f"{title}: does not keep {text}" for text in row["violated"]]
         for name, share in row["missing"].items():
-            told.append(f"{title}: {name} has no value at {share:.1%} of the poses")
+            texts.append(f"{title}: {name} has no value at {share:.1%} of the poses")
         if row["refused"]:
-            told.append(f"{title}: {row['refused']}")
+            texts.append(f"{title}: {row['refused']}")
     if found["refused"]:
         count = found["refused"]
-        told.append(f"{count} candidate{'s' * (count != 1)} rejected as invalid robots")
-    return told
+        texts.append(f"{count} candidate{'s' * (count != 1)} rejected as invalid robots")
+    return texts
 
 
 def lines(found: Mapping[str, Any]) -> list[str]:
     """Return the result of `Designed.plain` as lines for a terminal."""
     optimizer = found["optimizer"]
-    told = [f"{found['name']}: {optimizer['type']}, seed {optimizer['seed']}", f"{claim(found)[1]}.", ""]
-    told += [*table(figures(found), ruled=True), ""]
-    told += table([row[:-1] for row in variables(found)], ruled=True)
+    text = [f"{found['name']}: {optimizer['type']}, seed {optimizer['seed']}", f"{claim(found)[1]}.", ""]
+    text += [*table(figures(found), ruled=True), ""]
+    text += table([row[:-1] for row in variables(found)], ruled=True)
     if found["front"]:
         head, *rows = members(found)
         some = sorted({round(k * (len(rows) - 1) / (ROWS - 1)) for k in range(ROWS)})  # evenly spaced along the front
-        told += ["", *table([head, *(rows[k] for k in some)], ruled=True)]
-        told += [f"and {len(rows) - len(some)} more in the folder"] * (len(rows) > len(some))
+        text += ["", *table([head, *(rows[k] for k in some)], ruled=True)]
+        text += [f"and {len(rows) - len(some)} more in the folder"] * (len(rows) > len(some))
     notes = remarks(found)
-    return [*told, "", *notes] if notes else told
+    return [*text, "", *notes] if notes else text
 
 
 def number(value: float | None) -> str:

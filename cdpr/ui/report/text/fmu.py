@@ -120,8 +120,8 @@ def _signal(signal: Signal, port: Port | None) -> str:
     key = signal.name.replace("quaternion", "euler") if port.euler else signal.name
     value: Any = _variables(port.elements)
     source = port.source or Source(variable="")
-    said = {"unit": source.unit, "order": port.euler or None, "factor": source.factor if source.factor != 1.0 else None}
-    if given := {name: each for name, each in said.items() if each is not None}:
+    data = {"unit": source.unit, "order": port.euler or None, "factor": source.factor if source.factor != 1.0 else None}
+    if given := {name: each for name, each in data.items() if each is not None}:
         value = {"variable": value, **given}
     units = ", ".join(dict.fromkeys(port.units))
     return f"{key}: {_yaml_line(value)}  # {len(port.elements)} numbers, {units}; by {port.rule}"

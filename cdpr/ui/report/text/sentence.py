@@ -20,14 +20,14 @@ def sentence(run: Run, way: Array) -> str:
         return ""
     with np.errstate(all="ignore"):
         length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
-    said = [f"in {figures['simulated_s']:.4g} s the platform of {run.header.robot} {_moved(length)}"]
+    parts = [f"in {figures['simulated_s']:.4g} s the platform of {run.header.robot} {_moved(length)}"]
     position, turn = figures["position_error_m"]["max"], figures["orientation_error_rad"]["max"]
     if math.isfinite(position) and math.isfinite(turn):
-        said.append(f"with errors up to {_quantity_text(position, 'm')} and {_quantity_text(turn, 'rad')}")
+        parts.append(f"with errors up to {_quantity_text(position, 'm')} and {_quantity_text(turn, 'rad')}")
     tension = figures.get("cable_tension_N", figures["tension_N"])
     if math.isfinite(tension["max"]):
-        said.append(f"with tensions from {digits(tension['min'])} to {digits(tension['max'])} N")
-    text = ", ".join(said)
+        parts.append(f"with tensions from {digits(tension['min'])} to {digits(tension['max'])} N")
+    text = ", ".join(parts)
     first = min(run.events, key=lambda event: event.time, default=None)
     if first is not None:
         more = len(run.events) - 1

@@ -42,20 +42,20 @@ def cells(figures: Mapping[str, Any], columns: tuple[tuple[str, str], ...]) -> l
 
 def duties(figures: Mapping[str, Any]) -> list[str]:
     """Return lines on each duty: infeasible samples, largest tension and exceeded limits."""
-    told = []
+    found = []
     for each in figures["duties"]:
         lost = f", {each['infeasible']} of them without admissible tensions" if each["infeasible"] else ""
         most = "" if each["largest_tension_N"] is None else f"; largest tension {digits(each['largest_tension_N'])} N"
-        told.append(f"{each['name']}: {each['samples']} samples{lost}{most}")
-        told += [f"  exceeded: {text}" for text in each["exceeded"]]
-    return told
+        found.append(f"{each['name']}: {each['samples']} samples{lost}{most}")
+        found += [f"  exceeded: {text}" for text in each["exceeded"]]
+    return found
 
 
 def lines(figures: Mapping[str, Any]) -> list[str]:
     """Return the result of `Sizing.plain` as lines for a terminal."""
-    told = [f"{figures['robot']}: requirements on its cables, breaking load {figures['safety']:g} times the peak", ""]
+    text = [f"{figures['robot']}: requirements on its cables, breaking load {figures['safety']:g} times the peak", ""]
     for columns in (CABLES, POWERS):
         rows = cells(figures, columns)
         if len(rows[0]) > 1:
-            told += [*table(rows, ruled=True), ""]
-    return told + duties(figures)
+            text += [*table(rows, ruled=True), ""]
+    return text + duties(figures)

@@ -14,44 +14,44 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
     unit, value = figures["unit"], figures["value"]
     low, high = figures["box"]
     cells = " x ".join(str(n) for n in figures["cells"])
-    told = [
+    text = [
         f"{figures['robot']}: {figures['kind']} workspace",
         _line("volume", f"{figures['volume']:.4g} {unit}, {100 * figures['share']:.3g} % of the box"),
     ]
     if figures["found"] is not None:
-        told[-1] += f"; at most {figures['found']['at_most']:.4g} {unit}" if "at_most" in figures["found"] else ""
-        told.append(FOUND[figures["method"]](figures["found"]))
+        text[-1] += f"; at most {figures['found']['at_most']:.4g} {unit}" if "at_most" in figures["found"] else ""
+        text.append(FOUND[figures["method"]](figures["found"]))
     if figures["at_least"] is not None:
-        told.append(_line("inside from", f"{figures['at_least']:.4g} {value['unit']}".rstrip()))
+        text.append(_line("inside from", f"{figures['at_least']:.4g} {value['unit']}".rstrip()))
     if figures["bounds"] is not None:
-        told.append(_line("within", _corners(*figures["bounds"])))
+        text.append(_line("within", _corners(*figures["bounds"])))
         if figures["components"] > 1:
-            told.append(_line("in pieces", f"{figures['components']}, no cell of which shares a face with another's"))
+            text.append(_line("in pieces", f"{figures['components']}, no cell of which shares a face with another's"))
         words = ", ".join(f"{name} {value[name]:.4g}" for name in ("min", "mean", "max") if value[name] is not None)
         if words:
-            told.append(_line(value["name"], f"{words} {value['unit']}".rstrip()))
+            text.append(_line(value["name"], f"{words} {value['unit']}".rstrip()))
         if figures["unlimited"]:
-            told.append(_line("" if words else value["name"], f"infinite in {figures['unlimited']} cells"))
+            text.append(_line("" if words else value["name"], f"infinite in {figures['unlimited']} cells"))
     if figures["outside_by"]:
         outside = [f"{name} {count}" for name, count in list(figures["outside_by"].items())[:MOST]]
-        told.append(_line("outside, cells by", ", ".join(outside)))
-    told.append(_line("evaluated", f"{cells} cells, {_corners(low, high)}{_several(figures['orientations'])}"))
-    asked, of = figures["evaluated"], math.prod(figures["cells"]) * figures["orientations"]
-    if asked < of:
-        share = f"{100 * asked / of:.3g} %"
-        told.append(_line("of them evaluated", f"{asked}, {share}; the others are interpolated"))
+        text.append(_line("outside, cells by", ", ".join(outside)))
+    text.append(_line("evaluated", f"{cells} cells, {_corners(low, high)}{_several(figures['orientations'])}"))
+    evaluated, of = figures["evaluated"], math.prod(figures["cells"]) * figures["orientations"]
+    if evaluated < of:
+        share = f"{100 * evaluated / of:.3g} %"
+        text.append(_line("of them evaluated", f"{evaluated}, {share}; the others are interpolated"))
     if (oracle := figures["oracle"]) is not None:
         apart = f"{len(oracle['different'])} different, {oracle['undecided'] + len(oracle['near'])} undecided"
-        told.append(_line(f"verified by {oracle['by']}", f"{oracle['poses']} poses: {apart}"))
-    told += [f"  {note}" for note in figures["notes"]]
+        text.append(_line(f"verified by {oracle['by']}", f"{oracle['poses']} poses: {apart}"))
+    text += [f"  {note}" for note in figures["notes"]]
     if figures["on_boundary"] and figures["method"] != "certify":
         why = " or without a proof" if figures["method"] == "combined" else ""
-        told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off{why}"))
+        text.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off{why}"))
     if figures["without_value"]:
-        told.append(_line("without a value", f"{figures['without_value']} cells"))
+        text.append(_line("without a value", f"{figures['without_value']} cells"))
     if "file" in figures:
-        told.append(figures["file"])
-    return told
+        text.append(figures["file"])
+    return text
 
 
 def _proved(found: Mapping[str, Any]) -> str:
