@@ -16,7 +16,7 @@ READY = "() => window.cdpr !== undefined && cdpr.drawn !== null && cdpr.form.mes
 PATIENCE = 60_000  # ms, on a machine that does other things besides
 # Ends of the numbers and of their visible container, px, and the hidden part.
 SEEN = """() => {
-  const [side, told] = ["#side", ".told"].map((name) => document.querySelector(name));
+  const side = document.querySelector("#side");
   const tables = [...document.querySelectorAll(".numbers")];
   return {
     bottom: Math.max(...tables.map((table) => table.getBoundingClientRect().bottom)),

@@ -95,7 +95,7 @@ def test_a_tool_is_shown_and_its_way(open_page, tmp_path):
         return [desired, done].map(({ data, count }) => Array.from(data.subarray(12 * count - 9, 12 * count - 6)));
     }""")
     np.testing.assert_allclose(ways, [LED["trajectory"]["to"]["position"]] * 2, atol=5e-3)
-    labels = page.evaluate("cdpr.stage.told")  # what is written into the scene
+    labels = page.evaluate("cdpr.stage.written")  # what is written into the scene
     assert "nozzle" in labels
     assert "eye" in labels
 

@@ -19,7 +19,7 @@ def test_a_run_a_push_and_a_cut_are_seen_in_the_plots(page):
     page.get_by_role("button", name="Push", exact=True).click()
     page.wait_for_function("() => cdpr.frame.force && cdpr.frame.force[0] === 40")
     page.wait_for_function("() => cdpr.frame.t > 0.9")
-    before, pixels = page.evaluate("[cdpr.told.events.children.length, cdpr.curves.plots[0].base.toDataURL()]")
+    before, pixels = page.evaluate("[cdpr.output.events.children.length, cdpr.curves.plots[0].base.toDataURL()]")
     page.get_by_label("Cable to cut or jam").select_option("cable_7")
     page.get_by_role("button", name="Cut").click()
     page.wait_for_function("() => cdpr.frame.state && cdpr.frame.state[6] === cdpr.data.states.broken")
@@ -129,7 +129,7 @@ def test_a_saved_session_repeats_what_was_done_to_the_bit(page, files):
     page.get_by_role("button", name="Push", exact=True).click()
     page.get_by_label("Target position, x").fill("0.05")
     page.get_by_role("button", name="Go to the target").click()
-    page.wait_for_function("() => cdpr.told.events.querySelectorAll('li:not(.none)').length > 0")
+    page.wait_for_function("() => cdpr.output.events.querySelectorAll('li:not(.none)').length > 0")
     page.get_by_role("button", name="As fast as it goes").click()
     page.wait_for_function(PHASE, arg="done")
     for button, out in (("Save run…", files.folder / "run"), ("Save session…", files.folder / "session.yaml")):

@@ -89,9 +89,9 @@ class Curves {
 
   // Current limits.
   limit(limits) {
-    const told = JSON.stringify(limits);
-    if (!this.tension || told === this.known) return;
-    this.known = told;
+    const text = JSON.stringify(limits);
+    if (!this.tension || text === this.known) return;
+    this.known = text;
     this.tension.dashed = this.levels(limits);
     this.live.redraw();
   }

@@ -5,7 +5,7 @@ class Disturb {
     this.live = live;
     this.pushes = make("span", { className: "pushes" });
     this.cable = make("select", { id: "cable", "aria-label": "Cable to cut or jam" });
-    this.changes = live.told.tabs.panel("change", "Change");
+    this.changes = live.output.tabs.panel("change", "Change");
     this.parts = [this.push(), this.cables(), this.limits(), this.target()];
     home.append(...this.parts, this.saving());
   }
@@ -106,9 +106,9 @@ class Disturb {
       part.disabled = OVER.includes(phase);
       part.title = part.disabled ? "The run is over: reset it, or run it again" : "";
     }
-    const told = JSON.stringify([cables, pushes]);
-    if (told !== this.known) {
-      this.known = told;
+    const text = JSON.stringify([cables, pushes]);
+    if (text !== this.known) {
+      this.known = text;
       const before = this.cable.value, fate = ({ broken, jammed }) => (broken ? " (broken)" : jammed ? " (jammed)" : "");
       this.cable.replaceChildren(...cables.map((cable, i) => option(cable.name, `${i + 1} ${cable.name}${fate(cable)}`)));
       if (cables.some(({ name }) => name === before)) this.cable.value = before;

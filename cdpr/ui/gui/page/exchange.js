@@ -5,49 +5,49 @@ const WAITING = { import: "Reading …", take: "Writing …", export: "Exporting
 
 class Exchange {
   constructor(home, files, live) {
-    Object.assign(this, { files, live, asked: {}, exports: [] });
+    Object.assign(this, { files, live, dialogs: {}, exports: [] });
     this.importing();
     this.taking();
     this.exporting();
     home.append(
-      button("Import…", () => this.files.leaving(() => this.asked.import.show()), { title: "A robot of another program" }),
-      button("Export…", () => this.asked.export.show(), { title: "The robot for another program" }),
+      button("Import…", () => this.files.leaving(() => this.dialogs.import.show()), { title: "A robot of another program" }),
+      button("Export…", () => this.dialogs.export.show(), { title: "The robot for another program" }),
     );
   }
 
-  // Dialog that sends the result of `ask` and waits: an answer closes it, an error is shown without losing input.
-  asking(about, title, act, ask, ...parts) {
+  // Dialog that sends the result of `request` and waits: an answer closes it, an error is shown without losing input.
+  addDialog(about, title, act, request, ...parts) {
     const problem = make("p", { className: "problem", role: "alert" });
     const send = () => {
-      say(problem, "");
-      this.send(about, ask).catch((error) => this.hear({ about, level: "error", text: error.message }));
+      setText(problem, "");
+      this.send(about, request).catch((error) => this.receive({ about, level: "error", text: error.message }));
       return STAYS;
     };
     const { live } = this;
     const dialog = this.files.dialog(title, act, send, ...parts, problem), submit = dialog.querySelector("[type=submit]");
     const wait = (on) => { submit.disabled = on; submit.textContent = on ? WAITING[about] : act; };
     dialog.addEventListener("close", () => { if (submit.disabled) live.send({ do: "give_up" }); });
-    const show = () => { say(problem, ""); dialog.showModal(); };
-    this.asked[about] = { dialog, submit, problem, wait, show };
+    const show = () => { setText(problem, ""); dialog.showModal(); };
+    this.dialogs[about] = { dialog, submit, problem, wait, show };
     return dialog;
   }
 
-  async send(about, ask) {
-    const { files, ...given } = ask();
-    const said = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== ""));
-    this.asked[about].wait(true);
+  async send(about, request) {
+    const { files, ...given } = request();
+    const options = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== ""));
+    this.dialogs[about].wait(true);
     const gone = ({ name }) => { throw new Error(`${name}: cannot be read any more: choose it again`); };
     const read = (file) => file.arrayBuffer().catch(() => gone(file));
     const contents = files && await Promise.all(files.map(read));
     const sizes = files && { files: files.map(({ name }, i) => ({ name, size: contents[i].byteLength })) };
-    if (!this.live.send({ do: about, ...said, ...sizes }, contents)) throw new Error(UNSENT);
+    if (!this.live.send({ do: about, ...options, ...sizes }, contents)) throw new Error(UNSENT);
   }
 
-  hear(message) {
-    const { dialog, problem, wait } = this.asked[message.about];
+  receive(message) {
+    const { dialog, problem, wait } = this.dialogs[message.about];
     wait(false);
     if (!dialog.open) return; // cancelled meanwhile
-    if (message.level === "error") { say(problem, message.text); return; }
+    if (message.level === "error") { setText(problem, message.text); return; }
     dialog.close();
     if (message.about === "take") this.live.form.arrive(); // not to the button that opened the dialog
     if (message.kind === "imported") this.taken(message);
@@ -69,16 +69,16 @@ class Exchange {
     const list = () => listed.replaceChildren(...[...chosen.files].map(({ name }) => option(name)));
     chosen.addEventListener("change", () => { path.value = ""; list(); });
     path.addEventListener("input", () => { chosen.value = ""; list(); });
-    const ask = () => {
+    const request = () => {
       const all = [...chosen.files], size = all.reduce((sum, file) => sum + file.size, 0), { most } = this;
-      const told = `at most ${most / MEBI} MiB, got ${(size / MEBI).toFixed(1)} MiB in total`;
-      if (size > most) throw new Error(`Files: expected ${told}: enter their path instead.`);
+      const text = `at most ${most / MEBI} MiB, got ${(size / MEBI).toFixed(1)} MiB in total`;
+      if (size > most) throw new Error(`Files: expected ${text}: enter their path instead.`);
       const source = all.length ? { files: all } : { path: path.value.trim() };
       const ends = tension.map((input) => reading(input.value)), given = ends.some((end) => end !== "");
       return { ...source, cable_set: set.value.trim(), trajectory: trajectory.value.trim(), tension: given ? ends : "",
         seconds: reading(seconds.value) };
     };
-    this.asking("import", "Import from another program", "Read", ask, this.formats, files.row("Choose files", chosen),
+    this.addDialog("import", "Import from another program", "Read", request, this.formats, files.row("Choose files", chosen),
       files.row("Or their path", path), files.row("Cable set (CASPR)", set), files.row("Trajectory (Gazebo)", trajectory),
       limits, files.row("CPU time (s)", seconds), listed);
   }
@@ -89,8 +89,8 @@ class Exchange {
     this.opens = make("select");
     const region = { role: "region", tabindex: 0, "aria-label": "Robots and omitted content" };
     this.brought = make("div", { className: "brought", ...region });
-    const ask = () => ({ out: folder.value.trim(), open: this.opens.value });
-    this.asking("take", "Result", "Write and open", ask, this.brought, files.row("Write into folder", folder),
+    const request = () => ({ out: folder.value.trim(), open: this.opens.value });
+    this.addDialog("take", "Result", "Write and open", request, this.brought, files.row("Write into folder", folder),
       files.row("Then open", this.opens));
   }
 
@@ -99,11 +99,11 @@ class Exchange {
     const names = sources.flatMap(yaml), [robot, motion] = sources.map(yaml).find((found) => found.length) || [];
     this.opens.replaceChildren(...names.map((name) => option(name, name)));
     this.opens.value = motion || robot || "";
-    const read = sources.filter(({ error }) => !error).length, told = `${read} of ${sources.length} could be read.`;
-    const count = sources.length > 1 ? [make("p", { text: told })] : [];
+    const read = sources.filter(({ error }) => !error).length, summary = `${read} of ${sources.length} could be read.`;
+    const count = sources.length > 1 ? [make("p", { text: summary })] : [];
     this.brought.replaceChildren(...count, ...sources.flatMap((each) => this.source(each)));
-    this.asked.take.submit.hidden = !names.length;
-    this.asked.take.show();
+    this.dialogs.take.submit.hidden = !names.length;
+    this.dialogs.take.show();
   }
 
   source({ source, error, warnings, left_out: out, files }) {
@@ -127,9 +127,9 @@ class Exchange {
       }
     } };
     to.addEventListener("change", this.exported.fit);
-    const ask = () => ({ to: to.value, ...Object.fromEntries(Object.entries(choices).map(([key, { value }]) => [key, value])) });
+    const request = () => ({ to: to.value, ...Object.fromEntries(Object.entries(choices).map(([key, { value }]) => [key, value])) });
     const what = make("p", { className: "none", text: "The robot of the form, saved or not, at the start of its run." });
-    this.asking("export", "Export for another program", "Download", ask, what, files.row("Format", to),
+    this.addDialog("export", "Export for another program", "Download", request, what, files.row("Format", to),
       files.row("Style (SDF)", choices.style), files.row("Version (SDF)", choices.version),
       files.row("Pulleys (MJCF, SDF)", choices.pulleys));
   }
@@ -144,12 +144,12 @@ class Exchange {
   list({ imports, exports, upload }) {
     Object.assign(this, { exports, most: upload });
     const known = imports.join(", ");
-    say(this.formats, `A robot of ${known}, detected by its content; choose all files of a CASPR model. Nothing is written yet.`);
+    setText(this.formats, `A robot of ${known}, detected by its content; choose all files of a CASPR model. Nothing is written yet.`);
     const { to, fit } = this.exported;
     if (!to.options.length) { // sent again after a lost connection: keep the selection
       to.replaceChildren(...exports.map((each) => option(each.to, each.name)));
       fit();
     }
-    for (const { wait } of Object.values(this.asked)) wait(false); // pending requests are lost
+    for (const { wait } of Object.values(this.dialogs)) wait(false); // pending requests are lost
   }
 }

@@ -26,10 +26,10 @@ class Line {
 
   show(field) {
     this.field = field;
-    say(this.label, field.label);
+    setText(this.label, field.label);
     const unit = unitShown(field);
-    say(this.unit, unit !== "1" ? unit : "");
-    say(this.help, [unit, field.help].filter(Boolean).join(": "));
+    setText(this.unit, unit !== "1" ? unit : "");
+    setText(this.help, [unit, field.help].filter(Boolean).join(": "));
     this.root.classList.toggle("default", !field.given);
     this.clear.hidden = !(field.given && (field.optional || field.clearable));
     this.widget.show(field);
@@ -38,7 +38,7 @@ class Line {
 
   fault() {
     const texts = this.editor.faults(this.field.path);
-    say(this.problem, texts.join("\n"));
+    setText(this.problem, texts.join("\n"));
     this.problem.hidden = !texts.length;
     for (const input of this.inputs()) input.setAttribute("aria-invalid", String(texts.length > 0));
   }
@@ -74,7 +74,7 @@ class Group {
     const chosen = field.given && this.field && !this.field.given;
     this.field = field;
     if (chosen) this.open(true); // show a newly added group
-    say(this.title, field.label);
+    setText(this.title, field.label);
     this.gone.hidden = !(field.given && field.optional);
     this.root.classList.toggle("default", !field.given);
     if (this.chosen) this.chosen.show(field);
@@ -85,7 +85,7 @@ class Group {
 
   fault() {
     const texts = this.editor.faults(this.field.path);
-    say(this.problem, texts.join("\n"));
+    setText(this.problem, texts.join("\n"));
     this.problem.hidden = !texts.length;
     this.lines.fault();
     if (this.root.querySelector(".problem:not([hidden])")) this.open(true);
@@ -106,7 +106,7 @@ class List {
   }
 
   show(field) {
-    say(this.title, `${field.label} (${(field.fields || []).length})`);
+    setText(this.title, `${field.label} (${(field.fields || []).length})`);
     this.lines.show((field.fields || []).map((item) => ({ ...item, given: true, optional: true })));
   }
 

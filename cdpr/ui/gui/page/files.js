@@ -10,11 +10,11 @@ class Files {
     this.texts = make("div", { className: "texts" });
     this.yaml = this.dialog("YAML", "", null, this.texts);
     const making = this.making();
-    const ask = () => { this.asked = true; live.send({ do: "yaml" }); };
+    const request = () => { this.requested = true; live.send({ do: "yaml" }); };
     home.append(
       button("New…", () => making.showModal()), button("Open…", () => this.open.showModal()),
       button("Save", () => live.form.act("save"), { title: "Ctrl+S: into the files they come from, comments kept" }),
-      button("Save as…", () => this.saveAs.showModal()), button("YAML", ask, { title: "The files as they would be saved" }),
+      button("Save as…", () => this.saveAs.showModal()), button("YAML", request, { title: "The files as they would be saved" }),
     );
   }
 
@@ -23,8 +23,8 @@ class Files {
     this.after = null;
     if (!this.live.form.message?.modified) { go(); return; }
     this.go = go;
-    this.asking ||= this.unsaved();
-    this.asking.showModal();
+    this.leaveDialog ||= this.unsaved();
+    this.leaveDialog.showModal();
   }
 
   unsaved() {
@@ -103,8 +103,8 @@ class Files {
       const given = { kind: kind.value, file: file.value.trim(), frame: all(frame), platform: all(platform), mass: reading(mass.value),
         cables: reading(cables.value), crossed: crossed.value && false, planar: planar.checked || "", suspended: suspended.checked || "",
         robot: kind.value === "scenario" ? robot.value.trim() : "" };
-      const said = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== ""));
-      this.leaving(() => this.live.send({ do: "new", ...said }));
+      const options = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== ""));
+      this.leaving(() => this.live.send({ do: "new", ...options }));
     };
     // Fields that do not apply are disabled: an existing robot has its sizes.
     const fit = () => {
@@ -137,13 +137,13 @@ class Files {
   save() {
     const { unsaved } = this.live.form.message || {};
     if (!unsaved) { this.live.send({ do: "save" }); return; }
-    say(this.why, unsaved);
+    setText(this.why, unsaved);
     this.saveAs.showModal();
   }
 
   show({ files }) {
-    if (!this.asked) return; // requested by another window
-    this.asked = false;
+    if (!this.requested) return; // requested by another window
+    this.requested = false;
     const texts = files.flatMap(({ name, text }) => [make("h3", { text: name }), make("pre", { tabindex: 0, text })]);
     this.texts.replaceChildren(...texts);
     this.yaml.showModal();

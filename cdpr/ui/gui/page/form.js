@@ -94,9 +94,9 @@ class Form {
   list({ problems, warnings }, paths) {
     const item = (kind) => ({ path, key, place, text }) => {
       const known = paths.has(path), where = known ? words(path) : [key || path, place].filter(Boolean).join(", ");
-      const told = where ? `${where}: ${text}` : text;
+      const line = where ? `${where}: ${text}` : text;
       const lead = () => this.lead(path, paths.get(path));
-      return make("li", { className: kind }, known ? button(told, lead, { className: "lead" }) : told);
+      return make("li", { className: kind }, known ? button(line, lead, { className: "lead" }) : line);
     };
     const items = [...problems.map(item("bad")), ...(warnings || []).map(item("warn"))];
     this.top.replaceChildren(...(items.length ? [make("ul", {}, ...items)] : []));
@@ -117,10 +117,10 @@ class Form {
   head(message) {
     const { file, title, modified, applied, undo, redo, problems } = message;
     const name = file ? file.split("/").pop() : title || "new scenario";
-    say(document.getElementById("file"), name);
+    setText(document.getElementById("file"), name);
     document.getElementById("file").title = [file, ...(message.files || [])].join("\n");
-    const told = [modified && "modified", message.unsaved && "not saved yet", !applied && "not applied"];
-    say(document.getElementById("state"), told.filter(Boolean).join(", "));
+    const states = [modified && "modified", message.unsaved && "not saved yet", !applied && "not applied"];
+    setText(document.getElementById("state"), states.filter(Boolean).join(", "));
     document.title = `${modified ? "* " : ""}${name} – cdpr gui`;
     this.acts.apply.disabled = applied || problems.length > 0;
     this.acts.apply.classList.toggle("main", !applied && !problems.length);
@@ -136,7 +136,7 @@ class Form {
     const table = tabs.flatMap(({ fields }) => tablesIn(fields)).find(({ path }) => path === "robot.cables");
     if (!table) return;
     const rows = table.rows.map(({ cells }) => ({ frame: cells.frame?.value, platform: cells.platform?.value }));
-    this.live.handles?.told(rows, applied);
+    this.live.handles?.setCables(rows, applied);
     this.rows = { rows, applied };
   }
 }

@@ -76,7 +76,7 @@ class Handles {
   back(v) { const R = this.film.base; return R ? [0, 1, 2].map((c) => dot([R[c], R[3 + c], R[6 + c]], v)) : v; }
 
   // Cables of the form; those of the simulation if the form is applied.
-  told(rows, applied) {
+  setCables(rows, applied) {
     this.wanted = rows;
     if (applied || !this.applied || this.applied.length !== rows.length) this.applied = rows;
     this.live.wake();

@@ -19,7 +19,7 @@ class Link {
       this.lost.hidden = true;
       document.body.classList.remove("lost");
     });
-    this.socket.addEventListener("message", (event) => this.live.hear(JSON.parse(event.data)));
+    this.socket.addEventListener("message", (event) => this.live.receive(JSON.parse(event.data)));
     this.socket.addEventListener("close", () => this.again());
   }
 
@@ -28,7 +28,7 @@ class Link {
     this.failed += 1;
     this.lost.hidden = false;
     const why = this.failed > 3 ? "The connection is lost, and cdpr gui does not answer: it may have ended." : "The connection is lost.";
-    say(this.lost, `${why} Trying again …`);
+    setText(this.lost, `${why} Trying again …`);
     document.body.classList.add("lost");
     setTimeout(() => this.open(), wait);
   }

@@ -65,7 +65,7 @@ class LiveStage extends Stage {
     }
     this.camera.resize(...before.size);
     this.options.radius = this.camera.radius;
-    this.told = null;
+    this.written = null;
     this.theme();
   }
 

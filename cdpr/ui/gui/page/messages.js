@@ -15,10 +15,10 @@ const TROUBLES = {
 };
 const MOST_MESSAGES = 200;
 
-class Told {
+class Output {
   constructor(list, home, live) {
     this.live = live;
-    this.tabs = new Tabs(list, home, "told");
+    this.tabs = new Tabs(list, home, "output");
     this.numbers = make("table", { className: "numbers", "aria-label": "Numbers" });
     this.tensions = make("table", { className: "numbers", "aria-label": "Tensions" });
     this.events = make("ol", { className: "events" });
@@ -64,7 +64,7 @@ class Told {
     this.counted = now;
     const put = (key, values, digits) => this.cells[key].forEach((cell, i) => {
       const x = values?.[i];
-      say(cell, x === null || x === undefined ? "–" : x.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−"));
+      setText(cell, x === null || x === undefined ? "–" : x.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−"));
     });
     const degrees = (q) => q && q[0] !== null && anglesOf(q).map(toDegrees);
     put("p", frame.p, 4);
@@ -75,8 +75,8 @@ class Told {
     const { broken, slack } = this.live.data.states;
     this.cables.forEach(([, cell, unit], i) => {
       const tension = frame.tension?.[i], state = frame.state?.[i], gone = state === broken;
-      say(cell, gone ? "broken" : tension === null || tension === undefined ? "–" : tension.toFixed(1));
-      say(unit, gone ? "" : this.jammed.has(i) ? "jammed" : state === slack ? "slack" : "N");
+      setText(cell, gone ? "broken" : tension === null || tension === undefined ? "–" : tension.toFixed(1));
+      setText(unit, gone ? "" : this.jammed.has(i) ? "jammed" : state === slack ? "slack" : "N");
       cell.style.backgroundSize = `${gone || !(tension > 0) ? 0 : (100 * clamp(tension / most, 0, 1)).toFixed(1)}% 100%`;
     });
   }
@@ -87,11 +87,11 @@ class Told {
     const known = PHASES[status.phase] || status.phase, name = (status.status || "").toLowerCase().replace("_", " ");
     root.className = trouble ? "bad" : LEVELS[status.phase] || "good";
     const text = status.text || (trouble ? `${known.replace(/\.$/, "")}; ${name}: ${trouble}.` : known);
-    say(root.querySelector(".text"), text);
+    setText(root.querySelector(".text"), text);
     this.report(status, text, Boolean(trouble));
-    say(document.getElementById("rtf"), Number.isFinite(status.rtf) ? status.rtf.toFixed(2) : "–");
+    setText(document.getElementById("rtf"), Number.isFinite(status.rtf) ? status.rtf.toFixed(2) : "–");
     const parts = [status.backend, status.solver, status.controller].filter(Boolean);
-    say(document.getElementById("parts"), parts.join(" · ") || "–");
+    setText(document.getElementById("parts"), parts.join(" · ") || "–");
     this.jammed = new Set((status.cables || []).flatMap(({ jammed }, i) => (jammed ? [i] : [])));
     this.counted = 0; // a status follows the last frame: refresh numbers and cable states
     this.live.wake();
@@ -108,9 +108,9 @@ class Told {
   }
 
   happened(events) {
-    const told = JSON.stringify(events);
-    if (told === this.known) return;
-    this.known = told;
+    const text = JSON.stringify(events);
+    if (text === this.known) return;
+    this.known = text;
     const item = ({ t, text }) => make("li", {}, make("b", { text: `${t.toFixed(3)} s` }), ` ${text}`);
     this.events.replaceChildren(...events.map(item));
     if (!events.length) this.events.append(make("li", { className: "none", text: "Nothing has happened yet." }));

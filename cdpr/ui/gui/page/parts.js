@@ -48,7 +48,7 @@ function sign(name) {
 }
 
 // Set a text only if it changes, to preserve selections and not disturb screen readers.
-function say(node, text) { if (node.textContent !== text) node.textContent = text; }
+function setText(node, text) { if (node.textContent !== text) node.textContent = text; }
 
 // Tabs with one visible panel; arrow keys switch. Labels may change, keys stay.
 class Tabs {
@@ -89,7 +89,7 @@ class Tabs {
   }
 
   // Count shown on a tab, "" for none.
-  count(key, number) { say(this.all.get(key).tab.querySelector(".count"), number ? String(number) : ""); }
+  count(key, number) { setText(this.all.get(key).tab.querySelector(".count"), number ? String(number) : ""); }
 
   keep(keys) {
     for (const [key, { tab, panel }] of this.all) {

@@ -28,7 +28,7 @@ class Table {
 
   show(field) {
     this.field = field;
-    say(this.title, `${field.label} (${field.rows.length})`);
+    setText(this.title, `${field.label} (${field.rows.length})`);
     this.columns = field.columns.filter((column) => column.shown !== false || this.all);
     const rows = field.rows.map((row) => [row.path, Object.keys(row.cells), (row.fields || []).length > 0]);
     const shape = JSON.stringify([this.columns, rows]);
@@ -93,7 +93,7 @@ class Table {
       }
       if (more) more.fault();
     });
-    say(this.problem, own.join("\n"));
+    setText(this.problem, own.join("\n"));
     this.problem.hidden = !own.length;
   }
 }

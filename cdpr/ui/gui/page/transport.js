@@ -62,8 +62,8 @@ class Transport {
 
   tick(t) {
     const whole = Number.isFinite(this.duration) && this.duration > 0;
-    say(this.time, whole ? `${t.toFixed(3)} of ${shortNumber(this.duration)} s` : `${t.toFixed(3)} s`);
-    say(document.getElementById("now"), `${t.toFixed(3)} s`);
+    setText(this.time, whole ? `${t.toFixed(3)} of ${shortNumber(this.duration)} s` : `${t.toFixed(3)} s`);
+    setText(document.getElementById("now"), `${t.toFixed(3)} s`);
     this.bar.hidden = !whole;
     if (whole) this.bar.value = clamp(t / this.duration, 0, 1);
   }

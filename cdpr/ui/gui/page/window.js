@@ -11,7 +11,7 @@ class Live {
     this.form = new Form(at("form"), this);
     this.files = new Files(at("form").querySelector(".bar"), at("dialogs"), this);
     this.exchange = new Exchange(at("form").querySelector(".bar"), this.files, this);
-    this.told = new Told(at("side").querySelector("[role=tablist]"), at("side").querySelector(".told"), this);
+    this.output = new Output(at("side").querySelector("[role=tablist]"), at("side").querySelector(".output"), this);
     this.transport = new Transport(at("transport"), this);
     this.disturb = new Disturb(at("disturb"), this);
     this.curves = new Curves(at("curves"), at("span"), this);
@@ -33,9 +33,9 @@ class Live {
   }
 
   send(message, files) { return this.link.send(message, files); }
-  note(level, text) { this.told.message({ level, text }); }
+  note(level, text) { this.output.message({ level, text }); }
 
-  hear(message) {
+  receive(message) {
     const { kind } = message;
     if (kind === "hello") this.greet(message);
     else if (kind === "form") { this.form.show(message); this.files.settled(message); }
@@ -44,11 +44,11 @@ class Live {
     else if (kind === "samples") this.curves.add(message);
     else if (kind === "status") this.status(message);
     else if (kind === "message") {
-      this.told.message(message);
+      this.output.message(message);
       if (message.level === "error") this.files.after = null; // saving failed
     }
     else if (kind === "yaml") this.files.show(message);
-    if (message.about) this.exchange.hear(message);
+    if (message.about) this.exchange.receive(message);
   }
 
   greet(hello) {
@@ -67,9 +67,9 @@ class Live {
       this.handles = new Handles(root.querySelector(".handles"), this.stage, this);
     }
     this.handles.load(film);
-    if (this.form.rows) this.handles.told(this.form.rows.rows, this.form.rows.applied);
+    if (this.form.rows) this.handles.setCables(this.form.rows.rows, this.form.rows.applied);
     this.curves.load(message);
-    this.told.load(message);
+    this.output.load(message);
     this.disturb.load(message);
     this.restyle();
     this.pressed();
@@ -90,7 +90,7 @@ class Live {
   status(status) {
     this.playing = status.phase === "running";
     this.phase = status.phase;
-    this.told.status(status);
+    this.output.status(status);
     this.transport.show(status);
     this.disturb.show(status);
     if (status.limits) this.curves.limit(status.limits);
@@ -153,9 +153,9 @@ class Live {
     if (!frame) return;
     this.transport.tick(frame.t);
     const [low, high] = film.range;
-    this.told.count(frame, high > 0 ? high : 1);
-    say(document.getElementById("least"), high > low ? shortNumber(low) : "–");
-    say(document.getElementById("largest"), high > low ? shortNumber(high) : "–");
+    this.output.count(frame, high > 0 ? high : 1);
+    setText(document.getElementById("least"), high > low ? shortNumber(low) : "–");
+    setText(document.getElementById("largest"), high > low ? shortNumber(high) : "–");
   }
 }
 

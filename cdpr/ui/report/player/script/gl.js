@@ -76,8 +76,8 @@ class GlPainter {
   constructor(canvas, inSoftware) {
     const gl = canvas.getContext("webgl2", { antialias: false });
     if (!gl) throw new Error("no WebGL 2");
-    const told = gl.getExtension("WEBGL_debug_renderer_info");
-    const name = told ? gl.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+    const extension = gl.getExtension("WEBGL_debug_renderer_info");
+    const name = extension ? gl.getParameter(extension.UNMASKED_RENDERER_WEBGL) : "";
     if (!inSoftware && /swiftshader|llvmpipe|software|basic render/i.test(name)) throw new Error("WebGL in software");
     this.gl = gl;
     this.canvas = canvas;

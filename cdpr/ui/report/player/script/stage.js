@@ -99,7 +99,7 @@ class Stage {
       canvas.width = Math.max(1, Math.round(box.width * this.ratio));
       canvas.height = Math.max(1, Math.round(box.height * this.ratio));
     }
-    this.told = null; // resizing has cleared the canvas
+    this.written = null; // resizing has cleared the canvas
     this.camera.resize(box.width, box.height);
     this.draw();
   }
@@ -145,16 +145,16 @@ class Stage {
 
   write(labels) {
     const c = this.paper.getContext("2d"), view = this.camera.matrix(), dark = this.state.dark ? 1 : 0;
-    const told = [dark, this.paper.width, this.paper.height, this.options.numbers, view.join(),
+    const written = [dark, this.paper.width, this.paper.height, this.options.numbers, view.join(),
       ...labels.map(({ text, at }) => text + at.map((x) => x.toFixed(3)))].join();
-    if (told === this.told) return;
-    this.told = told;
+    if (written === this.written) return;
+    this.written = written;
     c.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     c.clearRect(0, 0, ...this.camera.size);
     c.textAlign = "center";
     c.textBaseline = "middle";
     c.lineJoin = "round";
-    const say = (at, text, colour, font) => {
+    const write = (at, text, colour, font) => {
       c.font = font;
       c.lineWidth = 4;
       c.strokeStyle = this.data.colours.ground[dark];
@@ -181,7 +181,7 @@ class Stage {
         texts.forEach(([text, colour], i) => {
           const x = clamp(left + 0.5 * widths[i], 0.5 * widths[i], this.camera.size[0] - 0.5 * widths[i]);
           left += widths[i];
-          say([x, clamp(at[1], 9, this.camera.size[1] - 9)], text, colour, NAMED);
+          write([x, clamp(at[1], 9, this.camera.size[1] - 9)], text, colour, NAMED);
         });
       }
     }
@@ -191,7 +191,7 @@ class Stage {
       tip[i] += 1.22 * length;
       const p = this.camera.project(view, tip);
       if (!p || Math.hypot(p[0] - root[0], p[1] - root[1]) < 8) return; // points to the viewer
-      say(p, name, this.data.axes[i][dark], "700 13px system-ui, sans-serif");
+      write(p, name, this.data.axes[i][dark], "700 13px system-ui, sans-serif");
     });
   }
 
