@@ -44,15 +44,15 @@ class Clarabel(LibrarySolver):
         self._cones = [clarabel.NonnegativeConeT(2 * robot.m)]
 
         # Hessian and constraint matrix for each redundancy; each call changes the values of the matrix.
-        self._made: dict[int, tuple[csc_matrix, csc_matrix]] = {}
+        self._matrices: dict[int, tuple[csc_matrix, csc_matrix]] = {}
 
     def _call_library(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         m, r = N.shape
-        if r not in self._made:
+        if r not in self._matrices:
             rows = np.tile(np.arange(2 * m), r)
             matrix = csc_matrix((np.ones(2 * m * r), rows, 2 * m * np.arange(r + 1)), shape=(2 * m, r))
-            self._made[r] = identity(r, format="csc"), matrix
-        hessian, matrix = self._made[r]
+            self._matrices[r] = identity(r, format="csc"), matrix
+        hessian, matrix = self._matrices[r]
         matrix.data.reshape(r, 2 * m)[:] = np.hstack([-N.T, N.T])
         right = np.concatenate([-low, high])
         for settings in self._attempts:

@@ -45,7 +45,7 @@ class LibrarySolver(TensionSolver):
         super().__init__(robot, options)
         n, m = robot.n, robot.m
         packed, bounds = np.zeros(m * m), np.zeros((2, m))
-        self._asked = [(packed[: m * r].reshape(m, r), *bounds) for r in range(m + 1)]  # by redundancy
+        self._views = [(packed[: m * r].reshape(m, r), *bounds) for r in range(m + 1)]  # by redundancy
         # Hessian and gradient of |x|^2 / 2 for each redundancy, for solvers with this objective.
         self._square = [(np.eye(r), np.zeros(r)) for r in range(m + 1)]
         self._given = np.zeros((n, m)), np.zeros(n), np.zeros(m), np.zeros(m)
@@ -81,7 +81,7 @@ class LibrarySolver(TensionSolver):
         status = self._pose()
         r = int(self._redundancy[0])
         if status == OK and r > 0:  # otherwise no tensions are admissible, or exactly one distribution
-            x = self._call_library(*self._asked[r])
+            x = self._call_library(*self._views[r])
             if x is None:
                 return NOT_FOUND
             self._x[:r] = x

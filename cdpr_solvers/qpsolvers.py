@@ -34,7 +34,7 @@ class Qpsolvers(LibrarySolver):
         self._settings = {**_defaults(options.name), **options.settings}
         self._make = np.asarray if options.name in qpsolvers.dense_solvers else csc_matrix
         # Constraints for each redundancy, filled by each call.
-        self._made = {r: (np.zeros((2 * robot.m, r)), np.zeros(2 * robot.m)) for r in range(1, robot.m + 1)}
+        self._matrices = {r: (np.zeros((2 * robot.m, r)), np.zeros(2 * robot.m)) for r in range(1, robot.m + 1)}
         # Wrong settings raise an error in any problem, for example with a single x between limits.
         try:
             self._answer(np.ones((robot.m, 1)), np.zeros(robot.m), np.ones(robot.m))
@@ -44,7 +44,7 @@ class Qpsolvers(LibrarySolver):
     def _answer(self, N: Array, low: Array, high: Array) -> qpsolvers.Solution:
         m, r = N.shape
         hessian, gradient = self._square[r]
-        G, h = self._made[r]
+        G, h = self._matrices[r]
         np.negative(N, out=G[:m])
         np.negative(low, out=h[:m])
         G[m:], h[m:] = N, high

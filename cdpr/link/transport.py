@@ -157,7 +157,7 @@ class Program(Transport):
         assert process.stdin is not None
         assert process.stdout is not None
         assert process.stderr is not None
-        self._said, self._errors = b"", process.stderr.fileno()
+        self._captured, self._errors = b"", process.stderr.fileno()
         os.set_blocking(self._errors, False)
         super().__init__(called, process.stdout.fileno(), process.stdin.fileno())
 
@@ -179,7 +179,7 @@ class Program(Transport):
             code = self._process.wait(GRACE)
             why = f"it was killed by signal {-code}" if code < 0 else f"it ended with code {code}"
         self._listen(FULL)
-        words = self._said.decode(errors="replace").strip()
+        words = self._captured.decode(errors="replace").strip()
         return super().ended(f"{why}; its last words: {words[-SHOWN:]}" if words else why)
 
     def _listen(self, most: int = 1) -> None:
@@ -189,7 +189,7 @@ class Program(Transport):
                 if not (data := os.read(self._errors, CHUNK)):
                     self._errors = -1  # end of its output
                     return
-                self._said = (self._said + data)[-4 * SHOWN :]
+                self._captured = (self._captured + data)[-4 * SHOWN :]
 
     def _end(self, owed: bool) -> None:
         process, until = self._process, time.monotonic() + GRACE

@@ -60,7 +60,7 @@ class RunFolder:
             **({} if branch is None else {"branch": dict(branch)}),
         }
         text = self._unfinished_text(header)
-        self._made = out is None
+        self._created = out is None
         self.path = new_folder(header.scenario, header.backend) if out is None else out
         file = self.path / run_json.NAME
         self.header, self.first = header, first or self.path
@@ -114,7 +114,7 @@ class RunFolder:
         for name in (run_json.NAME, SCENARIO_NAME, beside(self.path / run_json.NAME).name, *others):
             with contextlib.suppress(OSError):
                 (self.path / name).unlink()
-        if self._made:
+        if self._created:
             with contextlib.suppress(OSError):
                 self.path.rmdir()
 

@@ -167,7 +167,7 @@ class Reach:
 
     def _count(self, rows: Array) -> bool:
         far, value, limit, samples = self._found
-        look = bind(
+        count = bind(
             "limit_violations",
             **self._about(),
             sizes=self._sizes,
@@ -178,7 +178,7 @@ class Reach:
             samples=samples,
             counted=self.counted,
         )
-        found = look()
+        found = count()
         if found < 0:
             raise ValueError(f"rows: expected the columns of all limits, got {rows.shape[1]}")
         return found == 1

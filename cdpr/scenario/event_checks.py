@@ -20,7 +20,7 @@ from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
-from cdpr.scenario.report import Below
+from cdpr.scenario.report import SectionReport
 from cdpr.scenario.robot_schema import CableSection, TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
 
@@ -94,7 +94,7 @@ class EventChecks(Checks):
                 event = EVENT.validate_json(json.dumps(item))
             except ValidationError:
                 continue  # has been reported
-            loaded = event.load(Below(self, ("events", i)))
+            loaded = event.load(SectionReport(self, ("events", i)))
             if loaded is not None:
                 events.append((i, loaded))
         return events

@@ -15,7 +15,7 @@ from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion, Motion
 from cdpr.scenario.motions.guide import Guide
-from cdpr.scenario.report import Below
+from cdpr.scenario.report import SectionReport
 from cdpr.scenario.robot_schema import Tools
 
 ROOT = "trajectory"
@@ -41,11 +41,11 @@ class MotionChecks(Checks):
             motion = MOTION.validate_json(json.dumps(self.document.get((ROOT,))))
         except ValidationError:
             return
-        self.motion = motion.load(Below(self, (ROOT,)))
+        self.motion = motion.load(SectionReport(self, (ROOT,)))
 
     def check(self, initial: Initial | None, duration: float | None) -> None:
         """Report problems for a run of `duration` s."""
-        motion, report = self.motion, Below(self, (ROOT,))
+        motion, report = self.motion, SectionReport(self, (ROOT,))
         if motion is None:
             return
         motion.check(report)
@@ -88,7 +88,7 @@ class MotionChecks(Checks):
             guide = Guide(dof, begins.position, self.add_problem, self.motion.tool)
             for path, point in self.motion.poses():
                 guide.check((ROOT, *path), point)
-            self.motion.stay(guide, Below(self, (ROOT,)))
+            self.motion.stay(guide, SectionReport(self, (ROOT,)))
 
     def _tools(self) -> Mapping[str, Sequence[float]] | None:
         """Return the platform's tools, even if other parts of it are invalid; None if unknown."""
@@ -107,7 +107,7 @@ class MotionChecks(Checks):
             return initial
         return motion.begins(initial, tools) if tools and motion.tool in tools else None
 
-    def _rest_outside(self, motion: Motion, duration: float, report: Below) -> None:
+    def _rest_outside(self, motion: Motion, duration: float, report: SectionReport) -> None:
         """Report a motion that is not at rest where a constant pose precedes or follows it."""
         start, end = motion.span()
         if start is not None and start > 0:

@@ -9,7 +9,7 @@ from cdpr.base.problems import Mark, Path, shown
 from cdpr.scenario.checks import Checks
 
 
-class Below:
+class SectionReport:
     """Reporter and file reader of the section at `root`; files are relative to the scenario."""
 
     def __init__(self, checks: Checks, root: Path) -> None:
@@ -19,7 +19,7 @@ class Below:
         """Report a problem of the value at `path`, relative to the section."""
         self._checks.add_problem((*self._root, *path), text)
 
-    def say_of_file(self, path: Path, file: str, line: int, column: int, text: str) -> None:
+    def add_file_problem(self, path: Path, file: str, line: int, column: int, text: str) -> None:
         """Report a problem in the file that is referenced at `path`."""
         self._checks.problems.add(Mark(self.path(file), line, column), (*self._root, *path), text)
 

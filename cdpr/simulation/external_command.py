@@ -87,13 +87,13 @@ class ExternalCommands:
 
     def __init__(self, loop: ClosedLoop, record: Record) -> None:
         self._loop, self._record = loop, record
-        self._made: dict[tuple[Kind, bool], Command] = {}
+        self._commands: dict[tuple[Kind, bool], Command] = {}
         self._last: Command | None = None  # for commands after the first sample
 
     @property
     def pipelines(self) -> Iterator[Pipeline]:
         """Return all pipelines made so far."""
-        return (command.pipeline for command in self._made.values())
+        return (command.pipeline for command in self._commands.values())
 
     def give(self, kind: Kind, values: ArrayLike, steps: int) -> Pipeline:
         """Return the pipeline with this wrench (6,) or these tensions (m,), copied and recorded for `steps`.
@@ -117,9 +117,9 @@ class ExternalCommands:
     def command(self, kind: Kind) -> Command:
         """Return the command for the present sample."""
         loop, first = self._loop, self._loop.pipeline.count == 0
-        found = self._made.get((kind, first))
+        found = self._commands.get((kind, first))
         if found is None:
-            found = self._made[kind, first] = self._make(kind, first)
+            found = self._commands[kind, first] = self._make(kind, first)
         if first and found.stage is not loop.stage:
             found.stage.forget()
         self._last = None if first else found
@@ -145,7 +145,7 @@ class ExternalCommands:
         output: Output = "wrench" if kind == "wrench" else "command"
         if output == self._loop.parts.output:
             return self._loop.stage
-        stages = [command.stage for command in self._made.values() if command.kind == kind]
+        stages = [command.stage for command in self._commands.values() if command.kind == kind]
         return stages[0] if stages else self._loop.stage_of(output)
 
     def _following(self, stage: Stage) -> list[Operation]:

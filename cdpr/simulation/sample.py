@@ -73,8 +73,8 @@ class Sample:
         parts, backend = self._parts, self._parts.backend
         energies = self.view("kinetic", "external_work")
         seen = Observation(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
-        look = observing(self._body, PlantOutputs(backend.state, backend.external, backend.highest), seen, period)
-        operations = [Operation("geometry", look, refuse)]
+        observe = observing(self._body, PlantOutputs(backend.state, backend.external, backend.highest), seen, period)
+        operations = [Operation("geometry", observe, refuse)]
         if not parts.ideal_cables and period:
             operations += self._readings[1]
         if parts.nominal is not None:

@@ -167,7 +167,7 @@ def keeps_quiet(subject: BackendSubject) -> None:
         backend.reset(samples.state(np.random.default_rng(8)))
         subject.close(backend)
         gc.collect()
-    expect(not silence.said, f"printed {silence.said[:200]!r}")
+    expect(not silence.output, f"printed {silence.output[:200]!r}")
     expect(not silence.left, f"left {', '.join(silence.left)} in the working folder")
 
 

@@ -17,14 +17,14 @@ class OutputCapture:
     """Context that captures all output, of Python and of native code, with `folder` as working folder.
 
     Attributes:
-        said: captured output.
+        output: captured output.
         left: files left in the folder.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._stack = contextlib.ExitStack()
-        self.said = ""
+        self.output = ""
         self.left: list[str] = []
 
     def __enter__(self) -> OutputCapture:
@@ -45,7 +45,7 @@ class OutputCapture:
     def __exit__(self, *_: object) -> None:
         self.left = sorted(os.listdir(self._folder))
         self._file.seek(0)
-        self.said = self._text.getvalue() + self._file.read().decode(errors="replace")
+        self.output = self._text.getvalue() + self._file.read().decode(errors="replace")
         self._stack.close()
 
 

@@ -306,13 +306,13 @@ def nothing_leaks(subject: SolverSubject) -> str:
     tension = np.zeros(group[0].robot.m)
     count = FEW_ANSWERS if subject.declares("slow") else ANSWERS
 
-    looks = []
+    measurements = []
     for _ in range(LOOKS + 1):  # objects created in the first round and kept are no leak
         for k in range(count):
             problem = group[k % len(group)]
             solver.solve(problem.W, problem.wrench, problem.t_min, problem.t_max, tension)
-        looks.append(MemoryUse.now())
-    grown = [after.more_than(before) for before, after in pairwise(looks)]
+        measurements.append(MemoryUse.now())
+    grown = [after.more_than(before) for before, after in pairwise(measurements)]
     blocks, size = (min(values) for values in zip(*grown, strict=True))
     expect(blocks <= BLOCKS * count, f"{blocks} Python objects more after every {count} answers")
     expect(size <= BYTES * count, f"{size / 1e6:.2f} MB more after every {count} answers")

@@ -48,7 +48,7 @@ class _Subject:
         other.options = options
         return other
 
-    def _made(self, *arguments: Any) -> Any:
+    def _create(self, *arguments: Any) -> Any:
         return with_arrays(self.factory(*arguments), self.columns, arguments)
 
     def __enter__(self) -> Self:
@@ -64,7 +64,7 @@ class BackendSubject(_Subject):
 
     def make(self, state: Array, robot: Robot | None = None, gravity: Array = GRAVITY, step: float = 1e-3) -> Backend:
         """Create a plant in `state` (13,); by default the free robot with its centre of mass off the origin."""
-        backend: Backend = self._made(robot or samples.free(), gravity, step, self.options)
+        backend: Backend = self._create(robot or samples.free(), gravity, step, self.options)
         self._open.append(backend)
         backend.reset(state)
         return backend
@@ -94,7 +94,7 @@ class SolverSubject(_Subject):
 
     def make(self, robot: Robot) -> TensionSolver:
         """Create a solver for a robot."""
-        solver: TensionSolver = self._made(robot, self.options)
+        solver: TensionSolver = self._create(robot, self.options)
         return solver
 
     def declares(self, name: str) -> bool:
@@ -149,7 +149,7 @@ class ControllerSubject(_Subject):
 
     def make(self, robot: Robot, gravity: Array = GRAVITY, step: float = 1e-3) -> Controller:
         """Create a controller, connected to a tension stage with an empty report."""
-        controller: Controller = self._made(robot, gravity, step, self.options)
+        controller: Controller = self._create(robot, gravity, step, self.options)
         self._open.append(controller)
         controller.connect(np.zeros(4))
         return controller

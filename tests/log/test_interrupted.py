@@ -25,7 +25,7 @@ def interrupted(tally: Accumulator, rows: Any, after: int) -> bool:
 
     def trace(frame: FrameType, event: str, _: object) -> Any:
         nonlocal left
-        if frame.f_code.co_filename not in FILES or frame.f_code.co_name == "look":  # a kernel is not interrupted
+        if frame.f_code.co_filename not in FILES:  # a kernel is not interrupted
             return None
         if event == "line":
             left -= 1

@@ -89,7 +89,7 @@ class Runs:
         self._text = scenario.resolved_yaml()
         self._folder, self._jobs, self._timeout, self._progress = folder, jobs, timeout, progress
         self._ended: dict[RunSpec, Outcome] = {}
-        self._asked = 0
+        self._requested = 0
 
     def __getitem__(self, wanted: RunSpec) -> RunResult:
         """Load a finished run; it is not cached."""
@@ -98,12 +98,12 @@ class Runs:
     def make(self, wanted: Sequence[RunSpec]) -> None:
         """Compute the missing runs; each engine has its own processes."""
         fresh = {one.key: one for one in map(self._canonical, wanted) if one not in self._ended}
-        self._asked += len(fresh)
-        self._progress(len(self._ended), self._asked)
+        self._requested += len(fresh)
+        self._progress(len(self._ended), self._requested)
 
         def done(outcome: Outcome) -> None:
             self._ended[fresh[outcome.key]] = outcome
-            self._progress(len(self._ended), self._asked)
+            self._progress(len(self._ended), self._requested)
 
         for backend in dict.fromkeys(one.backend for one in fresh.values()):
             cases = [

@@ -91,9 +91,9 @@ class Fork:
     def _ended(self, timeout: float | None) -> bool:
         if self._end is None:
             return True
-        look = select.poll()
-        look.register(self._end, select.POLLIN)
-        return bool(look.poll(None if timeout is None else 1e3 * timeout))
+        poller = select.poll()
+        poller.register(self._end, select.POLLIN)
+        return bool(poller.poll(None if timeout is None else 1e3 * timeout))
 
     def kill(self) -> None:
         """Kill the process and all processes that it started."""

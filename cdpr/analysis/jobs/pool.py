@@ -84,7 +84,7 @@ class Worker:
         self._connection, theirs = Pipe()
         self._output, output = os.pipe()
         os.set_blocking(self._output, False)
-        self._said = b""
+        self._captured = b""
         self._mute = False
         with theirs:
             try:
@@ -92,16 +92,16 @@ class Worker:
             finally:
                 os.close(output)
         around = forks.Surroundings.ours()
-        with contextlib.suppress(OSError):  # it has died: `look` detects that
+        with contextlib.suppress(OSError):  # it has died: `poll` detects that
             self._connection.send(around)
 
     def begin(self, case: Case, timeout: float | None) -> None:
         """Send a case to an idle worker."""
-        self.case, self._said = case, b""
+        self.case, self._captured = case, b""
         self._timeout = inf if timeout is None else timeout
         self._limit = STARTING + self._timeout
         self._deadline = monotonic() + self._limit
-        with contextlib.suppress(OSError):  # it has just died: `look` detects that
+        with contextlib.suppress(OSError):  # it has just died: `poll` detects that
             self._connection.send(case)
 
     def sources(self) -> list[Connection | int]:
@@ -153,7 +153,7 @@ class Worker:
         self.kill()
         how = f"the process of this case {ended(self._process.returncode or 0)}"
         text = f"no answer after {self._limit:g} s" if status == "hung" else how
-        lines = self._said.decode(errors="replace").strip().splitlines()
+        lines = self._captured.decode(errors="replace").strip().splitlines()
         lines = [line for line in lines if not line.startswith(NOISE)]
         message = "\n".join([text, *lines[-LINES:]])
         return Outcome(case.key, status, message, case.out or "", code=ExitCode.BACKEND_DIED)
@@ -162,7 +162,7 @@ class Worker:
         """Read the output of the process and keep its end."""
         with contextlib.suppress(BlockingIOError):
             chunk = os.read(self._output, PIPE)
-            self._said = (self._said + chunk)[-TAIL:]
+            self._captured = (self._captured + chunk)[-TAIL:]
             self._mute = not chunk
 
 

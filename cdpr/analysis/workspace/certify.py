@@ -57,7 +57,7 @@ class Proofs:
         level: (k,), number of divisions.
         place: (k, 3), index along each axis among the boxes of its level.
         proved: (k,), INSIDE, OUTSIDE, or NEITHER if undecided.
-        asked: number of evaluated boxes.
+        evaluated: number of evaluated boxes.
         lacking: share of the region that was not divided further, because W is rank-deficient in all of it: the proofs
             invert W W^T. Not stored in files.
     """
@@ -67,7 +67,7 @@ class Proofs:
     level: Whole
     place: Whole
     proved: Whole
-    asked: int
+    evaluated: int
     lacking: float = 0.0
 
     @property
@@ -90,7 +90,7 @@ class Proofs:
         """Return its figures."""
         shares = self.shares()
         open_ = shares[NAMES[NEITHER]] * self.region.cell * self.region.cells
-        return {"shares": shares, "boxes": self.asked, "at_most": self.volume + open_}
+        return {"shares": shares, "boxes": self.evaluated, "at_most": self.volume + open_}
 
     def corners(self) -> tuple[Array, Array]:
         """Return the lowest and the highest corners of all boxes, each (k, 3), m."""
@@ -135,7 +135,7 @@ class Proofs:
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return its data as arrays for a file."""
-        asked = np.array(self.asked)
+        asked = np.array(self.evaluated)
         named = {"level": self.level, "place": self.place, "proved": self.proved, "roots": self.roots, "asked": asked}
         return {f"box_{name}": array for name, array in named.items()}
 

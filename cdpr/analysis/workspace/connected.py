@@ -23,7 +23,7 @@ class Connected:
         size = self.rows * self.columns
         self._above, self._parent = np.full(size, -1, dtype=np.int64), np.empty(2 * size, dtype=np.int64)
         self._state = np.zeros(2, dtype=np.int64)
-        self._told = 0
+        self._reported = 0
 
     def add(self, inside: NDArray[np.bool_]) -> None:
         """Add the next cells, (n,), True if inside, the last axis fastest."""
@@ -34,10 +34,10 @@ class Connected:
             above=self._above,
             parent=self._parent,
             state=self._state,
-            first=self._told,
+            first=self._reported,
             columns=self.columns,
         )()
-        self._told += len(cells)
+        self._reported += len(cells)
 
     @property
     def pieces(self) -> int:

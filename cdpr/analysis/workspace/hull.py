@@ -39,14 +39,14 @@ class Hull:
         corners: (k, 3), m; empty if nothing is inside.
         triangles: (t, 3), indices of corners, anticlockwise from outside; edges (t, 2) in a plane, ends (2, 1) along a
             line.
-        asked: number of evaluated positions.
+        evaluated: number of evaluated positions.
         seen: share of the inside positions that are visible from the centre.
     """
 
     centre: Array
     corners: Array
     triangles: Triangles
-    asked: int
+    evaluated: int
     seen: float
 
     @property
@@ -65,14 +65,14 @@ class Hull:
         """Return its figures."""
         return {
             "rays": len(self.corners),
-            "asked": self.asked,
+            "asked": self.evaluated,
             "star_shaped": self.seen,
             "centre": self.centre.tolist(),
         }
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return its data as arrays for a file."""
-        figures = np.array([float(self.asked), self.seen])
+        figures = np.array([float(self.evaluated), self.seen])
         named = {"centre": self.centre, "corners": self.corners, "triangles": self.triangles, "figures": figures}
         return {f"hull_{name}": array for name, array in named.items()}
 

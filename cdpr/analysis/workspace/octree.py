@@ -76,7 +76,7 @@ class _Octree:
         self._all = CellResults(
             np.full(cells, np.nan), np.full(cells, -1, dtype=np.int64), np.zeros(cells, bool), np.zeros(cells, bool)
         )
-        self._asked = np.zeros(cells, dtype=bool)
+        self._evaluated = np.zeros(cells, dtype=bool)
         self._known = np.zeros(cells, dtype=bool)  # evaluated or interpolated
         self._strides = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
 
@@ -88,7 +88,7 @@ class _Octree:
             boxes, error = boxes[~settled], error[~settled]
             boxes, error = self._cut(boxes, error)
             self._progress(int(np.count_nonzero(self._known)), len(self._known))
-        return self._all, self._asked
+        return self._all, self._evaluated
 
     def _numbers(self, places: Cells) -> Cells:
         return np.asarray(places @ self._strides, dtype=np.int64)
@@ -107,13 +107,13 @@ class _Octree:
 
     def _answer(self, numbers: Cells) -> None:
         """Evaluate the cells that are not evaluated yet."""
-        wanted = np.zeros(len(self._asked), dtype=bool)
+        wanted = np.zeros(len(self._evaluated), dtype=bool)
         wanted[numbers] = True
-        new = np.flatnonzero(wanted & ~self._asked)
+        new = np.flatnonzero(wanted & ~self._evaluated)
         if len(new):
             for kept, found in zip(self._all, self._evaluate(new), strict=True):
                 kept[new] = found
-            self._asked[new] = self._known[new] = True
+            self._evaluated[new] = self._known[new] = True
 
     def _settled(self, boxes: Cells) -> Flags:
         """Return True for boxes whose corners determine the cells in between, (n,)."""

@@ -52,7 +52,7 @@ class Process(Instance):
     def __init__(self, plan: Plan, folder: Folder, timeout: float) -> None:
         super().__init__(plan, folder)
         self.timeout = timeout
-        self._said: deque[bytes] = deque(maxlen=LINES)
+        self._captured: deque[bytes] = deque(maxlen=LINES)
         self._partial = b""
         self._open = True
         self._kept: dict[int, int] = {}  # steps by number of the state
@@ -182,11 +182,11 @@ class Process(Instance):
                 self._open = False
             lines = (self._partial + text).split(b"\n")
             self._partial = lines.pop()[-LINE:]
-            self._said.extend(line[:LINE] for line in lines if line.strip())
+            self._captured.extend(line[:LINE] for line in lines if line.strip())
 
     @property
     def _last_words(self) -> str:
-        lines = [*self._said, self._partial]
+        lines = [*self._captured, self._partial]
         words = " | ".join(" ".join(line.decode(errors="replace").split()) for line in lines if line.strip())
         return f"; its output: {words}" if words else ""
 

@@ -43,7 +43,7 @@ class ExternalCommand(ScenarioEvent):
             spans = parsed(content)
         except ContentError as error:
             for line, column, text in error.faults:
-                report.say_of_file(("file",), self.file, line, column or 1, text)
+                report.add_file_problem(("file",), self.file, line, column or 1, text)
             return None
         sha256 = hashlib.sha256(content).hexdigest()
         if self.sha256 not in (None, sha256):

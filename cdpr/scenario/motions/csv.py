@@ -61,7 +61,7 @@ class Csv(Motion):
             table = parse_table(content)
         except ContentError as error:
             for line, column, text in error.faults:
-                report.say_of_file(FILE, self.file, line, column or 1, text)
+                report.add_file_problem(FILE, self.file, line, column or 1, text)
             return None
         if self.sha256 not in (None, table.sha256):
             report.add_problem(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {table.sha256}")
@@ -97,7 +97,7 @@ class Csv(Motion):
             wrong = np.flatnonzero((guide.held[part] & (np.abs(values) > tolerances.HELD)).any(axis=1))
             if len(wrong):
                 text = f"{name.replace('_', ' ')}: {guide.free}; see also {len(wrong) - 1} points more"
-                report.say_of_file(FILE, self.file, table.lines[wrong[0]], 1, text)
+                report.add_file_problem(FILE, self.file, table.lines[wrong[0]], 1, text)
 
     def complete(self, initial: Initial) -> Self:
         """Return a copy with a missing attitude set to the initial one."""
@@ -113,7 +113,7 @@ class Csv(Motion):
         for name in ("velocity", "angular_velocity"):
             rates = self.table.get(name)
             if rates is not None and rates[k].any():
-                report.say_of_file(FILE, self.file, self.table.lines[k], 1, f"{name.replace('_', ' ')}: {text}")
+                report.add_file_problem(FILE, self.file, self.table.lines[k], 1, f"{name.replace('_', ' ')}: {text}")
 
     def make(self) -> trajectory.Trajectory:
         """Return the trajectory."""

@@ -118,7 +118,7 @@ class Gcode(Motion):
             if len(wrong):
                 more = f", nor do {len(wrong) - 1} moves more stay there" if len(wrong) > 1 else ""
                 text = f"{guide.free}{more}; 'axes' turns the file's axes, and 'origin' shifts them"
-                report.say_of_file(FILE, self.file, int(path.lines[wrong[0]]), 1, text)
+                report.add_file_problem(FILE, self.file, int(path.lines[wrong[0]]), 1, text)
                 return
 
     def complete(self, initial: Initial) -> Self:
@@ -176,4 +176,4 @@ class Gcode(Motion):
 
     def _report(self, error: ContentError, report: Report) -> None:
         for line, column, text in error.faults:
-            report.say_of_file(FILE, self.file, line, column or 1, text)
+            report.add_file_problem(FILE, self.file, line, column or 1, text)

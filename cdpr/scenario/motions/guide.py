@@ -65,12 +65,12 @@ class Guide:
     """
 
     def __init__(
-        self, dof: tuple[str, ...], home: Vector3, say: Callable[[Path, str], None], tool: str | None = None
+        self, dof: tuple[str, ...], home: Vector3, add_problem: Callable[[Path, str], None], tool: str | None = None
     ) -> None:
         self.held = np.array([name not in dof for name in DOF_NAMES])
         self.free = f"the robot moves along {', '.join(dof)} only"
         self.home = np.array(home)
-        self.say = say
+        self.add_problem = add_problem
         self._what = "it" if tool is None else f"tool '{tool}'"
 
     def check(self, where: Path, point: Posed) -> None:
@@ -86,7 +86,7 @@ class Guide:
         quaternion = orientation.quaternion()
         if (self.held[3:] & (np.abs(quaternion[1:]) > tolerances.HELD)).any():
             hint = "describe a platform that is held at a slant by its anchors"
-            self.say(path, f"{self.free}, so its attitude may differ from upright only about these; {hint}")
+            self.add_problem(path, f"{self.free}, so its attitude may differ from upright only about these; {hint}")
 
     def keeps(self, arm: Array) -> bool:
         """Return True if a point at `arm` (3,), m, world, from the origin respects the guide during rotations.
@@ -104,10 +104,10 @@ class Guide:
         for name, part in RATES:
             rate = np.array(getattr(point, name, None) or ZERO)
             if (self.held[part] & (rate != 0.0)).any():
-                self.say((*where, name), f"expected 0 in the held directions: {self.free}")
+                self.add_problem((*where, name), f"expected 0 in the held directions: {self.free}")
 
     def _position(self, path: Path, position: Array) -> None:
         away = self.held[:3] & (np.abs(position - self.home) > tolerances.HELD)
         if away.any():
             axes = ", ".join(f"{'xyz'[i]} = {exact(self.home[i])}" for i in np.flatnonzero(self.held[:3]))
-            self.say(path, f"{self.free}; the initial position holds {self._what} at {axes} (m)")
+            self.add_problem(path, f"{self.free}; the initial position holds {self._what} at {axes} (m)")

@@ -31,7 +31,7 @@ class Report(Protocol):
     def path(self, file: str) -> str:
         """Return the path of a file, relative to the scenario."""
 
-    def say_of_file(self, path: Path, file: str, line: int, column: int, text: str) -> None:
+    def add_file_problem(self, path: Path, file: str, line: int, column: int, text: str) -> None:
         """Report a problem in the file referenced at `path`; line and column start at 1."""
 
     def read(self, path: Path, file: str, size: int, endings: tuple[str, ...]) -> bytes | None:

@@ -174,7 +174,7 @@ def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> I
         yield None
         return
 
-    def say(text: str) -> None:
+    def echo(text: str) -> None:
         click.echo(f"live: {text}", err=True)
 
     factory, port = LINKS[tool]
@@ -183,8 +183,8 @@ def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> I
         raise click.UsageError(f"--live-no-token requires --live {TOKENS}")
     more = {"programs": True} if options.get("no-token") else {}
     link: type[Sender] = resolve_name(factory)
-    with closing(link(where["host"], where["port"], say, scenario.options().numbers(), **more)) as shown:
-        say(shown.where)
+    with closing(link(where["host"], where["port"], echo, scenario.options().numbers(), **more)) as shown:
+        echo(shown.where)
         yield Live(shown, where["rate"], where["speed"])
 
 
@@ -204,7 +204,7 @@ def _simulate(
     from cdpr.simulation.header import make_header
     from cdpr.ui.cli.progress import Progress
 
-    def look(done: int, total: int) -> None:
+    def advance(done: int, total: int) -> None:
         if signals.pending:  # no write is in progress here
             raise Interrupted("interrupted")
         signals.wait = True
@@ -222,8 +222,8 @@ def _simulate(
             if live is not None:
                 from cdpr.ui.live.drive import drive
 
-                return drive(scenario, live.link, out=folder, speed=live.speed, rate=live.rate, progress=look)
-            return simulate(scenario, out=folder, real_time=real_time, progress=look)
+                return drive(scenario, live.link, out=folder, speed=live.speed, rate=live.rate, progress=advance)
+            return simulate(scenario, out=folder, real_time=real_time, progress=advance)
     except KeyboardInterrupt as error:
         run = getattr(error, "run", None)
         if not isinstance(run, Run):

@@ -71,7 +71,7 @@ class SimulationSession:
         with self._kept:
             self._sim = Simulation(scenario, out=out)
             self._kept = self._kept.pop_all()
-        self._looked = 0  # samples processed into curves and spans
+        self._processed = 0  # samples processed into curves and spans
         self._status = Status.OK
         self._spans: list[tuple[Status, int]] = []  # start and status of intervals without a valid solution
         self._pushes: dict[int, Wrench] = {}
@@ -107,7 +107,7 @@ class SimulationSession:
             while n > 0 and not self._sim.done:
                 self._sim.step(min(n, BLOCK))
                 n -= BLOCK
-                if self._sim.samples - self._looked > BLOCK:
+                if self._sim.samples - self._processed > BLOCK:
                     self._process_rows()
         finally:
             if self._sim.done:
@@ -189,16 +189,16 @@ class SimulationSession:
 
     def _process_rows(self) -> None:
         """Process new samples into curves and spans."""
-        rows = self._sim.rows(self._looked)
+        rows = self._sim.rows(self._processed)
         if not len(rows):
             return
         self._broadcast.curves.add(self._drawing.curves(rows))
         status = Run(self._drawing.header, rows).solver_status
         for k in np.flatnonzero(np.diff(status, prepend=float(self._status))).tolist():
             if status[k] != Status.OK and len(self._spans) < MOST:
-                self._spans.append((Status(int(status[k])), self._looked + k))
+                self._spans.append((Status(int(status[k])), self._processed + k))
         self._status = Status(int(status[-1]))
-        self._looked += len(rows)
+        self._processed += len(rows)
 
     def _happened(self) -> list[ScenarioEvent]:
         """Return the events that act at the current sample or acted before, sorted by time."""

@@ -186,7 +186,7 @@ class Client:
                 with self._some:
                     self._set_late.add(name)
                 self._link.requests.put(request)
-                if self._link.heard <= FEW:
+                if self._link.received <= FEW:
                     request.done.wait(SOON)
         if message.get("id") is not None:
             self.reply(protocol.parameter_values(self._values(names), message["id"]))

@@ -24,7 +24,7 @@ from cdpr.ui.live.requests import Request, Requests
 
 ANSWERS = 2.0  # s, time limit of an answer
 BACKLOG = 256  # pending samples of a client; the oldest are dropped
-TOLD = 50  # refusals reported per second; further ones are counted
+MOST_REPORTED = 50  # refusals reported per second; further ones are counted
 MOST_TOLD = 500  # characters of each refusal
 OFTEN = 1000  # messages per second from all clients that are processed without delay
 PAUSE = 0.001  # s of delay before each further message, during which the simulation has the interpreter
@@ -43,7 +43,7 @@ class Sender(ABC):
         where: address and access rules for users.
         requests: pending requests.
         parameters: names and values of settable parameters.
-        heard: number of messages in the current second.
+        received: number of messages in the current second.
 
     Raises:
         CdprError: if the host is unknown.
@@ -63,7 +63,7 @@ class Sender(ABC):
         self._thread: threading.Thread | None = None
         self._telling = threading.Lock()
         self._second, self._refused = monotonic(), 0  # refusals in the current second
-        self._since, self.heard = monotonic(), 0  # the same for messages
+        self._since, self.received = monotonic(), 0  # the same for messages
 
     @property
     def address(self) -> str:
@@ -93,7 +93,7 @@ class Sender(ABC):
             self._report(f"{more} more requests were rejected")
         with self._telling:
             self._refused += 1
-            if self._refused > TOLD:
+            if self._refused > MOST_REPORTED:
                 return
         self._report(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
 
@@ -104,7 +104,7 @@ class Sender(ABC):
     def _more(self) -> int:
         """Start a new second; return the number of unreported refusals of the last one."""
         with self._telling:  # the lock is not held while reporting: senders have their own locks
-            more = max(self._refused - TOLD, 0)
+            more = max(self._refused - MOST_REPORTED, 0)
             self._second, self._refused = monotonic(), 0
         return more
 
@@ -115,9 +115,9 @@ class Sender(ABC):
     def attend(self) -> bool:
         """Count a message and delay floods; return False after the end."""
         if monotonic() - self._since >= 1.0:
-            self._since, self.heard = monotonic(), 0
-        self.heard += 1
-        if self.heard > OFTEN and not self._ended.is_set():
+            self._since, self.received = monotonic(), 0
+        self.received += 1
+        if self.received > OFTEN and not self._ended.is_set():
             sleep(PAUSE)
         return not self._ended.is_set()
 

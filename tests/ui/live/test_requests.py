@@ -193,8 +193,8 @@ def test_rejections_are_short_and_on_one_line():
     for k in range(1000):
         link.refused(str(k))
     link.close()
-    assert len(link.said) == sender.TOLD + 1
-    assert link.said[-1] == f"{1001 - sender.TOLD} more requests were rejected"
+    assert len(link.said) == sender.MOST_REPORTED + 1
+    assert link.said[-1] == f"{1001 - sender.MOST_REPORTED} more requests were rejected"
 
 
 @pytest.mark.parametrize("number", [b"1" + b"0" * 400, b"-1e999", b"1" * 5000, b"Infinity"])
