@@ -59,7 +59,7 @@ def main() -> None:
                 page = found.new_page(viewport={"width": 1200, "height": 800})
                 start = time.perf_counter()
                 page.goto(path.as_uri() + part)
-                page.wait_for_function("() => window.cdpr && window.cdpr.stage.pictures && !window.cdpr.waiting")
+                page.wait_for_function("() => window.cdpr && window.cdpr.viewer.pictures && !window.cdpr.waiting")
                 first = time.perf_counter() - start
                 rate = max(page.evaluate(FRAMES, 3000) for _ in range(3))
                 asked = f"at most {LATEST:g} s, at least {FEWEST:g}"

@@ -22,7 +22,7 @@ MOST_LINES = 600  # of a frame; what is drawn in software takes its time from th
 
 # How many lines the painter is given for the next frame.
 LINES = """(t) => new Promise((done) => {
-  const painter = cdpr.stage.painter;
+  const painter = cdpr.viewer.painter;
   painter.draw = function (camera, ratio, lines, solids) {
     delete painter.draw;
     done(lines.reduce((sum, part) => sum + part.count, 0));
@@ -75,10 +75,10 @@ def test_the_space_bar_plays_and_stops_and_arrows_step(page):
 def test_a_way_costs_what_is_seen_of_it(page):
     """The path of the platform is drawn up to the current time, without points that no screen resolves."""
     away, lines, points, drawn = page.evaluate("""() => {
-        const { done } = cdpr.stage.ways[0], film = cdpr.stage.films[0], last = film.time.length - 1;
+        const { done } = cdpr.viewer.ways[0], film = cdpr.viewer.films[0], last = film.time.length - 1;
         const end = done.data.subarray(12 * done.count - 9, 12 * done.count - 6);
         const there = film.position.subarray(3 * last);
-        const away = Math.hypot(...[0, 1, 2].map((i) => there[i] - end[i])) / cdpr.stage.camera.radius;
+        const away = Math.hypot(...[0, 1, 2].map((i) => there[i] - end[i])) / cdpr.viewer.camera.radius;
         return [away, done.count, last, done.upto[last]];
     }""")
     assert 10 < lines < points
@@ -91,18 +91,18 @@ def test_a_tool_is_shown_and_its_way(open_page, tmp_path):
     write_report(run, tmp_path / "report.html")
     page = open_page((tmp_path / "report.html").as_uri())
     ways = page.evaluate("""() => {
-        const { desired, done } = cdpr.stage.ways[0];
+        const { desired, done } = cdpr.viewer.ways[0];
         return [desired, done].map(({ data, count }) => Array.from(data.subarray(12 * count - 9, 12 * count - 6)));
     }""")
     np.testing.assert_allclose(ways, [LED["trajectory"]["to"]["position"]] * 2, atol=5e-3)
-    labels = page.evaluate("cdpr.stage.written")  # what is written into the scene
+    labels = page.evaluate("cdpr.viewer.written")  # what is written into the scene
     assert "nozzle" in labels
     assert "eye" in labels
 
 
 def test_nothing_lies_upon_the_legend(page):
     """When the page opens, the transport bar at the window's edge must not hide content."""
-    legend, transport = (page.locator(f"#stage .{name}").bounding_box() for name in ("legend", "transport"))
+    legend, transport = (page.locator(f"#viewer .{name}").bounding_box() for name in ("legend", "transport"))
     assert legend["y"] + legend["height"] <= min(transport["y"], 800.0)
 
 
@@ -112,7 +112,7 @@ def test_a_click_in_a_plot_seeks_and_the_scene_follows(page, run):
     page.wait_for_function(READY, polling=50)
     t = page.evaluate("cdpr.time")
     assert 0.8 < t < 1.2
-    drawn = page.evaluate("Array.from(cdpr.stage.pictures[0].pose)")
+    drawn = page.evaluate("Array.from(cdpr.viewer.pictures[0].pose)")
     row = round(t / run.header.control_step)
     assert drawn[12:15] == pytest.approx(run.position[row], abs=2e-3)
     assert float(page.locator("#slider").input_value()) == pytest.approx(t)
@@ -121,7 +121,7 @@ def test_a_click_in_a_plot_seeks_and_the_scene_follows(page, run):
 def test_platform_and_cables_are_of_one_row(page, run):
     for t in (0.3, 1.5):
         seek(page, t)
-        picture = page.evaluate("(({pose, tips}) => ({pose: Array.from(pose), tips}))(cdpr.stage.pictures[0])")
+        picture = page.evaluate("(({pose, tips}) => ({pose: Array.from(pose), tips}))(cdpr.viewer.pictures[0])")
         pose = np.array(picture["pose"]).reshape(4, 4).T
         B = np.array(run.header.anchors)[:, 3:]
         assert np.array(picture["tips"]) == pytest.approx(B @ pose[:3, :3].T + pose[:3, 3], abs=1e-5)
@@ -131,9 +131,9 @@ def test_platform_and_cables_are_of_one_row(page, run):
 
 def test_a_cable_is_broken_from_its_event_on(page):
     seek(page, 0.9985)
-    assert page.evaluate("Array.from(cdpr.stage.pictures[0].state)")[1] != 4
+    assert page.evaluate("Array.from(cdpr.viewer.pictures[0].state)")[1] != 4
     seek(page, 1.0005)
-    assert page.evaluate("Array.from(cdpr.stage.pictures[0].state)")[1] == 4
+    assert page.evaluate("Array.from(cdpr.viewer.pictures[0].state)")[1] == 4
 
 
 def test_hovering_reports_values(page, run):
@@ -179,12 +179,12 @@ def test_an_event_leads_to_its_time(page):
 @pytest.mark.parametrize("page", [{"part": "#gl"}, {"part": "#flat"}], indirect=True)
 def test_the_scene_is_drawn_of_few_lines_with_and_without_webgl(page, request):
     flat = "#flat" in page.url
-    assert page.evaluate("cdpr.stage.painter.constructor.name") == ("FlatPainter" if flat else "GlPainter")
+    assert page.evaluate("cdpr.viewer.painter.constructor.name") == ("FlatPainter" if flat else "GlPainter")
     assert 50 < page.evaluate(LINES, 1.0) < MOST_LINES
     box = page.locator(".screen").bounding_box()
     colours = set(zip(*[iter(pixels(page, box))] * 3, strict=True))
     assert len(colours) > 20
-    written = "Array.from(cdpr.stage.paper.getContext('2d').getImageData(0, 0, 500, 500).data).some((x) => x > 0)"
+    written = "Array.from(cdpr.viewer.paper.getContext('2d').getImageData(0, 0, 500, 500).data).some((x) => x > 0)"
     assert page.evaluate(written)  # numbers of cables, names of axes
 
 
@@ -229,7 +229,7 @@ def test_a_robot_is_on_paper_and_there_without_script(chromium, open_page, tmp_p
     assert not page.locator(still).is_visible()  # the scene plays in its place
     page.emulate_media(media="print")
     assert page.locator(still).is_visible()
-    assert not page.locator("#stage").is_visible()
+    assert not page.locator("#viewer").is_visible()
     with closing(chromium.new_context(java_script_enabled=False)) as without:
         page = without.new_page()
         page.goto(path.as_uri())

@@ -48,7 +48,7 @@ def test_the_cases_play_over_one_another(page):
     assert page.evaluate("cdpr.data.scenes.length") == 4
     page.evaluate("cdpr.seek(0.05)")
     page.wait_for_function(READY, polling=50)
-    places = page.evaluate("cdpr.stage.pictures.map(({pose}) => Array.from(pose).slice(12, 15))")
+    places = page.evaluate("cdpr.viewer.pictures.map(({pose}) => Array.from(pose).slice(12, 15))")
     assert len(places) == 4
     assert all(place == pytest.approx(places[0], abs=1e-3) for place in places)
     page.evaluate("cdpr.speed = 0.1")

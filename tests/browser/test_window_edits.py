@@ -40,7 +40,7 @@ def test_each_edit_of_the_thesis_window_is_applied_saved_and_read_back(page, fil
     write(page, "robot.platform.shape.cylinder.radius", 0.35)
     write(page, "robot.platform.shape.cylinder.height", 0.5)
     apply(page)
-    assert page.evaluate("cdpr.stage.films[0].anchors[1].slice(0, 3)") == [
+    assert page.evaluate("cdpr.viewer.films[0].anchors[1].slice(0, 3)") == [
         -2.1,
         2,
         3.1,
@@ -117,12 +117,12 @@ def test_a_point_that_is_dragged_is_an_edit(page, handle, key, before):
     moved = np.array(page.evaluate(VALUE, f"robot.cables[3].{key}"))
     assert 0.005 < np.linalg.norm(moved - before) < 0.1
     apply(page)
-    ends = page.evaluate("cdpr.stage.films[0].anchors[3]")
+    ends = page.evaluate("cdpr.viewer.films[0].anchors[3]")
     assert ends[:3] + ends[3:] == pytest.approx([*moved, 0.3, 0.3, -0.2] if key == "frame" else [2, 2, 3, *moved])
 
 
 def test_a_new_robot_from_a_template_is_shown_and_runs(page, files):
-    page.evaluate("cdpr.stage.films[0].before = true")
+    page.evaluate("cdpr.viewer.films[0].before = true")
     page.get_by_role("button", name="New…").click()
     dialog = page.locator("dialog[open]")
     dialog.get_by_label("Kind").select_option("robot")
@@ -131,9 +131,9 @@ def test_a_new_robot_from_a_template_is_shown_and_runs(page, files):
         dialog.get_by_label(f"Frame {name}, m").fill(size)
     dialog.get_by_label("Mass (kg)").fill("12")
     dialog.get_by_role("button", name="Make").click()
-    page.wait_for_function("() => !cdpr.stage.films[0].before && cdpr.phase === 'ready'")
+    page.wait_for_function("() => !cdpr.viewer.films[0].before && cdpr.phase === 'ready'")
     assert page.evaluate(VALUE, "robot.platform.mass") == 12
-    assert page.evaluate("cdpr.stage.films[0].cables.length") == 8
+    assert page.evaluate("cdpr.viewer.films[0].cables.length") == 8
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_function("() => cdpr.frame.t > 0.1 && cdpr.frame.tension.every((tension) => tension > 0)")
     page.get_by_role("button", name="YAML").click()

@@ -72,7 +72,7 @@ def test_a_robot_is_imported_by_hand_and_keyboard(page, theirs):
     dialog.get_by_label("Write into folder").fill(str(theirs.parent / "mine"))
     page.keyboard.press("Enter")
     page.wait_for_function("() => cdpr.form.message.file.endsWith('/mine/crane_way.yaml') && cdpr.phase === 'ready'")
-    page.wait_for_function("() => cdpr.stage.films[0].cables.length === 4 && !document.querySelector('dialog[open]')")
+    page.wait_for_function("() => cdpr.viewer.films[0].cables.length === 4 && !document.querySelector('dialog[open]')")
     assert page.locator("#form [role=tab][aria-selected=true]").evaluate("(tab) => tab === document.activeElement")
     assert cdpr.load_scenario(theirs.parent / "mine" / "crane_way.yaml").robot.m == 4
     page.get_by_role("button", name="Undo").click()

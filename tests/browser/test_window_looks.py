@@ -22,8 +22,8 @@ SCREEN = 1e-5  # m: frames hold lengths to a micrometre, and pages draw them as 
 )  # whose cables leave from where they now leave their pulleys
 def test_cables_and_platform_are_always_drawn_from_one_row(page, files, example):
     if example:
-        page.evaluate("(name) => { cdpr.stage.films[0].before = true; cdpr.send({do: 'open', name}); }", example)
-        page.wait_for_function("() => !cdpr.stage.films[0].before && cdpr.phase === 'ready'")
+        page.evaluate("(name) => { cdpr.viewer.films[0].before = true; cdpr.send({do: 'open', name}); }", example)
+        page.wait_for_function("() => !cdpr.viewer.films[0].before && cdpr.phase === 'ready'")
     page.evaluate("""() => {
       cdpr.seen = [];
       const draw = cdpr.draw.bind(cdpr);
@@ -47,15 +47,15 @@ def test_cables_and_platform_are_always_drawn_from_one_row(page, files, example)
 
 # How much ink, 0 to 255, of names lies on each tool's place, and of the scene; and how much of names there is in all.
 INK = """() => {
-  const { stage } = cdpr, { camera, paper, ratio } = stage, [film] = stage.films, ink = paper.getContext("2d");
-  const view = camera.matrix(), { pose } = stage.pictures[0];
+  const { viewer } = cdpr, { camera, paper, ratio } = viewer, [film] = viewer.films, ink = paper.getContext("2d");
+  const view = camera.matrix(), { pose } = viewer.pictures[0];
   const there = ([x, y, z]) => [0, 1, 2].map((i) => pose[i] * x + pose[4 + i] * y + pose[8 + i] * z + pose[12 + i]);
   const places = Object.values(film.tools).map((tool) => camera.project(view, there(tool)));
   const { width, height } = paper, all = ink.getImageData(0, 0, width, height).data.filter((x, i) => i % 4 === 3);
   const scene = document.createElement("canvas").getContext("2d");
   Object.assign(scene.canvas, { width, height });
-  stage.draw();
-  scene.drawImage(stage.canvas, 0, 0);
+  viewer.draw();
+  scene.drawImage(viewer.canvas, 0, 0);
   const drawn = scene.getImageData(0, 0, width, height).data.filter((x, i) => i % 4 === 3);
   const on = (ink) => places.map(([x, y]) => ink[width * Math.round(y * ratio) + Math.round(x * ratio)]);
   return [on(all), on(drawn), all.filter((x) => x).length];
@@ -66,7 +66,7 @@ def test_names_of_tools_leave_their_places_to_be_seen(page):
     points = {"a_long_name_on_the_right": [1.2, 0.0, 0.1], "a_long_name_on_the_left": [-1.2, 0.0, 0.1]}
     page.evaluate("(value) => cdpr.send({ do: 'edit', path: 'robot.platform.tools', value })", points)
     page.evaluate("cdpr.send({ do: 'apply' })")
-    page.wait_for_function("() => cdpr.stage.films[0].tools && cdpr.phase === 'ready'")
+    page.wait_for_function("() => cdpr.viewer.films[0].tools && cdpr.phase === 'ready'")
     page.get_by_role("button", name="Front").click()
     page.wait_for_timeout(500)  # ms: it turns there
     names, points, whole = page.evaluate(INK)

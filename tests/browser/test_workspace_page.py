@@ -42,11 +42,13 @@ def seen(page):
 @pytest.mark.parametrize("page", [{}, {"color_scheme": "dark"}], indirect=True)
 def test_the_surface_is_drawn_and_turns(page):
     before = seen(page)
-    page.evaluate("() => { cdpr.stage.films[0].hidden = cdpr.stage.films[0].room; cdpr.stage.films[0].room = null; }")
-    page.evaluate("() => cdpr.stage.draw()")
+    page.evaluate(
+        "() => { cdpr.viewer.films[0].hidden = cdpr.viewer.films[0].room; cdpr.viewer.films[0].room = null; }"
+    )
+    page.evaluate("() => cdpr.viewer.draw()")
     without = seen(page)
     assert (np.abs(before - without).max(axis=1) > 10).sum() > SEEN
-    page.evaluate("() => { cdpr.stage.films[0].room = cdpr.stage.films[0].hidden; cdpr.stage.draw(); }")
+    page.evaluate("() => { cdpr.viewer.films[0].room = cdpr.viewer.films[0].hidden; cdpr.viewer.draw(); }")
     page.get_by_role("button", name="Top").click()
     page.wait_for_timeout(500)
     assert (np.abs(seen(page) - before).max(axis=1) > 10).sum() > SEEN

@@ -87,9 +87,9 @@ def write(page, path, *values):
 
 
 def apply(page):
-    page.evaluate("cdpr.stage.films[0].before = true")
+    page.evaluate("cdpr.viewer.films[0].before = true")
     page.get_by_role("button", name="Apply").click()
-    page.wait_for_function("() => cdpr.form.message.applied && !cdpr.stage.films[0].before && cdpr.phase === 'ready'")
+    page.wait_for_function("() => cdpr.form.message.applied && !cdpr.viewer.films[0].before && cdpr.phase === 'ready'")
 
 
 def run_to_the_end(page):

@@ -51,7 +51,7 @@ def test_several_runs_over_one_another_with_their_differences(runs, tmp_path):
     data, text = shown(tmp_path, runs / "one", runs / "other")
     assert [scene["label"] for scene in data["scenes"]] == ["one", "other"]
     assert {"differences1", "pose1", "tension1"} <= set(data["figures"])
-    assert text.index('id="verdict"') < text.index('id="stage"')
+    assert text.index('id="verdict"') < text.index('id="viewer"')
     apart = np.linalg.norm(
         np.subtract(*(cdpr.load_run(runs / name).position for name in ("one", "other"))), axis=1
     ).max()

@@ -314,7 +314,7 @@ def test_without_matplotlib_the_page_is_whole_and_for_plots_the_remedy_is_named(
     run = subprocess.run(command, cwd=HERE, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
     text = report.read_text()
-    assert 'id="stage"' in text
+    assert 'id="viewer"' in text
     assert 'role="img" aria-label="Cable tensions"' in text
 
 

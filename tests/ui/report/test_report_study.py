@@ -231,7 +231,7 @@ def test_of_many_the_extreme_ones_play(many):
 
 def test_the_page_plays_and_folds_its_tables(many):
     html = render(many)
-    assert html.index('id="block1figure1_1"') < html.index('id="stage"') < html.index('id="table"')
+    assert html.index('id="block1figure1_1"') < html.index('id="viewer"') < html.index('id="table"')
     assert "<summary>Cases with playback</summary>" in html
     assert len(html) < MOST_BYTES
     assert html == render(many)
@@ -270,7 +270,7 @@ def test_a_study_that_kept_no_log_is_reported(tmp_path):
     assert told == ["No case has a log: the study keeps logs of no case (its key `keep`)."]
     html = render(found)
     assert told[0] in html
-    assert 'id="stage"' not in html
+    assert 'id="viewer"' not in html
 
 
 def test_a_run_that_diverges_flattens_no_other():

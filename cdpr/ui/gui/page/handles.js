@@ -7,8 +7,8 @@ const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDo
 const KEY_STEP = 8; // pixels per arrow key
 
 class Handles {
-  constructor(layer, stage, live) {
-    Object.assign(this, { layer, stage, live, handles: [], moving: null, target: null, applied: null, wanted: null });
+  constructor(layer, viewer, live) {
+    Object.assign(this, { layer, viewer, live, handles: [], moving: null, target: null, applied: null, wanted: null });
   }
 
   // Reset for another robot.
@@ -92,7 +92,7 @@ class Handles {
   }
 
   shift(start, dx, dy, upright) {
-    const { camera } = this.stage, { right, above } = camera.axes(), seen = camera.project(camera.matrix(), start);
+    const { camera } = this.viewer, { right, above } = camera.axes(), seen = camera.project(camera.matrix(), start);
     if (!seen) return;
     const scale = 2 * seen[2] * Math.tan(camera.field / 2) / camera.size[1];
     const by = upright ? [0, 0, -dy * scale] : [0, 1, 2].map((i) => scale * (dx * right[i] - dy * above[i]));
@@ -155,7 +155,7 @@ class Handles {
   }
 
   put() {
-    const { camera, options } = this.stage, view = camera.matrix();
+    const { camera, options } = this.viewer, view = camera.matrix();
     for (const handle of this.handles) {
       const shown = handle.kind === "target" || options.handles;
       const at = this.moving?.handle === handle ? this.moving.at : shown ? this.place(handle) : null;

@@ -53,7 +53,7 @@ class LiveFilm extends Film {
   }
 }
 
-class LiveStage extends Stage {
+class LiveViewer extends Viewer {
   // Show another film, with the current camera if possible.
   load(film) {
     const before = this.camera, [old] = this.films;

@@ -5,7 +5,7 @@ class Live {
     const night = matchMedia("(prefers-color-scheme: dark)");
     Object.assign(this, { dark: night.matches, time: 0, window: [0, 10], zoomed: true, hover: null, selected: null,
       hidden: new Set(), playing: false, hint: "Drag to zoom in on a time span, double click to follow again.",
-      data: null, stage: null, handles: null, frame: null, drawn: null });
+      data: null, viewer: null, handles: null, frame: null, drawn: null });
     night.addEventListener("change", () => { this.dark = night.matches; this.restyle(); });
     const at = (id) => document.getElementById(id);
     this.form = new Form(at("form"), this);
@@ -16,7 +16,7 @@ class Live {
     this.disturb = new Disturb(at("disturb"), this);
     this.curves = new Curves(at("curves"), at("span"), this);
     for (const node of document.querySelectorAll("[data-do]")) {
-      node.addEventListener("click", () => { this.stage?.act(node.dataset.do); this.pressed(); this.wake(); });
+      node.addEventListener("click", () => { this.viewer?.act(node.dataset.do); this.pressed(); this.wake(); });
     }
     this.folding(at("fold"));
     this.link = new Link(this);
@@ -60,11 +60,11 @@ class Live {
   load(message) {
     const film = new LiveFilm(message), root = document.getElementById("scene");
     this.frame = null;
-    if (this.stage) this.stage.load(film);
+    if (this.viewer) this.viewer.load(film);
     else {
-      this.stage = new LiveStage(root, this.data, this, [film]);
-      this.stage.options.handles = false;
-      this.handles = new Handles(root.querySelector(".handles"), this.stage, this);
+      this.viewer = new LiveViewer(root, this.data, this, [film]);
+      this.viewer.options.handles = false;
+      this.handles = new Handles(root.querySelector(".handles"), this.viewer, this);
     }
     this.handles.load(film);
     if (this.form.rows) this.handles.setCables(this.form.rows.rows, this.form.rows.applied);
@@ -77,13 +77,13 @@ class Live {
 
   // Draw only the newest frame, but add all to the path.
   feed(frame) {
-    if (!this.stage) return;
-    const [film] = this.stage.films;
+    if (!this.viewer) return;
+    const [film] = this.viewer.films;
     if (this.frame && frame.t < this.frame.t) film.forget();
     this.frame = frame;
     this.time = frame.t;
     film.feed(frame);
-    if (film.last) film.tread(this.stage.options.radius);
+    if (film.last) film.tread(this.viewer.options.radius);
     this.wake();
   }
 
@@ -106,7 +106,7 @@ class Live {
   select(cable) {
     if (this.selected === cable) return;
     this.selected = cable;
-    if (this.stage) this.stage.options.selected = cable;
+    if (this.viewer) this.viewer.options.selected = cable;
     this.redraw();
   }
 
@@ -117,7 +117,7 @@ class Live {
 
   restyle() {
     for (const plot of this.curves.plots) plot.dress();
-    if (this.stage) this.stage.theme();
+    if (this.viewer) this.viewer.theme();
     if (this.data) {
       const css = (name) => this.data.colours[name][this.dark ? 1 : 0];
       document.getElementById("bar").style.background = `linear-gradient(90deg, ${this.data.ramp[this.dark ? 1 : 0].join(",")})`;
@@ -129,7 +129,7 @@ class Live {
 
   pressed() {
     for (const node of document.querySelectorAll("[data-do]")) {
-      const on = this.stage?.options[node.dataset.do];
+      const on = this.viewer?.options[node.dataset.do];
       if (typeof on === "boolean") node.setAttribute("aria-pressed", String(on));
     }
   }
@@ -144,10 +144,10 @@ class Live {
   }
 
   draw() {
-    if (!this.stage) return;
-    const { frame } = this, [film] = this.stage.films;
-    this.stage.draw();
-    const [picture] = this.stage.pictures; // current picture, for tests and debugging
+    if (!this.viewer) return;
+    const { frame } = this, [film] = this.viewer.films;
+    this.viewer.draw();
+    const [picture] = this.viewer.pictures; // current picture, for tests and debugging
     this.drawn = { n: picture.n, t: picture.t, pose: Array.from(picture.pose), tips: picture.tips, exits: picture.exits };
     this.curves.draw();
     if (!frame) return;

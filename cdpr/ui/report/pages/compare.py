@@ -13,7 +13,7 @@ from cdpr.log.files import make_folder, replace, replace_markup
 from cdpr.ui.report.pages.page import banner, figure, hall, page, panels, section, swatch, table, theatre
 from cdpr.ui.report.pages.still import still
 from cdpr.ui.report.player.arrays import Arrays
-from cdpr.ui.report.player.assets import stage
+from cdpr.ui.report.player.assets import viewer
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene_of_run
 from cdpr.ui.report.plots import compare as plots
@@ -75,7 +75,7 @@ def render(result: Comparison) -> str:
     links = {"verdict": "Verdict"}
     parts = [section("verdict", _verdict(result, looks))]
     data = player_data(result)
-    scene = figure("robot", "Robot", "", ABOUT_SPACE, live=stage(data)) if data else ""
+    scene = figure("robot", "Robot", "", ABOUT_SPACE, live=viewer(data)) if data else ""
     for k, (group, found) in enumerate(zip(result.groups, figures["groups"], strict=True), 1):
         shown = _drawings(group, k, figures["judge"]["backend"], looks)
         if shown:

@@ -18,7 +18,7 @@ from cdpr.ui.report.figures.design import convergence, pareto
 from cdpr.ui.report.pages.page import banner, figure, hall, page, section, table
 from cdpr.ui.report.pages.still import still_scene
 from cdpr.ui.report.player.arrays import Arrays
-from cdpr.ui.report.player.assets import stage
+from cdpr.ui.report.player.assets import viewer
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene
 from cdpr.ui.report.plots.survey import pose_pictures
@@ -96,7 +96,7 @@ def _robots(found: Designed, best: str) -> tuple[dict[str, Any] | None, list[str
     shown, arrays = _shown(robot), Arrays()
     data = page_data(None, [scene(shown, arrays)], {}, arrays, (0.0, 0.0), [])
     still = still_scene(shown, f"{found.design.name}: {best}")
-    return data, [figure("space", best.capitalize(), still, _caption(robot), live=stage(data))], stills
+    return data, [figure("space", best.capitalize(), still, _caption(robot), live=viewer(data))], stills
 
 
 def _shown(robot: Robot) -> Pictures:

@@ -160,7 +160,7 @@ def _still(title: str, shown: Pictures) -> str:
 def _frame(title: str, data: Mapping[str, Any]) -> str:
     """Return an iframe with the player."""
     plotted = bool(data["figures"])
-    parts = [hall([figure("robot", "", "", "", live=assets.stage(data))], "hall")]
+    parts = [hall([figure("robot", "", "", "", live=assets.viewer(data))], "hall")]
     if plotted:
         parts.append(hall([figure(PLOTS, "", "", "", live=panels(PLOTS))], "gallery"))
     css = style() + assets.style() + OWN.read_text(encoding="utf-8")

@@ -17,7 +17,7 @@ from cdpr.ui.report.pages import tables
 from cdpr.ui.report.pages.page import figure, page, panels, section, theatre
 from cdpr.ui.report.pages.still import still
 from cdpr.ui.report.player.arrays import Arrays
-from cdpr.ui.report.player.assets import stage
+from cdpr.ui.report.player.assets import viewer
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene_of_run
 from cdpr.ui.report.plots import run as plots
@@ -100,7 +100,7 @@ def player_data(run: Run, chosen: Sequence[Drawing]) -> dict[str, Any]:
 
 def _figure(run: Run, drawing: Drawing, data: dict[str, Any] | None) -> str:
     key = drawing.name.lower()
-    live = stage(data) if drawing.panels is None and data is not None else panels(key)
+    live = viewer(data) if drawing.panels is None and data is not None else panels(key)
     caption = drawing.caption.format(length=f"{run.header.characteristic_length:.4g}")
     return figure(
         key,

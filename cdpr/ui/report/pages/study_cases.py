@@ -17,7 +17,7 @@ from cdpr.log.run import Run
 from cdpr.ui.report.pages.page import figure, panels, swatch, table, theatre
 from cdpr.ui.report.pages.still import still_panels
 from cdpr.ui.report.player.arrays import Arrays
-from cdpr.ui.report.player.assets import stage
+from cdpr.ui.report.player.assets import viewer
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene_of_run
 from cdpr.ui.report.plots.cases import overlay
@@ -137,7 +137,7 @@ def player(shown: Sequence[SelectedCase]) -> tuple[dict[str, Any], str]:
     data = page_data(None, scenes, {"cases": drawn}, arrays, whole)
     title = "Some cases over one another"
     gallery = figure("cases", title, still_panels(drawn, whole, (), title), OVER, live=panels("cases"))
-    return data, theatre(figure("robot", "Robot", "", SPACE, live=stage(data)), [gallery])
+    return data, theatre(figure("robot", "Robot", "", SPACE, live=viewer(data)), [gallery])
 
 
 def account(shown: Sequence[SelectedCase], notes: Sequence[str]) -> str:

@@ -13,7 +13,7 @@ from cdpr.scene import Pictures
 from cdpr.ui.report.pages.page import banner, figure, page, panels, section, theatre
 from cdpr.ui.report.pages.still import still_panels, still_scene
 from cdpr.ui.report.player.arrays import Arrays
-from cdpr.ui.report.player.assets import stage
+from cdpr.ui.report.player.assets import viewer
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene
 from cdpr.ui.report.plots.survey import survey_panels, unheld
@@ -44,7 +44,7 @@ def render_view(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
         figure(key, name, still_panels(which, span, shades, name), about, live=panels(key))
         for key, (name, which) in found.items()
     ]
-    parts = [theatre(figure("robot", "Robot", still_scene(shown, title), about, live=stage(data)), gallery)]
+    parts = [theatre(figure("robot", "Robot", still_scene(shown, title), about, live=viewer(data)), gallery)]
     text = escape("\n".join(lines(dict(figures))))
     parts.append(section("figures", f"<h2>Capacity</h2>\n<pre>{text}</pre>"))
     links = {"robot": "Robot", **{key: name for key, (name, _) in found.items()}, "figures": "Figures"}

@@ -17,7 +17,7 @@ from cdpr.ui.report.figures import slices
 from cdpr.ui.report.pages.page import figure, page, section, theatre
 from cdpr.ui.report.pages.still import still_scene
 from cdpr.ui.report.player.arrays import Arrays
-from cdpr.ui.report.player.assets import stage
+from cdpr.ui.report.player.assets import viewer
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene
 from cdpr.ui.report.plots.survey import pose_pictures
@@ -50,7 +50,7 @@ def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = (
         if found.proofs is not None:
             caption = caption.replace("are inside,", "are proved to be inside,") + " Grey: undecided."
         gallery.append(figure(f"slice-{k}", heading, svg, caption))
-    parts = [theatre(figure("space", "In space", still_scene(shown, title, closed), about, live=stage(data)), gallery)]
+    parts = [theatre(figure("space", "In space", still_scene(shown, title, closed), about, live=viewer(data)), gallery)]
     parts.append(section("figures", f"<h2>Figures</h2>\n<pre>{escape(chr(10).join(lines(found.summary())))}</pre>"))
     links = {"space": "In space", **{f"slice-{k}": f"Slice {k + 1}" for k in range(len(gallery))}, "figures": "Figures"}
     return page(title, found.kind.title, "", links, parts, data)

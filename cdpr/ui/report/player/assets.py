@@ -17,7 +17,7 @@ from cdpr.ui.report.text.aligned import number
 
 FOLDER = Path(__file__).with_name("script")
 # Order matters: each file uses those before it. All files except player.js only draw.
-DRAWING = ("data.js", "camera.js", "gl.js", "flat.js", "scene.js", "stage.js", "plot.js")
+DRAWING = ("data.js", "camera.js", "gl.js", "flat.js", "scene.js", "viewer.js", "plot.js")
 FILES = (*DRAWING, "player.js")
 
 
@@ -44,10 +44,10 @@ def style() -> str:
     return (FOLDER / "player.css").read_text(encoding="utf-8")
 
 
-def stage(data: Mapping[str, Any]) -> str:
+def viewer(data: Mapping[str, Any]) -> str:
     """Return the scene as HTML with its legend; playback controls are included if a scene has several frames."""
     several = any(scene["time"]["n"] > 1 for scene in data["scenes"])
-    return _text("stage.html").substitute(legend=_legend(data), transport=transport() if several else "")
+    return _text("viewer.html").substitute(legend=_legend(data), transport=transport() if several else "")
 
 
 def transport() -> str:

@@ -21,9 +21,9 @@ class Player {
       const home = document.querySelector(`[data-panels="${key}"]`);
       panels.forEach((panel, i) => this.plots.push(new Plot(home, panel, data, this, i === panels.length - 1)));
     }
-    const root = document.getElementById("stage");
+    const root = document.getElementById("viewer");
     const films = data.scenes.map((scene) => new Film(scene));
-    this.stage = root && films.length ? new Stage(root, data, this, films) : null;
+    this.viewer = root && films.length ? new Viewer(root, data, this, films) : null;
     this.transport();
     this.keys();
     this.links();
@@ -40,7 +40,7 @@ class Player {
   point(t) { this.hover = t; this.wake(); }
   select(cable) {
     this.selected = cable;
-    if (this.stage) this.stage.options.selected = cable;
+    if (this.viewer) this.viewer.options.selected = cable;
     this.redraw();
   }
 
@@ -60,7 +60,7 @@ class Player {
 
   restyle() {
     for (const plot of this.plots) plot.dress();
-    if (this.stage) { this.stage.theme(); this.bar(); }
+    if (this.viewer) { this.viewer.theme(); this.bar(); }
     this.redraw();
   }
 
@@ -84,7 +84,7 @@ class Player {
       }
       this.before = now;
     }
-    if (this.stage) this.stage.draw();
+    if (this.viewer) this.viewer.draw();
     for (const plot of this.plots) {
       if (!plot.visible) continue;
       if (plot.stale) plot.draw(); else plot.follow();
@@ -107,7 +107,7 @@ class Player {
   // Step one frame forward or back.
   step(count) {
     this.play(false);
-    const times = this.stage ? this.stage.films[0].time : [];
+    const times = this.viewer ? this.viewer.films[0].time : [];
     if (!times.length) return;
     const k = clamp(nearest(times, this.time) + count, 0, times.length - 1);
     this.seek(times[k]);
@@ -140,7 +140,7 @@ class Player {
 
   pressed() {
     for (const [name, button] of Object.entries(this.buttons)) {
-      const options = this.stage ? this.stage.options : {};
+      const options = this.viewer ? this.viewer.options : {};
       const on = name === "loop" ? this.loop : options[name];
       if (typeof on === "boolean") button.setAttribute("aria-pressed", String(on));
     }
@@ -151,7 +151,7 @@ class Player {
     else if (name === "loop") this.loop = !this.loop;
     else if (name === "start") this.seek(this.data.span[0]);
     else if (name === "whole") this.whole();
-    else this.stage.act(name);
+    else this.viewer.act(name);
     this.pressed();
     this.wake();
   }

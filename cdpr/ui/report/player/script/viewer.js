@@ -4,7 +4,7 @@ const VIEWS = { home: null, top: [-90, 89.9], front: [-90, 0], side: [0, 0] }; /
 const MOST_SORTED = 5000; // triangles that a 2D canvas draws at 20 frames a second
 const NAMED = "600 12px system-ui, sans-serif"; // numbers and names in the scene
 
-class Stage {
+class Viewer {
   constructor(root, data, state, films) {
     this.root = root;
     this.data = data;
