@@ -126,7 +126,9 @@ def test_results(found):
     summary = found.summary()
     assert summary["finished_share"] == 1.0
     assert summary["tension_max_N"]["max"] == found.figures["tension_max_N"].max()
-    with pytest.raises(AttributeError, match="velocity: not recorded; recorded columns: position, orientation, tension"):
+    with pytest.raises(
+        AttributeError, match="velocity: not recorded; recorded columns: position, orientation, tension"
+    ):
         found.velocity  # noqa: B018
     with pytest.raises(ValueError, match="read-only"):
         found.position[0] = 0.0
