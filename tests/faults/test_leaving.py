@@ -27,9 +27,10 @@ class Endless:
 
 
 driver = Driver(Broadcast(), print)
-driver._stage = Endless()
+assert hasattr(driver, "_session")
+driver._session = Endless()
 driver._jobs.put(None)
-at_work.wait(60.0)
+assert at_work.wait(60.0)
 driver.close()
 print("last words", end="")
 cdpr.ui.cli._leave(5)

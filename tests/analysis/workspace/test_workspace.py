@@ -304,7 +304,7 @@ def test_the_command_writes_a_file_for_compare(tmp_path):
         (["workspace", "dynamic", ROBOTS / "cogiro.yaml"], "--acceleration-box"),
         (["workspace", "static", ROBOTS / "cogiro.yaml", "--out", tmp_path / "w.csv"], ".npz"),
         (["workspace", "static", ROBOTS / "cogiro.yaml", "--cells", "a"], "--cells"),
-        (["workspace", "compare", ROBOTS / "cogiro.yaml"], "no workspace"),
+        (["workspace", "compare", ROBOTS / "cogiro.yaml"], "cannot be read as a workspace"),
     ):
         bad = cli(*words)
         assert bad.returncode in (2, 8)

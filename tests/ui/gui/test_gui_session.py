@@ -102,7 +102,7 @@ def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
         it.do("reset")
         it.do("step")
         it.do("save_session", out=str(session))
-        assert "exists already" in it.said()[-1][1]
+        assert "already exists" in it.said()[-1][1]
     assert [level for level, _ in told] == ["error", "error", "info", "info"]
     assert "mine.yaml' already exists and is not overwritten" in told[0][1]
     assert "given_outside.csv' already exists" in told[1][1]

@@ -201,13 +201,13 @@ def test_the_command_line_draws_figures_of_a_run(tmp_path):
     assert cdpr_here(*what, out).returncode == 0  # over a figure of its kind
     assert out.read_bytes() == first
     (tmp_path / "mine.pdf").write_text("%PDF-1.7 precious")
-    assert "is no figure in PDF" in cdpr_here(*what, tmp_path / "mine.pdf", code=8).stderr
+    assert "is not a figure in PDF" in cdpr_here(*what, tmp_path / "mine.pdf", code=8).stderr
     assert (tmp_path / "mine.pdf").read_text() == "%PDF-1.7 precious"
     for suffix in ("pdf", "svg", "png"):
         theirs = tmp_path / f"theirs.{suffix}"
         plain.Figure().savefig(theirs)
         before = theirs.read_bytes()
-        assert f"is no figure in {suffix.upper()} that cdpr drew" in cdpr_here(*what, theirs, code=8).stderr
+        assert f"is not a figure in {suffix.upper()} that cdpr drew" in cdpr_here(*what, theirs, code=8).stderr
         assert theirs.read_bytes() == before
         assert cdpr_here(*what, tmp_path / f"ours.{suffix}").returncode == 0
         assert cdpr_here(*what, tmp_path / f"ours.{suffix}").returncode == 0
