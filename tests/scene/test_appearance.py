@@ -83,7 +83,7 @@ def test_the_box_around_a_mesh(tmp_path, name, content):
             (b"solid tool".ljust(80) + binary(CORNERS)[80:])[:-9],
             "not a binary STL of 184 bytes, as its 2 declared triangles",
         ),
-        ("a.stl", b"solid tool".ljust(80, b"\0"), "is not a binary STL whole: it has 80 bytes"),
+        ("a.stl", b"solid tool".ljust(80, b"\0"), "is not a binary STL: it has 80 bytes"),
         ("a.stl", text([(0.0, 0.0, "1_0")]), "expected three numbers after 'vertex' in line 4"),
         ("a.obj", b"v 1 2_0 3\n", "expected three numbers after 'v' in line 1"),
         ("a.obj", b"v 0 0 0\nv 1 2 \\\n", "expected three numbers after 'v' in line 2"),
