@@ -87,7 +87,7 @@ def ask_import(page, files):
 
 WAYS = {
     "New": (ask_new, "() => document.getElementById('file').textContent.includes('fresh')"),
-    "Import": (ask_import, "() => document.querySelector('dialog[open] h2').textContent.startsWith('Import')"),
+    "Import": (ask_import, "() => document.querySelector('dialog[open] h2')?.textContent.startsWith('Import')"),
 }
 
 
