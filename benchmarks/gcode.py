@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cdpr.trajectory import Course, Limits, follow, lines
-from cdpr.trajectory import arcs as arcs_of
+from cdpr.gcode import Course, follow, lines
+from cdpr.gcode import arcs as arcs_of
+from cdpr.trajectory import Limits
 
 MOVES = 100_000
 REPEATS = 3

@@ -6,7 +6,7 @@
 // omega = R I^-1 R^T L. `inertial` (4): mass, kg, and principal moments, kg m^2.
 #pragma once
 
-#include <cdpr/body_frame.hpp>
+#include <cdpr/mechanics/body_frame.hpp>
 #include <cdpr/scheme.hpp>
 
 namespace cdpr::CDPR_TARGET {

@@ -4,9 +4,9 @@
 // First the velocities from the accelerations at the start of the step, then the pose from these velocities.
 #pragma once
 
-#include <cdpr/attitude.hpp>
-#include <cdpr/guide.hpp>
-#include <cdpr/spherical.hpp>
+#include <cdpr/mechanics/attitude.hpp>
+#include <cdpr/mechanics/guide.hpp>
+#include <cdpr/mechanics/spherical.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/geometry.hpp>
-#include <cdpr/guide.hpp>
+#include <cdpr/mechanics/geometry.hpp>
+#include <cdpr/mechanics/guide.hpp>
 #include <cdpr/scheme.hpp>
 
 namespace cdpr::CDPR_TARGET {

@@ -5,9 +5,9 @@
 // omega = R J^-1 R^T L.
 #pragma once
 
-#include <cdpr/geometry.hpp>
+#include <cdpr/mechanics/geometry.hpp>
+#include <cdpr/mechanics/spherical.hpp>
 #include <cdpr/scheme.hpp>
-#include <cdpr/spherical.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -3,9 +3,9 @@
 // Classical Runge-Kutta of order four in body, work of the cables, and winches, for free and guided platforms.
 #pragma once
 
-#include <cdpr/body_frame.hpp>
+#include <cdpr/mechanics/body_frame.hpp>
+#include <cdpr/mechanics/winches.hpp>
 #include <cdpr/scheme.hpp>
-#include <cdpr/winches.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

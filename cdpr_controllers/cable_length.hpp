@@ -1,7 +1,7 @@
 // Control of each cable's length and rate: cdpr_controllers/cable_length.py. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/forward_kinematics.hpp>
+#include <cdpr/mechanics/forward_kinematics.hpp>
 #include <cdpr_controllers/holding.hpp>
 
 namespace cdpr::CDPR_TARGET {

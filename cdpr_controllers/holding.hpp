@@ -6,9 +6,9 @@
 // (box_least_squares.hpp, which differs from the exact answer by 1e-5 of the load).
 #pragma once
 
-#include <cdpr/box_least_squares.hpp>
-#include <cdpr/geometry.hpp>
-#include <cdpr/inverse_dynamics.hpp>
+#include <cdpr/mechanics/geometry.hpp>
+#include <cdpr/mechanics/inverse_dynamics.hpp>
+#include <cdpr/tension/box_least_squares.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

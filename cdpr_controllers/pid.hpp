@@ -2,8 +2,8 @@
 // Apache-2.0
 #pragma once
 
-#include <cdpr/inverse_dynamics.hpp>
-#include <cdpr/proportional_derivative.hpp>
+#include <cdpr/mechanics/inverse_dynamics.hpp>
+#include <cdpr/mechanics/proportional_derivative.hpp>
 #include <cdpr/status.hpp>
 
 namespace cdpr::CDPR_TARGET {

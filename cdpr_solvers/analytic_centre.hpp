@@ -4,10 +4,10 @@
 // across it are locked, and the others have a centre of their own. See the docstring of the module.
 #pragma once
 
-#include <cdpr/null_space.hpp>
-#include <cdpr/safest.hpp>
-#include <cdpr/solution.hpp>
-#include <cdpr/verdict.hpp>
+#include <cdpr/tension/null_space.hpp>
+#include <cdpr/tension/safest.hpp>
+#include <cdpr/tension/solution.hpp>
+#include <cdpr/tension/verdict.hpp>
 #include <cdpr_solvers/barrier.hpp>
 
 namespace cdpr::CDPR_TARGET {

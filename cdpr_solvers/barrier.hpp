@@ -3,8 +3,8 @@
 // Boyd and Vandenberghe, Convex Optimization (2004), sections 8.5.3 and 9.6.
 #pragma once
 
-#include <cdpr/factors.hpp>
-#include <cdpr/null_space.hpp>
+#include <cdpr/tension/factors.hpp>
+#include <cdpr/tension/null_space.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

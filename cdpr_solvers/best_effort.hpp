@@ -1,7 +1,7 @@
 // Tensions within the limits with the wrench nearest to the required one. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/box_least_squares.hpp>
+#include <cdpr/tension/box_least_squares.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

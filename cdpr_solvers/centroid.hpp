@@ -4,10 +4,10 @@
 // docstring of the module.
 #pragma once
 
-#include <cdpr/distribute.hpp>
-#include <cdpr/polygon.hpp>
-#include <cdpr/solution.hpp>
-#include <cdpr/verdict.hpp>
+#include <cdpr/tension/distribute.hpp>
+#include <cdpr/tension/polygon.hpp>
+#include <cdpr/tension/solution.hpp>
+#include <cdpr/tension/verdict.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

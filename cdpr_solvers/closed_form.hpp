@@ -4,7 +4,7 @@
 // docstring of the module.
 #pragma once
 
-#include <cdpr/distribute.hpp>
+#include <cdpr/tension/distribute.hpp>
 #include <cdpr_solvers/projection.hpp>
 
 namespace cdpr::CDPR_TARGET {

@@ -5,7 +5,7 @@
 // affine set needs no correction. See the docstring of the module.
 #pragma once
 
-#include <cdpr/distribute.hpp>
+#include <cdpr/tension/distribute.hpp>
 #include <cdpr_solvers/projection.hpp>
 
 namespace cdpr::CDPR_TARGET {

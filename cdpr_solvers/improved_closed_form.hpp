@@ -4,8 +4,8 @@
 // to the rows of the cables fixed before: t += N n (b - t_i) / |n|^2. See the docstring of the module.
 #pragma once
 
-#include <cdpr/distribute.hpp>
-#include <cdpr/factors.hpp>
+#include <cdpr/tension/distribute.hpp>
+#include <cdpr/tension/factors.hpp>
 #include <cdpr_solvers/projection.hpp>
 
 namespace cdpr::CDPR_TARGET {

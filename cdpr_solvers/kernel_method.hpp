@@ -4,8 +4,8 @@
 // equations 6.33 to 6.35, corrected). See the docstring of the module.
 #pragma once
 
-#include <cdpr/distribute.hpp>
-#include <cdpr/verdict.hpp>
+#include <cdpr/tension/distribute.hpp>
+#include <cdpr/tension/verdict.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -3,9 +3,9 @@
 // low <= N x <= high in the null space, t = c + N x, in units of the largest limit. See the docstring of the module.
 #pragma once
 
-#include <cdpr/active_set.hpp>
-#include <cdpr/null_space.hpp>
-#include <cdpr/solution.hpp>
+#include <cdpr/tension/active_set.hpp>
+#include <cdpr/tension/null_space.hpp>
+#include <cdpr/tension/solution.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

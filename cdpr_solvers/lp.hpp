@@ -3,9 +3,9 @@
 // min sum w_i t_i; if there are several optima, that of least 2-norm.
 #pragma once
 
-#include <cdpr/distribute.hpp>
-#include <cdpr/extreme_point.hpp>
-#include <cdpr/verdict.hpp>
+#include <cdpr/tension/distribute.hpp>
+#include <cdpr/tension/extreme_point.hpp>
+#include <cdpr/tension/verdict.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -4,10 +4,10 @@
 // centre of the largest ball. See the docstring of the module.
 #pragma once
 
-#include <cdpr/distribute.hpp>
-#include <cdpr/safest.hpp>
-#include <cdpr/solution.hpp>
-#include <cdpr/verdict.hpp>
+#include <cdpr/tension/distribute.hpp>
+#include <cdpr/tension/safest.hpp>
+#include <cdpr/tension/solution.hpp>
+#include <cdpr/tension/verdict.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

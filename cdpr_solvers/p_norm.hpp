@@ -5,8 +5,8 @@
 // its steps are weighted least squares. See the docstring of the module.
 #pragma once
 
-#include <cdpr/distribute.hpp>
-#include <cdpr/solution.hpp>
+#include <cdpr/tension/distribute.hpp>
+#include <cdpr/tension/solution.hpp>
 #include <cdpr_solvers/projection.hpp>
 #include <cdpr_solvers/weighted_least_squares.hpp>
 

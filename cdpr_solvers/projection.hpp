@@ -1,9 +1,9 @@
 // Solution of W t = wrench nearest to a point, and its check. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/null_space.hpp>
 #include <cdpr/sum.hpp>
-#include <cdpr/verdict.hpp>
+#include <cdpr/tension/null_space.hpp>
+#include <cdpr/tension/verdict.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -3,7 +3,7 @@
 // t = W^+ wrench. Tensions may be negative; locked cables keep their tensions.
 #pragma once
 
-#include <cdpr/distribute.hpp>
+#include <cdpr/tension/distribute.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -4,7 +4,7 @@
 // (Mueller, Reichert and Bruckmann 2015). See the docstring of the module.
 #pragma once
 
-#include <cdpr/distribute.hpp>
+#include <cdpr/tension/distribute.hpp>
 #include <cdpr_solvers/projection.hpp>
 
 namespace cdpr::CDPR_TARGET {

@@ -5,10 +5,10 @@
 // ref; weights scale the cables: with D = diag(sqrt(w)), D t solves the problem of W D^-1.
 #pragma once
 
-#include <cdpr/active_set.hpp>
 #include <cdpr/alone.hpp>
-#include <cdpr/null_space.hpp>
-#include <cdpr/row_space.hpp>
+#include <cdpr/tension/active_set.hpp>
+#include <cdpr/tension/null_space.hpp>
+#include <cdpr/tension/row_space.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -1,7 +1,7 @@
 // Least squares with weights over many decades. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/null_space.hpp>
+#include <cdpr/tension/null_space.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

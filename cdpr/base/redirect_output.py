@@ -7,6 +7,7 @@ output of plugins goes to the program's stdout.
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ _stdout = Lock()  # of the process: concurrent replacements would make the repla
 
 
 @contextmanager
-def hushed() -> Iterator[None]:
+def redirect_output() -> Iterator[None]:
     """Mark that this thread runs foreign code inside the block."""
     token = _foreign.set(True)
     try:
@@ -59,6 +60,33 @@ def _redirected() -> int | None:
     return out
 
 
-def is_hushed() -> bool:
+@contextmanager
+def discarded_output() -> Iterator[None]:
+    """Discard all output of the process inside the block, including output of native code."""
+    with _stdout:
+        _flush()
+        kept = [os.dup(fd) for fd in (1, 2)]
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for fd in (1, 2):
+            os.dup2(nowhere, fd)
+        os.close(nowhere)
+        try:
+            yield
+        finally:
+            _flush()
+            for fd, copy in zip((1, 2), kept, strict=True):
+                os.dup2(copy, fd)
+                os.close(copy)
+
+
+def _flush() -> None:
+    """Flush the buffers of Python and C, whose content belongs to earlier writers."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    ctypes.CDLL(None).fflush(None)
+
+
+def is_redirected() -> bool:
     """Return True if this thread runs foreign code."""
     return _foreign.get()

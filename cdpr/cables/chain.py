@@ -108,7 +108,7 @@ class Part:
     """Winch or span.
 
     Attributes:
-        header: header of its kernel, included by `cdpr/parts.hpp`; "" if it needs none.
+        header: header of its kernel, included by `cdpr/cables/parts.hpp`; "" if it needs none.
         numbers: numbers of a cable that its kernel uses, at most MOST, in order.
 
     Raises:

@@ -23,7 +23,7 @@ class Exit(Kind):
     """Exit, as described in a robot file.
 
     Attributes:
-        header: header of its kernel, a struct of templates over the number type T, included by `cdpr/parts.hpp`:
+        header: header of its kernel, a struct of templates over the number type T, included by `cdpr/cables/parts.hpp`:
             `leave(anchor, numbers, tip)` returns the exit point, m, world, for a cable to the tip; `lead(anchor,
             numbers, tip)` also returns the length of cable on the exit, m; `carry(...)` returns the velocity of the
             exit point, m/s, when the tip moves. "" for a point, which needs none.

@@ -1,7 +1,7 @@
 """Tables of a robot's cables for the kernel library, and the compiled geometry of exits.
 
-Layouts: `include/cdpr/geometry.hpp` (lines) and `include/cdpr/chain.hpp` (chains). The kind of a part is its index in
-the tables below, which `include/cdpr/parts.hpp` repeats.
+Layouts: `cdpr/mechanics/geometry.hpp` (lines) and `cdpr/cables/chain.hpp` (chains). The kind of a part is its index in
+the tables below, which `cdpr/cables/parts.hpp` repeats.
 """
 
 from __future__ import annotations

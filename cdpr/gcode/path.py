@@ -10,9 +10,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr import trajectory
 from cdpr.base.fields import MAX_DISTANCE
 from cdpr.base.files import MAX_FAULTS, ContentError, CpuBudget
+from cdpr.gcode.course import Course
+from cdpr.gcode.curves import arcs as arc_curves
+from cdpr.gcode.curves import lines
 from cdpr.gcode.steps import Program, Step
 from cdpr.gcode.words import DIVIDE, EACH, checked
 from cdpr.model import rotations
@@ -72,7 +74,7 @@ class Path:
         spent: CPU time of reading and following the program, s.
     """
 
-    course: trajectory.Course | None
+    course: Course | None
     lines: NDArray[np.int64]
     delay: float
     spent: float = 0.0
@@ -226,7 +228,7 @@ def _middle(begin: Point, end: Point, radius: float, clockwise: bool) -> Point:
 
 @dataclass(frozen=True, eq=False)
 class _Arcs:
-    """Arcs in the world, K, for `trajectory.arcs`."""
+    """Arcs in the world, K, for `cdpr.gcode.curves.arcs`."""
 
     NUMBERS: ClassVar[int] = 15
 
@@ -255,20 +257,20 @@ def _far(laid: _Laid, ends: Array, arcs: _Arcs) -> list[tuple[int, int, str]]:
     return [(laid.lines[k], 0, f"leads {reach[k]:.4g} m from the origin, {MAX_DISTANCE:g} m at most") for k in wrong]
 
 
-def _course(laid: _Laid, ends: Array, arcs: _Arcs) -> trajectory.Course | None:
+def _course(laid: _Laid, ends: Array, arcs: _Arcs) -> Course | None:
     if not laid.lines:
         return None
-    pieces = trajectory.lines(ends[:-1], ends[1:])
-    round_ones = trajectory.arcs(arcs.centre, arcs.out, arcs.on, arcs.radii, arcs.angle, arcs.climb)
+    pieces = lines(ends[:-1], ends[1:])
+    round_ones = arc_curves(arcs.centre, arcs.out, arcs.on, arcs.radii, arcs.angle, arcs.climb)
     pieces.replace(np.array(laid.arcs, dtype=np.int64), round_ones)
     pause, speed = np.array(laid.pause), np.array(laid.speed)
     timed = np.array(list(laid.duration), dtype=np.int64)
     with np.errstate(over="ignore"):  # the limits apply then
         speed[timed] = pieces.length[timed] / np.array(list(laid.duration.values()))
-    return trajectory.Course(pieces, speed, np.array(laid.tolerance), np.array(laid.stop), pause)
+    return Course(pieces, speed, np.array(laid.tolerance), np.array(laid.stop), pause)
 
 
-def farthest(course: trajectory.Course, quarters: int = 4) -> Array:
+def farthest(course: Course, quarters: int = 4) -> Array:
     """Return the extreme positions (K, 3), m, along each axis; arcs are sampled at quarters of their length."""
     pieces = course.pieces
     found = []

@@ -121,7 +121,7 @@ class Reserved:
         Raises:
             OutputError: if that process lives, or NAME.new is not a file.
         """
-        room = cls.__new__(cls)
+        reserved = cls.__new__(cls)
         try:
             try:
                 file = open_to_lock(beside(path), os.O_RDWR)
@@ -131,11 +131,11 @@ class Reserved:
             return None
         except OSError as error:
             raise unwritable(path, error) from error
-        room._take(path, file, 0.0)
-        return room
+        reserved._take(path, file, 0.0)
+        return reserved
 
     def _take(self, path: Path, file: int, wait: float) -> None:
-        self.path, self._room, self._file = path, beside(path), file
+        self.path, self._temporary, self._file = path, beside(path), file
         self._close = weakref.finalize(self, os.close, file)
         if lock(file, wait) is Lock.ANOTHERS:
             raise OutputError(f"{path.parent}: {GOES_ON}")
@@ -153,7 +153,7 @@ class Reserved:
             while done < len(content):
                 done += os.pwrite(self._file, content[done:], done)
             os.ftruncate(self._file, done)
-            os.replace(self._room, self.path)
+            os.replace(self._temporary, self.path)
         except OSError as error:
             raise unwritable(self.path, error) from error
         self._close()
@@ -168,7 +168,7 @@ class Reserved:
     def release(self) -> None:
         """Free the space."""
         with contextlib.suppress(OSError):
-            self._room.unlink()
+            self._temporary.unlink()
         self.close()
 
     def close(self) -> None:

@@ -53,13 +53,13 @@ def repair(path: str | Path) -> RepairReport:
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent if path.name == LOG_NAME else None
-    with _locked(path, folder) as room:
+    with _locked(path, folder) as reserved:
         if folder is not None and _never_began(folder):
-            return _interrupt_unbegun(folder, room)
+            return _interrupt_unbegun(folder, reserved)
         log, folder = locate(path)
         found = scan(log)
         torn, lost = (None, 0) if found.problem is None else _mend(log, found)
-        interrupted = folder is not None and _interrupt(folder, found, room)
+        interrupted = folder is not None and _interrupt(folder, found, reserved)
         return RepairReport(log, len(found.rows), found.problem, torn, lost, interrupted)
 
 
@@ -73,21 +73,21 @@ def _locked(path: Path, folder: Path | None) -> Iterator[Reserved | None]:
     Raises:
         OutputError: if another process is active.
     """
-    room = None if folder is None else Reserved.left(folder / run_json.NAME)
+    reserved = None if folder is None else Reserved.left(folder / run_json.NAME)
     file = None
-    if room is None:
+    if reserved is None:
         with contextlib.suppress(OSError):  # errors are reported by the reader
             log = folder / LOG_NAME if folder is not None else path
             file = open_to_lock(log.resolve(), os.O_RDONLY)
     try:
         if file is not None and lock(file) is Lock.ANOTHERS:
             raise OutputError(f"{path}: {GOES_ON}")
-        yield room
+        yield reserved
     finally:
         if file is not None:
             os.close(file)
-        if room is not None:
-            room.close()
+        if reserved is not None:
+            reserved.close()
 
 
 def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
@@ -190,34 +190,34 @@ def _never_began(folder: Path) -> bool:
     return any(len(found) < len(description) and description.startswith(found) for description in begun)
 
 
-def _interrupt_unbegun(folder: Path, room: Reserved | None) -> RepairReport:
+def _interrupt_unbegun(folder: Path, reserved: Reserved | None) -> RepairReport:
     log = folder / LOG_NAME
     known = run_json.read(folder) or {}
     status = {"status": "interrupted"}
     message = {"message": "killed before the first sample"}
-    _write(folder, room, known | status | message | {"summary": {**known.get("summary", {}), **status}})
+    _write(folder, reserved, known | status | message | {"summary": {**known.get("summary", {}), **status}})
     with contextlib.suppress(OSError):
         log.unlink()  # part of a description, whose content is in run.json and scenario.yaml
     return RepairReport(log, 0, None, None, 0, True)
 
 
-def _interrupt(folder: Path, found: Scan, room: Reserved | None) -> bool:
+def _interrupt(folder: Path, found: Scan, reserved: Reserved | None) -> bool:
     known = run_json.read(folder)
     if known is None:
         return False
     if known["status"] != "running":
         if found.problem is not None:  # the rows have changed
             bound = {"log": asdict(run_json.log_of(found.header, found.rows))}
-            _write(folder, room, known | bound)
+            _write(folder, reserved, known | bound)
         return False
     run = Run(
         amended(found.header, known), found.rows, "interrupted", f"killed while it ran; {len(found.rows)} rows kept"
     )
     kept = ("argv", "started", "finished", "events", "timings", "unused")
-    _write(folder, room, run_json.describe(run) | {key: known[key] for key in kept if key in known})
+    _write(folder, reserved, run_json.describe(run) | {key: known[key] for key in kept if key in known})
     return True
 
 
-def _write(folder: Path, room: Reserved | None, content: dict[str, Any]) -> None:
+def _write(folder: Path, reserved: Reserved | None, content: dict[str, Any]) -> None:
     """Write run.json, into the reserved space if there is any."""
-    (room or Reserved(folder / run_json.NAME, 0)).write(run_json.encode(content))
+    (reserved or Reserved(folder / run_json.NAME, 0)).write(run_json.encode(content))

@@ -1,8 +1,8 @@
 // Stiffness of a platform held by its cables: cdpr/mechanics/stiffness.py. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/geometry.hpp>
-#include <cdpr/inverse_dynamics.hpp>
+#include <cdpr/mechanics/geometry.hpp>
+#include <cdpr/mechanics/inverse_dynamics.hpp>
 #include <cdpr/sum.hpp>
 
 namespace cdpr::CDPR_TARGET {

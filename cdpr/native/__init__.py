@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 def get_include() -> str:
-    """Return the folder of the C++ headers, for `#include <cdpr/geometry.hpp>` or `<cdpr_solvers/closed_form.hpp>`.
+    """Return the folder of the C++ headers, for `#include <cdpr/vector.hpp>` or `<cdpr_solvers/qp.hpp>`.
 
     Returns:
         The absolute path of the folder.
@@ -22,7 +22,7 @@ def get_include() -> str:
     Example:
         >>> from pathlib import Path
         >>> import cdpr
-        >>> (Path(cdpr.get_include()) / "cdpr" / "geometry.hpp").is_file()
+        >>> (Path(cdpr.get_include()) / "cdpr" / "mechanics" / "geometry.hpp").is_file()
         True
     """
     if find_spec("cdpr.native.library") is None:

@@ -78,7 +78,7 @@ static PyObject *address(PyObject *module, PyObject *args) {
     return Py_BuildValue("K", start);
 }
 
-/* Whether an array is of a type, with elements of 8 bytes, floats or integers, and of a shape. */
+/* Return whether an array has a type, elements of 8 bytes (floats or integers), and a shape. */
 static int fits(const Py_buffer *array, const char *about, const int64_t *shape) {
     const char *format = array->format;
     if (array->ndim != about[3] || array->itemsize != 8 || (uintptr_t)array->buf % 8 || format[1]) return 0;

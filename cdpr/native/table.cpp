@@ -18,6 +18,7 @@ extern const cdpr_group winches;
 extern const cdpr_group engines;
 extern const cdpr_group simulation;
 extern const cdpr_group trajectory;
+extern const cdpr_group gcode;
 extern const cdpr_group workspace;
 extern const cdpr_group loop;
 extern const cdpr_group proofs;
@@ -35,6 +36,7 @@ static const cdpr_group* const groups[] = {
     &engines,
     &simulation,
     &trajectory,
+    &gcode,
     &workspace,
     &loop,
     &proofs,

@@ -19,7 +19,7 @@ from pydantic import ValidationError
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError, one_line
 from cdpr.base.nearest import did_you_mean
-from cdpr.base.redirect_output import hushed
+from cdpr.base.redirect_output import redirect_output
 from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermost, read_file, role_of, source_version
 from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
 from cdpr.plugins.info import Role as Role  # modules that choose a plugin import it from here
@@ -72,7 +72,7 @@ class Registered:
             raise PluginError(f"{title} needs {', '.join(missing)}, which is not installed: {self.remedy}")
         module, _, attribute = self.info.factory.partition(":")
         try:
-            with hushed():
+            with redirect_output():
                 return getattr(import_module(module), attribute)
         except KeyboardInterrupt:
             raise
@@ -91,7 +91,7 @@ class Registered:
         """
         factory = self.load()
         try:
-            with hushed():
+            with redirect_output():
                 created = factory(*arguments)
                 self._reject_old_names(created)
                 return with_arrays(created, self.info.columns, arguments)
@@ -267,7 +267,7 @@ def use_files(files: Sequence[PluginFile | str]) -> None:
         PluginError: if one is broken.
     """
     global _files
-    with hushed():
+    with redirect_output():
         read = tuple(read_file(file) if isinstance(file, str) else file for file in files)
     before, _files = _files, read
     if before != read:
@@ -287,7 +287,7 @@ def registry() -> Registry:
     found = collect(_entry_points(problems), disabled=bool(os.environ.get(DISABLE)))
     found.problems[:0] = problems
     for file in _files:
-        with hushed():
+        with redirect_output():
             items = list(classes_of(file))
         for item in items:
             found, _ = found.with_class(role_of(item), item, file.name, file.version)
@@ -336,7 +336,7 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
         if disabled and distribution != OWN_DISTRIBUTION:
             continue
         try:
-            with hushed():
+            with redirect_output():
                 rows = _rows(point)
         except KeyboardInterrupt:
             raise

@@ -142,7 +142,7 @@ class CompiledSolver(TensionSolver):
     """Solver that is one compiled operation without memory: called without Python, and in batches on all cores.
 
     The operation is either one of the kernel library, whose fields begin as those of a `TensionProblem`
-    (`cdpr/native/include/cdpr/tension_problem.hpp`), or your own function `int f(void *place, double time)` that
+    (`cdpr/tension/tension_problem.hpp`), or your own function `int f(void *place, double time)` that
     returns the status. Its `place` is then the struct
 
         const double *matrix;       // (n, m), W, row by row

@@ -1,9 +1,9 @@
 // Observation of the plant at a new sample: cable geometry, energies, and faults. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/energy.hpp>
-#include <cdpr/geometry.hpp>
-#include <cdpr/proportional_derivative.hpp>
+#include <cdpr/mechanics/energy.hpp>
+#include <cdpr/mechanics/geometry.hpp>
+#include <cdpr/mechanics/proportional_derivative.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -1,8 +1,9 @@
 """Desired motions: piecewise quintic, at rest before the first segment and after the last.
 
 `through` and `interpolate` return smooth curves through knots; `arch` and `circle` are standard paths. `stop_to_stop`
-and `follow` (for lines and arcs) respect limits of velocity, acceleration and jerk. `redirected` changes a motion's
-target, and `of_tool` moves a tool of the platform. All use one table of segments and one kernel.
+respects limits of velocity, acceleration and jerk, as `cdpr.gcode.following.follow` does along lines and arcs.
+`redirected` changes a motion's target, and `of_tool` moves a tool of the platform. All use one table of segments and
+one kernel.
 
 Example:
     >>> import cdpr
@@ -14,9 +15,6 @@ Example:
 from typing import TYPE_CHECKING
 
 from cdpr.base.lazy import lazily
-from cdpr.trajectory.course import Course
-from cdpr.trajectory.curves import Curves, arcs, lines, together
-from cdpr.trajectory.following import follow
 from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
 from cdpr.trajectory.knots import Knot, interpolate, through
 from cdpr.trajectory.paths import arch, circle
@@ -28,23 +26,17 @@ if not TYPE_CHECKING:
     __getattr__ = lazily(__name__)
 
 __all__ = [
-    "Course",
-    "Curves",
     "Knot",
     "Limits",
     "Stop",
     "Stopping",
     "Trajectory",
     "arch",
-    "arcs",
     "circle",
-    "follow",
     "hold",
     "interpolate",
-    "lines",
     "of_tool",
     "redirected",
     "stop_to_stop",
     "through",
-    "together",
 ]

@@ -4,8 +4,8 @@
 // quaternions are x, y, z, w.
 #pragma once
 
-#include <cdpr/attitude.hpp>
 #include <cdpr/field.hpp>
+#include <cdpr/mechanics/attitude.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

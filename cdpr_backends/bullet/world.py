@@ -2,49 +2,17 @@
 
 from __future__ import annotations
 
-import ctypes
-import os
-import sys
 import weakref
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 import numpy as np
 
 from cdpr.base.errors import PluginError
+from cdpr.base.redirect_output import discarded_output
 from cdpr.model.robot import Array
 from cdpr.plugins.inertia import Inertia, turned
 
-FDS = (1, 2)
-
-
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Discard all output to stdout and stderr in the context, including output of C code."""
-    _flush()
-    kept = [os.dup(fd) for fd in FDS]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for fd in FDS:
-        os.dup2(nowhere, fd)
-    os.close(nowhere)
-    try:
-        yield
-    finally:
-        _flush()
-        for fd, copy in zip(FDS, kept, strict=True):
-            os.dup2(copy, fd)
-            os.close(copy)
-
-
-def _flush() -> None:
-    """Flush the buffers of Python and C, whose content belongs to earlier writers."""
-    for stream in (sys.stdout, sys.stderr):
-        if stream is not None:
-            stream.flush()
-    ctypes.CDLL(None).fflush(None)
-
-
-with quiet():  # it prints its build time
+with discarded_output():  # it prints its build time
     import pybullet as pybullet  # as: re-exported for modules that must import it without output
 
 BASE = -1

@@ -20,7 +20,7 @@ from spread import sampled
 
 from cdpr.base import user_folders as user_cache
 from cdpr.base.errors import CdprError, OutputError
-from cdpr.base.redirect_output import hushed
+from cdpr.base.redirect_output import redirect_output
 from cdpr.log.run_folder import RunFolder, claim
 from cdpr.plugins.registry import registry
 from cdpr.ui.cli import main
@@ -149,7 +149,7 @@ def test_threads_that_load_plugins_at_once_leave_stdout_alone(monkeypatch, capfd
         ours = sys.stdout
 
         def load():
-            with hushed():
+            with redirect_output():
                 print("of a plugin")
                 steps.wait()
                 steps.wait()
@@ -159,7 +159,7 @@ def test_threads_that_load_plugins_at_once_leave_stdout_alone(monkeypatch, capfd
         thread = threading.Thread(target=load)
         thread.start()
         steps.wait()
-        with hushed():
+        with redirect_output():
             steps.wait()
             print("of mine")
             steps.wait()
@@ -173,7 +173,7 @@ def test_threads_that_load_plugins_at_once_leave_stdout_alone(monkeypatch, capfd
 
 def test_loading_a_plugin_swaps_no_stream_of_a_program():
     before = sys.stdout
-    with hushed():
+    with redirect_output():
         assert sys.stdout is before
 
 

@@ -18,12 +18,12 @@ COUNTED = re.compile(r"for \([\w:]+ (\w+) = [^;]+; (?:[\w.]+ && )?\1 (?:<|<=|>|>
 TEXT = (ROOT / "docs" / "realtime.md").read_text()
 # Loops in each header that the page lists, so that a new one is noticed.
 LOOPS = {
-    "cdpr/active_set.hpp": 2,
-    "cdpr/box_least_squares.hpp": 1,
-    "cdpr/forward_kinematics.hpp": 1,
-    "cdpr/geometry.hpp": 1,
-    "cdpr/polygon.hpp": 1,
-    "cdpr/row_space.hpp": 2,
+    "cdpr/tension/active_set.hpp": 2,
+    "cdpr/tension/box_least_squares.hpp": 1,
+    "cdpr/mechanics/forward_kinematics.hpp": 1,
+    "cdpr/mechanics/geometry.hpp": 1,
+    "cdpr/tension/polygon.hpp": 1,
+    "cdpr/tension/row_space.hpp": 2,
     "cdpr/trajectory/segment.hpp": 1,
     "cdpr_solvers/barrier.hpp": 2,
     "cdpr_solvers/dykstra.hpp": 1,

@@ -54,7 +54,7 @@ def test_a_compiler_without_vector_types_compiles_all_but_batches(tmp_path):
     headers = sorted(
         name for name in names if not name.startswith(("cdpr/analysis/workspace/", "cdpr/analysis/rollouts/"))
     )
-    assert {"cdpr/geometry.hpp", "cdpr_solvers/qp.hpp"} <= set(headers)
+    assert {"cdpr/mechanics/geometry.hpp", "cdpr_solvers/qp.hpp"} <= set(headers)
     (tmp_path / "mine.cpp").write_text("".join(f"#include <{header}>\n" for header in headers))
     options = ["-std=c++17", "-DCDPR_PLAIN", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{cdpr.get_include()}"]
     subprocess.run([tool("g++"), *options, "-fsyntax-only", "mine.cpp"], cwd=tmp_path, check=True)
@@ -65,7 +65,7 @@ def test_a_reader_s_program_needs_one_folder_and_the_options_of_the_docs(tmp_pat
     tool("g++")
     include = Path(cdpr.get_include())
     headers = sorted(path.relative_to(include).as_posix() for path in include.rglob("*.hpp"))
-    assert {"cdpr/geometry.hpp", "cdpr/cables/drum/drum.hpp", "cdpr_solvers/closed_form.hpp"} <= set(headers)
+    assert {"cdpr/mechanics/geometry.hpp", "cdpr/cables/drum/drum.hpp", "cdpr_solvers/closed_form.hpp"} <= set(headers)
     text = MINE.format(includes="\n".join(f"#include <{header}>" for header in headers))
     (tmp_path / "mine.cpp").write_text(text)
     (command,) = re.findall(r"^\$ (g\+\+ .*)$", PAGES["docs/kernels.md"], re.MULTILINE)

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from kernel_cases import HOSTILE, assert_same_bits, numbers, run
 
+from cdpr.gcode.pace import pace
+from cdpr.gcode.polygon_splines import polygon_splines
 from cdpr.model import rotations
 from cdpr.native.bind import bind
 from cdpr.trajectory import Stopping, Trajectory
 from cdpr.trajectory.block_tridiagonal import solve_block_tridiagonal
-from cdpr.trajectory.pace import pace
-from cdpr.trajectory.polygon_splines import polygon_splines
 from cdpr.trajectory.trajectory import sample_segments
 
 COUNT = 600

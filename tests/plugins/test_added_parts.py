@@ -67,7 +67,7 @@ def tree(tmp_path_factory):
         (folder / "cdpr" / "cables" / name / "__init__.py").write_text(text)
         (folder / "cdpr" / "cables" / name / f"{name}.hpp").write_text(HEADER.format(code=HEADERS[name]))
     add(None, "", "cdpr/cables/__init__.py", **IMPORTS, **ENTRIES)
-    add(None, "", "cdpr/native/include/cdpr/parts.hpp", **IN_THE_HEADER)
+    add(None, "", "cdpr/cables/parts.hpp", **IN_THE_HEADER)
     build_library(folder)
     return folder, run
 

@@ -70,7 +70,7 @@ def test_changed_headers_are_compiled_by_the_next_install_and_python_files_take_
     (checkout / "cdpr" / "more.py").write_text("print('more')\n")
     assert printed(tmp_path, "import cdpr.more") == "more\n"
     include = Path(printed(tmp_path, "import cdpr; print(cdpr.get_include())").strip())
-    for header in ("cdpr/geometry.hpp", "cdpr/cables/drum/drum.hpp", "cdpr_solvers/closed_form.hpp"):
+    for header in ("cdpr/mechanics/geometry.hpp", "cdpr/cables/drum/drum.hpp", "cdpr_solvers/closed_form.hpp"):
         assert (include / header).read_text().startswith("//")
     other = tmp_path / "other"
     shutil.copytree(checkout / "cdpr", other / "cdpr")

@@ -61,10 +61,10 @@ HEAVY = Span(header="cdpr/cables/heavy/heavy.hpp", numbers=(AXIAL_STIFFNESS, LIN
 HEADER = """\
 #pragma once
 
-#include <cdpr/bent_cable.hpp>
-#include <cdpr/exit_result.hpp>
+#include <cdpr/cables/bent_cable.hpp>
+#include <cdpr/cables/exit_result.hpp>
 #include <cdpr/number.hpp>
-#include <cdpr/winch_tension.hpp>
+#include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {{
 

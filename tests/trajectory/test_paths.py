@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from motion_cases import UPRIGHT, assert_smooth, samples
 from scipy.spatial.transform import Rotation
 from test_trajectory import assert_consistent
 
@@ -13,24 +14,7 @@ from cdpr.model import rotations
 from cdpr.trajectory import Limits, Stop, arch, circle, stop_to_stop
 from cdpr.trajectory.jerk_limited import fastest
 
-UPRIGHT = np.array([1.0, 0, 0, 0])
-
 seeds = st.integers(0, 2**32 - 1)
-
-
-def samples(trajectory, count=2001):
-    times = np.linspace(trajectory.start, trajectory.end, count)
-    return times, np.array([trajectory.sample(time) for time in times])
-
-
-def assert_smooth(trajectory):
-    """Position, velocity and acceleration are continuous where segments meet, and zero rates at both ends."""
-    ends = trajectory.segments[1:, 0]
-    for time in ends[:: max(len(ends) // 40, 1)]:
-        before, after = trajectory.sample(time - 1e-10), trajectory.sample(time + 1e-10)
-        np.testing.assert_allclose(before, after, atol=1e-6)
-    for time in (trajectory.start, trajectory.end):
-        np.testing.assert_allclose(trajectory.sample(time)[7:], 0.0, atol=1e-8)
 
 
 def quintic(s):

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from cdpr.analysis.distribution.batch import Batch, Rows
 from cdpr.analysis.distribution.single import distribute_single
-from cdpr.analysis.distribution.status_array import StatusArray
 from cdpr.base import tolerances
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import CdprError, PluginError
@@ -32,6 +31,7 @@ from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import StageSolver, TensionStage
+from cdpr.tension.status_array import StatusArray
 
 # Rows per thread and task: some milliseconds of work, for an even load.
 CHUNK = 4096

@@ -29,7 +29,7 @@ WORTHWHILE = 3  # cases: fewer are as fast alone
 # A case that leaves its lane within SOON samples continues alone for as many, then for twice as many, up to LONGEST.
 SOON, LONGEST = 16, 1024
 
-EXIT_KIND = slice(6, 7)  # column of the tables of cables, `cdpr/native/include/cdpr/line.hpp`
+EXIT_KIND = slice(6, 7)  # column of the tables of cables, `cdpr/cables/line.hpp`
 
 Words = NDArray[np.int64]
 

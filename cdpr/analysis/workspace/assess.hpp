@@ -5,9 +5,9 @@
 #pragma once
 
 #include <cdpr/analysis/workspace/redundancy_two.hpp>
-#include <cdpr/geometry.hpp>
-#include <cdpr/inverse_dynamics.hpp>
-#include <cdpr/null_space.hpp>
+#include <cdpr/mechanics/geometry.hpp>
+#include <cdpr/mechanics/inverse_dynamics.hpp>
+#include <cdpr/tension/null_space.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

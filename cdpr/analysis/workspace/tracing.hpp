@@ -5,7 +5,7 @@
 // intervals are shorter than SHORT.
 #pragma once
 
-#include <cdpr/clearance.hpp>
+#include <cdpr/mechanics/clearance.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -1,7 +1,7 @@
 // Motor that holds the commanded tension. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/winch_tension.hpp>
+#include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

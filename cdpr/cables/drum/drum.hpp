@@ -4,7 +4,7 @@
 // m^2; viscous friction, N m s; Coulomb friction, N m, and the speed, rad/s, at which it reaches 76 % of that.
 #pragma once
 
-#include <cdpr/winch_tension.hpp>
+#include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -4,7 +4,7 @@
 // of the axis, and a unit vector perpendicular to it for points on the axis, which do not determine a plane.
 #pragma once
 
-#include <cdpr/exit_result.hpp>
+#include <cdpr/cables/exit_result.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -11,7 +11,7 @@ from cdpr.cables.tables import chain_table, line_table
 from cdpr.model import Robot
 from cdpr.native.exported_pipeline import ExportedPipeline, Link
 
-# Indices in a row of `chains`, `cdpr/native/include/cdpr/chain.hpp`.
+# Indices in a row of `chains`, `cdpr/cables/chain.hpp`.
 WINCH, SPAN, CHAIN_WIDTH = 3, 11, 19
 
 

@@ -1,7 +1,7 @@
 // Backends: bodies, guides and the integrators of the reference. SPDX-License-Identifier: Apache-2.0
-#include <cdpr/body_frame.hpp>
 #include <cdpr/group.hpp>
-#include <cdpr/guide.hpp>
+#include <cdpr/mechanics/body_frame.hpp>
+#include <cdpr/mechanics/guide.hpp>
 #include <cdpr_backends/reference.hpp>
 #include <cdpr_backends/reference_euler.hpp>
 #include <cdpr_backends/reference_guided.hpp>

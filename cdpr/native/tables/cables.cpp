@@ -1,6 +1,6 @@
 // Cables: exits and geometry. SPDX-License-Identifier: Apache-2.0
-#include <cdpr/geometry.hpp>
 #include <cdpr/group.hpp>
+#include <cdpr/mechanics/geometry.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -1,11 +1,11 @@
 // Mechanics: platform, clearances, limits of cables, forward kinematics. SPDX-License-Identifier: Apache-2.0
-#include <cdpr/clearance.hpp>
-#include <cdpr/clearances.hpp>
-#include <cdpr/distances.hpp>
-#include <cdpr/energy.hpp>
-#include <cdpr/forward_kinematics.hpp>
 #include <cdpr/group.hpp>
-#include <cdpr/inverse_dynamics.hpp>
+#include <cdpr/mechanics/clearance.hpp>
+#include <cdpr/mechanics/clearances.hpp>
+#include <cdpr/mechanics/distances.hpp>
+#include <cdpr/mechanics/energy.hpp>
+#include <cdpr/mechanics/forward_kinematics.hpp>
+#include <cdpr/mechanics/inverse_dynamics.hpp>
 #include <cdpr/mechanics/reach.hpp>
 #include <cdpr/mechanics/stiffness.hpp>
 

@@ -1,15 +1,15 @@
 // Tension distribution: shared operations, checks, policies and many rows. SPDX-License-Identifier: Apache-2.0
-#include <cdpr/checks.hpp>
-#include <cdpr/command.hpp>
-#include <cdpr/distribute_rows.hpp>
 #include <cdpr/group.hpp>
-#include <cdpr/imposed.hpp>
-#include <cdpr/null_space_form.hpp>
-#include <cdpr/policy.hpp>
-#include <cdpr/polygons.hpp>
-#include <cdpr/polytope_points.hpp>
-#include <cdpr/safest.hpp>
-#include <cdpr/select_rows.hpp>
+#include <cdpr/tension/checks.hpp>
+#include <cdpr/tension/command.hpp>
+#include <cdpr/tension/distribute_rows.hpp>
+#include <cdpr/tension/imposed.hpp>
+#include <cdpr/tension/null_space_form.hpp>
+#include <cdpr/tension/policy.hpp>
+#include <cdpr/tension/polygons.hpp>
+#include <cdpr/tension/polytope_points.hpp>
+#include <cdpr/tension/safest.hpp>
+#include <cdpr/tension/select_rows.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -1,8 +1,6 @@
-// Desired motion, and its planning. SPDX-License-Identifier: Apache-2.0
+// Desired motion. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/group.hpp>
 #include <cdpr/trajectory/block_tridiagonal.hpp>
-#include <cdpr/trajectory/pace.hpp>
-#include <cdpr/trajectory/polygon_splines.hpp>
 #include <cdpr/trajectory/trajectory.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -12,8 +10,6 @@ static constexpr cdpr_entry entries[] = {
     entry<StoppingMotion, stopping_motion>("stopping_motion"),
     entry<SegmentSamples, segment_samples>("segment_samples"),
     entry<BlockTridiagonal, block_tridiagonal>("block_tridiagonal"),
-    entry<Pace, pace>("pace"),
-    entry<PolygonSplines, polygon_splines>("polygon_splines"),
 };
 
 extern const cdpr_group trajectory = group(entries);

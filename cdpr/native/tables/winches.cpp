@@ -1,6 +1,6 @@
 // Plants with winches: tensions, and the steps of their winches. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/group.hpp>
-#include <cdpr/winches.hpp>
+#include <cdpr/mechanics/winches.hpp>
 #include <cdpr_backends/reference_winches.hpp>
 
 namespace cdpr::CDPR_TARGET {

@@ -14,6 +14,7 @@ from cdpr.base.errors import CdprError
 from cdpr.base.fields import INITIAL, ZERO, NonNegative, Position, Positive, Vector3, unit
 from cdpr.base.files import ContentError, CpuBudget, UnreadableError
 from cdpr.base.problems import Path
+from cdpr.gcode import follow
 from cdpr.gcode import path as gcode_path
 from cdpr.gcode.program import parse_program
 from cdpr.gcode.steps import Program
@@ -166,7 +167,7 @@ class Gcode(Motion):
             return trajectory.hold(np.array(self._initial.position), attitude)
         budget = CpuBudget(self.file, DIVIDE, path.spent, PLANNED)
         try:
-            return trajectory.follow(self.start + path.delay, path.course, bounds(self.limits), attitude, budget.check)
+            return follow(self.start + path.delay, path.course, bounds(self.limits), attitude, budget.check)
         except UnreadableError as error:
             raise CdprError(f"trajectory.file: {error}") from None
 

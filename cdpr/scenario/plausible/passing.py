@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from cdpr.base.errors import CdprError
+from cdpr.scenario.plausible.passages import passages
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.trajectory import Stopping
-from cdpr.trajectory.passages import passages
 
 
 def through_singular_places(setup: Setup) -> Iterator[Finding]:

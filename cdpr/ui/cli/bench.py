@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from cdpr.base.errors import CdprError, ExitCode
-from cdpr.base.redirect_output import hushed
+from cdpr.base.redirect_output import redirect_output
 from cdpr.ui.cli.names import OutPath, names, plugin_files, plugin_option
 from cdpr.ui.cli.numbers import Whole
 from cdpr.ui.cli.progress import Progress
@@ -66,7 +66,7 @@ def solvers(
     from cdpr.analysis import bench
     from cdpr.log.run_json import to_json
 
-    with Progress(at_once=True) as progress, hushed():
+    with Progress(at_once=True) as progress, redirect_output():
         figures = to_json(
             bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress, options=options)
         )

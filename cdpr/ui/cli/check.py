@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.base.errors import ExitCode
-from cdpr.base.redirect_output import hushed
+from cdpr.base.redirect_output import redirect_output
 from cdpr.ui.cli.names import plugin_files
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def command(role: Role, name: str, as_json: bool) -> None:
     from cdpr.testing import check_plugin
     from cdpr.ui.report.text.aligned import table
 
-    with hushed():
+    with redirect_output():
         results = check_plugin(role, name)
     if as_json:
         rows = [dataclasses.asdict(result) for result in results]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from cdpr.base.errors import CdprError, Interrupted, OutputError, ScenarioError
-from cdpr.base.redirect_output import hushed
+from cdpr.base.redirect_output import redirect_output
 from cdpr.ui.cli import DEBUG
 from cdpr.ui.cli.load import print_lines, strict_option
 from cdpr.ui.cli.names import OutPath, change_keys, plugin_files, plugin_option
@@ -105,7 +105,7 @@ def command(
 
         stop: CdprError | None = None
         try:
-            with _trusting(trust_fmu), hushed():
+            with _trusting(trust_fmu), redirect_output():
                 given = {"host": host, "port": port, "rate": rate, "speed": speed, "no-token": live_no_token or None}
                 with _linked(tool, given, loaded) as live:
                     run = _simulate(loaded, out, signals, real_time=real_time, live=live)

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, TextIO, cast
 
 from cdpr.base.problems import printable
-from cdpr.base.redirect_output import is_hushed
+from cdpr.base.redirect_output import is_redirected
 from cdpr.ui.cli.colour import coloured, wanted
 
 # Undecodable bytes of file names, as represented by Python; those below 0xa0 may be control characters.
@@ -81,7 +81,7 @@ class _Stdout(Printable):
 
 
 def _foreign() -> bool:
-    return is_hushed() or threading.current_thread() is not threading.main_thread()
+    return is_redirected() or threading.current_thread() is not threading.main_thread()
 
 
 def _escaped(text: str) -> str:

@@ -10,7 +10,7 @@ import click
 
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import PluginError
-from cdpr.base.redirect_output import hushed
+from cdpr.base.redirect_output import redirect_output
 from cdpr.ui.cli.names import OutPath, change_keys, plugin_files, plugin_option
 from cdpr.ui.cli.names import names as listed
 
@@ -83,7 +83,7 @@ def command(
     own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
     controlled = loaded.controlled_robot if isinstance(loaded, Scenario) else robot
     problem = Problem(controlled, at, load)
-    with Progress("solvers") as progress, hushed():
+    with Progress("solvers") as progress, redirect_output():
         answers = compare(problem, _contestants(names, controlled, own), progress)
     figures = to_json(describe(problem, answers, source, whence))
     if as_json:

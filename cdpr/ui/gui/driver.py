@@ -16,7 +16,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal
 
 from cdpr.base.errors import CdprError, PlantEnded, one_line
-from cdpr.base.redirect_output import hushed
+from cdpr.base.redirect_output import redirect_output
 from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast
 
@@ -90,7 +90,7 @@ class Driver:
             thread.join()
 
     def _loop(self) -> None:
-        with hushed():
+        with redirect_output():
             while True:
                 try:
                     job = self._jobs.get(timeout=self._wait()) if self._wait() else self._jobs.get_nowait()

@@ -1,6 +1,6 @@
 // Winches and cables without the platform: lengths and rates are inputs. SPDX-License-Identifier: Apache-2.0
 #include <string.h>
-#include <cdpr/chain.hpp>
+#include <cdpr/cables/chain.hpp>
 #include <cdpr/scheme.hpp>
 
 #include "model.h"

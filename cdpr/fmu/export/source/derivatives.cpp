@@ -4,8 +4,8 @@
 // All quantities are about the platform's origin in world axes. Quaternions set by the host are normalised; a guided
 // platform uses only its free directions.
 #include <math.h>
-#include <cdpr/attitude.hpp>
-#include <cdpr/guide.hpp>
+#include <cdpr/mechanics/attitude.hpp>
+#include <cdpr/mechanics/guide.hpp>
 
 #include "dual.h"
 #include "outputs.h"

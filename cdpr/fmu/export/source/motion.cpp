@@ -1,7 +1,7 @@
 // Motion of a platform: the integrators of the backend `reference`. SPDX-License-Identifier: Apache-2.0
 #include <math.h>
 #include <string.h>
-#include <cdpr/body_frame.hpp>
+#include <cdpr/mechanics/body_frame.hpp>
 #include <cdpr_backends/reference.hpp>
 #include <cdpr_backends/reference_guided.hpp>
 #include <cdpr_backends/reference_spherical.hpp>

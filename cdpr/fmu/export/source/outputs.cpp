@@ -2,7 +2,7 @@
 #include "outputs.h"
 
 #include <string.h>
-#include <cdpr/winches.hpp>
+#include <cdpr/mechanics/winches.hpp>
 
 namespace fmu {
 

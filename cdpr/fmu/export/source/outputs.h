@@ -1,7 +1,7 @@
 // Outputs of a platform at a state, for numbers and for their derivatives. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cdpr/platform_acceleration.hpp>
+#include <cdpr/mechanics/platform_acceleration.hpp>
 
 #include "model.h"
 

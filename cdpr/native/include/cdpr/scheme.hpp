@@ -4,7 +4,7 @@
 // y_0 + reach * k, and the result of the step y_0 + h/6 * sum.
 #pragma once
 
-#include <cdpr/attitude.hpp>
+#include <cdpr/mechanics/attitude.hpp>
 
 namespace cdpr::CDPR_TARGET {
 

@@ -1,0 +1,142 @@
+// Platform with its cables and their winches: fields, geometry and applied wrench. SPDX-License-Identifier: Apache-2.0
+//
+// "The body" is the platform in the frame in which it is integrated (`cdpr.mechanics.body_frame`). World axes, SI
+// units.
+#pragma once
+
+#include <cdpr/cables/chain.hpp>
+#include <cdpr/matrix.hpp>
+#include <cdpr/mechanics/body_frame.hpp>
+#include <cdpr/mechanics/geometry.hpp>
+#include <cdpr/mechanics/inverse_dynamics.hpp>
+#include <cdpr/sum.hpp>
+
+namespace cdpr::CDPR_TARGET {
+
+// Cable at the present pose: the lever of its anchor on the body, the chord from there to the exit, that chord's
+// length, and the length of cable on the exit, m.
+template <class T> struct CableRun {
+    static constexpr int COUNT = 8;
+
+    Vector<T> lever, chord;
+    T chord_length, wrapped_length;
+};
+
+template <class T> struct Plant {
+    const T* chains;       // (m, 19), chain.hpp
+    const T* lines;        // (m, w), w >= 6, geometry.hpp, B_i in the body frame
+    const T* offset;       // (7), from the platform's origin to the body's, m, body axes, and the attitude between them
+    const T* inertial;     // (13), as of Inertial, body frame
+    const T* free;         // (6), 1 for each free row of a twist, 0 for directions blocked by a guide
+    const T* gravity;      // (3), m/s^2
+    const T* command;      // (m), N
+    const T* external;     // (6), wrench at the platform's origin, N and N m
+    T* body;               // (13), state of the body
+    T* winch;              // (2 m), unwound lengths, m, and drum speeds, rad/s; NaN before the start
+    T* tension;            // (m), N
+    T* highest;            // (m), largest size of each tension since the start, N
+    T* length;             // (m), m
+    T* cable_work;         // (1), of the cables on the platform since the start, J
+    T* beside;             // (6), wrench of bent cables less that of their tensions along their chords
+    T* place;              // (7), pose of the body at the last update of `cable_work`; only for plants with bent cables
+    T* applied;            // (6), wrench of cables and `external` about the body's origin, N and N m
+    T* rate;               // (m), m/s
+    T* matrix;             // (6, m), W about the body's origin
+    T* runs;               // (m, 8), work space: a CableRun of each
+    T* light;              // (m), work space: tensions without the drums' inertia, N
+    T* mass;               // (m), work space: that inertia along the cable, kg
+    T* pulls;              // (m), work space: 1 for each taut cable, 0 for a slack one
+    const int64_t* kinds;  // (m, 3), of winches, spans and exits as in `chains` and `lines`; the same in all lanes
+    int64_t m;
+    int64_t w;
+    static constexpr char fields[] =
+        "chains(m, 19), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
+        "both body(13), both winch(2*m), both tension(m), both highest(m), both length(m), both cable_work(1), "
+        "both beside(6), both place(7), applied(6), rate(m), matrix(6, m), work runs(m, 8), work light(m), "
+        "work mass(m), work pulls(m), kinds(m, 3), m, w";
+
+    CDPR_INLINE ChainRow<T> chain(int64_t i) const { return chain_row(chains, i); }
+    CDPR_INLINE Quaternion<T> attitude() const { return quaternion(body + 3); }
+    CDPR_INLINE Matrix<T> W() const { return {matrix, m}; }
+    CDPR_INLINE T& unwound(int64_t i) const { return winch[i]; }
+    CDPR_INLINE T& speed(int64_t i) const { return winch[m + i]; }
+
+    // Return the rate of stretch of cable i, m/s.
+    CDPR_INLINE T stretching(int64_t i) const { return rate[i] + chain(i).per_turn() * speed(i); }
+
+    CDPR_INLINE CableRun<T> run(int64_t i) const {
+        const T* numbers = runs + CableRun<T>::COUNT * i;
+        return {vector(numbers), vector(numbers + 3), numbers[6], numbers[7]};
+    }
+
+    CDPR_INLINE void keep(CableRun<T> run, int64_t i) const {
+        T* numbers = runs + CableRun<T>::COUNT * i;
+        store(run.lever, numbers);
+        store(run.chord, numbers + 3);
+        numbers[6] = run.chord_length;
+        numbers[7] = run.wrapped_length;
+    }
+
+    CDPR_INLINE BentSpan<T> bent_span(int64_t i) const {
+        return {chain(i).span(), run(i).chord, run(i).wrapped_length, vector(gravity)};
+    }
+
+    // Return whether cable i is elastic; whether some cable is elastic, or bent.
+    CDPR_INLINE bool stretches(int64_t i) const { return kinds[3 * i + 1] != INEXTENSIBLE; }
+    CDPR_INLINE bool stretches() const {
+        for (int64_t i = 0; i < m; i++)
+            if (stretches(i)) return true;
+        return false;
+    }
+    CDPR_INLINE bool has_bent_cables() const {
+        for (int64_t i = 0; i < m; i++)
+            if (bends(chain(i).span_kind())) return true;
+        return false;
+    }
+};
+
+// Write wrench matrix, lengths, rates and runs at `body`; formulas: geometry.hpp.
+template <class T> inline void plant_geometry(Plant<T>& plant) {
+    const Vector<T> p = vector(plant.body), v = vector(plant.body + 7), omega = vector(plant.body + 10);
+    const Quaternion<T> q = plant.attitude();
+    for (int64_t i = 0; i < plant.m; i++) {
+        const Line<T> cable = line(plant.lines, plant.w, i, p, q);
+        const ExitResult<T> exit = cable.lead();
+        const Vector<T> l = cable.chord(exit.point);
+        const T norm = length(l);
+        const Vector<T> u = l / norm, moment = cross(cable.lever, u);
+        const T column[6] = {u.x, u.y, u.z, moment.x, moment.y, moment.z};
+        for (int64_t j = 0; j < 6; j++) plant.W()(j, i) = column[j];
+        plant.length[i] = norm + exit.wrapped_length;
+        plant.rate[i] = -dot(u, v) - dot(moment, omega);
+        plant.keep({cable.lever, l, norm, exit.wrapped_length}, i);
+    }
+}
+
+// Return the acceleration, m/s^2, of the length of cable i for a platform without acceleration: -W_i'^T twist.
+template <class T> CDPR_INLINE T length_acceleration(const Plant<T>& plant, int64_t i) {
+    const Vector<T> p = vector(plant.body), v = vector(plant.body + 7), omega = vector(plant.body + 10);
+    const CableRun<T> run = plant.run(i);
+    const Line<T> cable = {plant.lines + i * plant.w, plant.w, p, run.lever, p + run.lever};
+    const Vector<T> turning = cross(omega, run.lever), u = {plant.W()(0, i), plant.W()(1, i), plant.W()(2, i)};
+    const Vector<T> stretching = cable.velocity_of_exit(v + turning) - v - turning;
+    const Vector<T> du = (stretching - dot(u, stretching) * u) / run.chord_length;
+    const Vector<T> moment = cross(turning, u) + cross(run.lever, du);
+    return 0.0 - du.x * v.x - du.y * v.y - du.z * v.z - moment.x * omega.x - moment.y * omega.y - moment.z * omega.z;
+}
+
+// Write into `applied` the wrench of tensions, bent cables and the external wrench about the body's origin.
+template <class T> inline void apply(const Plant<T>& plant) {
+    Vector<T> force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
+    for (int64_t i = 0; i < plant.m; i++) {
+        const CableRun<T> run = plant.run(i);
+        const Vector<T> f = (plant.tension[i] / run.chord_length) * run.chord;
+        force = force + f;
+        moment = moment + cross(run.lever, f);
+    }
+    store(with_external({force, moment}, plant.offset, plant.external, plant.attitude()), plant.applied);
+    if (!plant.has_bent_cables()) return;
+    for (int64_t j = 0; j < 6; j++) plant.applied[j] = plant.applied[j] + plant.beside[j];
+}
+
+}  // namespace cdpr::CDPR_TARGET

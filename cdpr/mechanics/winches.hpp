@@ -1,0 +1,136 @@
+// Winches of a plant: tensions, start, and the step of semi-implicit engines. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/mechanics/platform_acceleration.hpp>
+
+namespace cdpr::CDPR_TARGET {
+
+// Write unwound lengths and speeds for commanded tensions and constant stretch; 0 for cables that do not stretch.
+template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
+    for (int64_t i = 0; i < plant.m; i++) {
+        const ChainRow<T> row = plant.chain(i);
+        const T kind = row.span_kind(), command = plant.command[i];
+        T unwound = 0.0, speed = 0.0;
+        if (plant.stretches(i)) {
+            unwound = bends(kind) ? bent_rest(kind, plant.bent_span(i), command)
+                                  : rest(kind, row.span(), plant.length[i], command);
+            speed = -plant.rate[i] / row.per_turn();
+        }
+        plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
+        plant.speed(i) = select(fresh, speed, plant.speed(i));
+    }
+}
+
+// Write the tensions of bent cables at their winches, and into `beside` the difference of their forces from these.
+template <class T> inline void bend(Plant<T>& plant) {
+    Vector<T> force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
+    for (int64_t i = 0; i < plant.m; i++) {
+        const ChainRow<T> row = plant.chain(i);
+        if (!bends(row.span_kind())) continue;
+        const BentCable<T> end =
+            bent_pull(row.span_kind(), plant.bent_span(i), plant.unwound(i), plant.stretching(i), row.lowest());
+        plant.light[i] = end.tension;
+        plant.tension[i] = end.tension;
+        const Vector<T> u = {plant.W()(0, i), plant.W()(1, i), plant.W()(2, i)};
+        const Vector<T> f = end.force - end.tension * u;
+        force = force + f;
+        moment = moment + cross(plant.run(i).lever, f);
+    }
+    store(force, plant.beside);
+    store(moment, plant.beside + 3);
+}
+
+// Write tensions without the drums' inertia, and that inertia along the cables; return whether there is any.
+template <class T> inline bool write_light_tensions(Plant<T>& plant) {
+    bool heavy = false;
+    for (int64_t i = 0; i < plant.m; i++) {
+        const ChainRow<T> row = plant.chain(i);
+        WinchTension<T> own = {0.0, 0.0};
+        if (!plant.stretches(i)) {
+            own = held(row.winch_kind(), row.winch(), plant.command[i], plant.rate[i], length_acceleration(plant, i));
+        } else if (!bends(row.span_kind())) {
+            own.tension =
+                pull(row.span_kind(), row.span(), plant.length[i], plant.unwound(i), plant.stretching(i), row.lowest());
+        }
+        plant.light[i] = own.tension;
+        plant.mass[i] = own.mass;
+        plant.tension[i] = own.tension;
+        heavy = heavy || any(own.mass != T(0.0));
+    }
+    if (plant.has_bent_cables()) bend(plant);
+    return heavy;
+}
+
+// Write the tensions, and the applied wrench of these and the external one, at the pose of the present geometry.
+template <class T> inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
+    if (plant.stretches()) {
+        const Truth<T> fresh = plant.winch[0] != plant.winch[0];
+        if (any(fresh)) start_winches(plant, fresh);
+    }
+    if (write_light_tensions(plant)) share_inertia(plant, dynamics);
+    apply(plant);
+    for (int64_t i = 0; i < plant.m; i++) {
+        const T size = absolute(plant.tension[i]);
+        plant.highest[i] = select(size > plant.highest[i], size, plant.highest[i]);
+    }
+}
+
+// Return the work, J, of `beside` on the way from `place` to `body`, and set the place.
+template <class T> inline T work_of_bent_cables(const Plant<T>& plant) {
+    const Vector<T> moved = vector(plant.body) - vector(plant.place);
+    const Vector<T> turned = logarithm(multiply(plant.attitude(), conjugate(quaternion(plant.place + 3))));
+    const Vector<T> force = vector(plant.beside), moment = vector(plant.beside + 3);
+    T work = 0.0;
+    work = work + (force.x * moved.x + moment.x * turned.x);
+    work = work + (force.y * moved.y + moment.y * turned.y);
+    work = work + (force.z * moved.z + moment.z * turned.z);
+    for (int64_t i = 0; i < 7; i++) plant.place[i] = plant.body[i];
+    return work;
+}
+
+// Write geometry, tensions and applied wrench at `body`; add the work of the last tensions on the way there. `dynamics`
+// is that of the platform there, if known.
+template <class T> inline void settle(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
+    T* before = plant.light;
+    for (int64_t i = 0; i < plant.m; i++) before[i] = plant.length[i];
+    plant_geometry(plant);
+    plant.cable_work[0] = sum(plant.cable_work[0], 0, plant.m,
+                              [&](int64_t i) { return plant.tension[i] * (before[i] - plant.length[i]); });
+    if (plant.has_bent_cables()) plant.cable_work[0] = plant.cable_work[0] + work_of_bent_cables(plant);
+    write_tensions(plant, dynamics);
+}
+
+// Return the acceleration of winch i under the tension of its cable.
+template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64_t i) {
+    const ChainRow<T> row = plant.chain(i);
+    return drum_acceleration(row.winch_kind(), row.winch(), plant.command[i], plant.tension[i], plant.speed(i));
+}
+
+// Tensions, work and applied wrench at `body`.
+template <class T> inline int settle_winches(Plant<T>& plant) {
+    PlatformDynamics<T> dynamics;
+    settle(plant, dynamics);
+    return 0;
+}
+
+// The same, then a step of the winches as in semi-implicit engines: speeds, and with them unwound lengths.
+template <class T> struct WinchStep {
+    Plant<T> plant;
+    double step;  // s
+    static constexpr auto fields = extended(Plant<T>::fields, "step");
+};
+
+template <class T> inline int step_winches(WinchStep<T>& problem) {
+    Plant<T>& plant = problem.plant;
+    const T h = problem.step;
+    PlatformDynamics<T> dynamics;
+    settle(plant, dynamics);
+    for (int64_t i = 0; i < plant.m; i++) {
+        if (!plant.stretches(i)) continue;
+        plant.speed(i) = plant.speed(i) + h * winch_acceleration(plant, i);
+        plant.unwound(i) = plant.unwound(i) - h * plant.chain(i).per_turn() * plant.speed(i);
+    }
+    return 0;
+}
+
+}  // namespace cdpr::CDPR_TARGET
