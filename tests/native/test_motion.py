@@ -211,8 +211,8 @@ def test_mismatches_are_rejected():
         bind("desired_motion", segments=np.empty((0, 42)), desired=np.empty(19))
 
 
-@pytest.mark.parametrize("module", ["block_tridiagonal", "pace", "polygon_splines"])
+@pytest.mark.parametrize("module", ["trajectory.block_tridiagonal", "gcode.pace", "gcode.polygon_splines"])
 def test_examples_of_the_documentation(module):
-    done = doctest.testmod(import_module(f"cdpr.trajectory.{module}"))
+    done = doctest.testmod(import_module(f"cdpr.{module}"))
     assert done.attempted
     assert not done.failed
