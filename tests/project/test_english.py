@@ -79,8 +79,10 @@ def test_words_are_plain(ending):
 
 
 def texts(path: Path, *, messages: bool) -> Iterator[tuple[int, str]]:
-    """Yield docstrings, comments and, if wanted, messages of a Python file, without code in them."""
+    """Yield docstrings, comments and, if wanted, messages of a Python file with such verbs, without code in them."""
     source = path.read_text()
+    if not VERBS.search(source):
+        return
     nodes = list(ast.walk(ast.parse(source)))
     docs = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
     for node in nodes:
