@@ -9,11 +9,30 @@ import numpy as np
 import pytest
 import yaml
 from gui_cases import ROBOT
-from window_page import DRAWN, VALUE, apply, at, write
+from window_page import DRAWN, IS, VALUE, apply, at, write
 
 import cdpr
 
 pytestmark = pytest.mark.browser
+
+
+def test_the_confirmation_of_an_earlier_number_does_not_undo_a_later_one(page):
+    path = "robot.home.position"
+    inputs = at(page, path)
+    page.evaluate(
+        "() => { window.held = []; window.show = cdpr.form.show.bind(cdpr.form);"
+        " cdpr.form.show = (message) => window.held.push(message); }"
+    )
+    for i, value in enumerate(["0.01", "0.02"]):
+        inputs.nth(i).fill(value)
+        inputs.nth(i).press("Enter")
+    page.wait_for_function("() => window.held.length > 1")
+    page.evaluate("window.show(window.held.shift())")
+    inputs.nth(2).fill("1.46")
+    inputs.nth(2).press("Enter")
+    page.evaluate("() => { cdpr.form.show = window.show; for (const message of window.held) window.show(message); }")
+    page.wait_for_function(IS, arg=[path, [0.01, 0.02, 1.46]])
+    assert [float(inputs.nth(i).input_value()) for i in range(3)] == [0.01, 0.02, 1.46]
 
 
 def test_each_edit_of_the_thesis_window_is_applied_saved_and_read_back(page, files):

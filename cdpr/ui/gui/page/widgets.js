@@ -95,7 +95,8 @@ function vectorWidget(field, editor, label = words(field.path || field.label)) {
   return {
     root,
     show(now) {
-      if (waiting && known.includes(JSON.stringify(now.value))) return; // confirms an earlier value
+      const place = known.lastIndexOf(JSON.stringify(now.value));
+      if (place >= 0 && (waiting || place < known.length - 1)) return; // confirms an earlier value
       waiting = false;
       known = [JSON.stringify(now.value)];
       const values = Array.isArray(now.value) ? now.value : [now.value];
