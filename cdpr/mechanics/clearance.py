@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import CdprError
+from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.mechanics import solids
 from cdpr.mechanics.contacts import PLATFORM
@@ -33,7 +34,6 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
-from cdpr.model.threads import in_threads
 from cdpr.native.bind import bind
 
 # Largest distance of an anchor from the surface of its platform at which it is on the surface [m]. It is less than the

@@ -12,13 +12,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
-from cdpr.model.threads import in_threads
 from cdpr.native.bind import bind
 
 # Share of the largest tension up to which a cable is slack: it is at its lower limit of 0 and has no stiffness.

@@ -17,12 +17,12 @@ from cdpr.analysis.distribution.single import distribute_single
 from cdpr.base import tolerances
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.mechanics import dynamics
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
-from cdpr.model.threads import in_threads
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver, TensionSolver

@@ -20,11 +20,11 @@ from cdpr.analysis.workspace.measure import pose_question
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import Region
 from cdpr.base.errors import CdprError
+from cdpr.base.threads import in_threads
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.model.threads import in_threads
 from cdpr.native.bind import bind
 
 START = 8  # initial boxes along the longest side

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from cdpr.analysis.distribution.distributions import check_robot, check_unit
 from cdpr.analysis.workspace.required import FORMS, NOTHING, Required
 from cdpr.base.errors import CdprError
+from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
-from cdpr.model.threads import in_threads
 from cdpr.native.bind import bind
 
 Mode = Literal["margin", "closure", "payload"]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from cdpr.analysis.workspace.regions import Region
 from cdpr.base.errors import CdprError
+from cdpr.base.threads import in_threads
 from cdpr.mechanics.clearance import Clearance
 from cdpr.model.robot import Array
-from cdpr.model.threads import in_threads
 from cdpr.native.bind import bind
 
 MOST = 64  # maximum number of interval ends along one ray, as in tracing.hpp

@@ -1,4 +1,4 @@
-"""The conformance kit of cdpr, one test a check."""
+"""Run each check of the conformance kit of cdpr as one test."""
 
 import pytest
 

@@ -14,7 +14,7 @@ LIBRARY = ctypes.CDLL(find_spec("cdpr_spring.kernel").origin)  # ctypes keeps th
 class Spring(SnapshotOfArrays, Controller):
     """Controller with the same law in C, for the loop, and in Python."""
 
-    arrays = ()  # no memory
+    arrays = ()  # no state to save in snapshots
 
     def __init__(self, robot, gravity, control_step, options):
         super().__init__(robot, gravity, control_step, options)

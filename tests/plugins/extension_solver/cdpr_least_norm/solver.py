@@ -14,4 +14,5 @@ class LeastNorm(CompiledSolver):
 
     def __init__(self, robot, options):
         n = robot.n
-        super().__init__(robot, options, kernel, work=[(n, n), (n,)], follows=False)  # kernel.address
+        # The module `kernel` has the attribute `address`.
+        super().__init__(robot, options, kernel, work=[(n, n), (n,)], follows=False)

@@ -10,7 +10,7 @@ class Weighted(TensionSolver):
     """t = S (W S)^+ wrench with S = diag(t_max ^ power)."""
 
     def solve(self, W, wrench, t_min, t_max, tension):
-        """Write the tensions into `tension`; return what they are worth."""
+        """Write the tensions into `tension` and return a status."""
         if not (np.isfinite(W).all() and np.isfinite(wrench).all()):
             return Status.BAD_INPUT
         strength = (t_max / t_max.max()) ** self.options.power
