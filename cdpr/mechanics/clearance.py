@@ -37,7 +37,7 @@ from cdpr.model.shapes import Obstacle
 from cdpr.native.bind import bind
 
 # Largest distance of an anchor from the surface of its platform at which it is on the surface [m]. It is less than the
-# # thickness of cables and more than the rounding of coordinates in files.
+# thickness of cables and more than the rounding of coordinates in files.
 ON_SURFACE = 1e-5
 
 # Kinds of clearance of a pair of cables, as in clearance.hpp.

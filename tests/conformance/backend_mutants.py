@@ -1,6 +1,6 @@
 """Deliberately broken backends, each with the checks that must catch it.
 
-Each is the reference backend with one fault. The seven stepping traps of engines, which `cdpr compare` also detects,
+Each is the reference backend with one fault. The stepping traps of engines, which `cdpr compare` also detects,
 are in tests/plugins/traps: wrong frame, damping, speed clamp, persistent wrench, lag, silent reset, dropped NaN.
 """
 

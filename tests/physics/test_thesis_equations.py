@@ -1,4 +1,4 @@
-"""Right forms of equations that the thesis misprints and that cdpr has no code of: docs/thesis.md lists them."""
+"""Right forms of equations that the thesis misprints; docs/thesis.md lists them."""
 
 from __future__ import annotations
 

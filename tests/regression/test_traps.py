@@ -1,4 +1,4 @@
-"""Detection of the seven stepping traps.
+"""Detection of the stepping traps of engines.
 
 The conformance kit looks at an adapter by itself, the guards at every step of every run, `cdpr compare` at closed loops
 beside the judge.

@@ -1,4 +1,4 @@
-"""The seven stepping traps, each a wrapper around a sound engine."""
+"""Stepping traps, each a wrapper around a sound engine."""
 
 from __future__ import annotations
 
