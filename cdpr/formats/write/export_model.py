@@ -36,7 +36,7 @@ class Subject:
         state: (13,), state of the platform's origin, world frame.
         step: physics step, s.
         actuated: True if actuators of the scenario (an FMU) drive its cables.
-        events: number of events in the scenario.
+        events: events of the scenario, each as "TYPE at TIME s".
     """
 
     robot: Robot
@@ -44,7 +44,7 @@ class Subject:
     state: Array
     step: float
     actuated: bool = False
-    events: int = 0
+    events: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def left_out(subject: Subject, to: str) -> list[str]:
         *([f"the guide that leaves {', '.join(subject.robot.dof)} free: the platform floats there"] if floats else []),
         *(["actuators: tensions are commands there"] if subject.actuated else []),
         *([f"winches and elasticity of {', '.join(wound)}"] if wound else []),
-        *([f"events of the scenario, {subject.events} in number"] if subject.events else []),
+        *([f"events of the scenario: {', '.join(subject.events)}"] if subject.events else []),
         *([f"pulleys of {', '.join(rolled)}: an anchor is where the cable arrives at its pulley"] if rolled else []),
     ]
 
@@ -200,4 +200,9 @@ def begin(loaded: Scenario | Robot) -> Subject:
         return Subject(loaded, np.array(World().gravity), state, STEP)
     gravity, step = np.array(loaded.world.gravity), loaded.simulation.physics_step
     state, actuated = loaded.initial.state(), loaded.actuators is not None
-    return Subject(loaded.robot, gravity, state, step, actuated, len(loaded.events))
+    return Subject(loaded.robot, gravity, state, step, actuated, events_of(loaded))
+
+
+def events_of(loaded: Scenario) -> tuple[str, ...]:
+    """Return the events of a scenario, each as "TYPE at TIME s"."""
+    return tuple(f"{event.type} at {event.time:g} s" for event in loaded.events)

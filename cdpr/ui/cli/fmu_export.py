@@ -70,6 +70,7 @@ def command(
 
     from cdpr.cables import ACTUATED, immediate, with_model
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Model, Plant, write_fmu
+    from cdpr.formats.write.export_model import events_of
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
 
@@ -100,7 +101,7 @@ def command(
 
         control = control_of(loaded)
         if loaded.events:
-            click.echo(f"{file}: its events are not exported, {len(loaded.events)} in number", err=True)
+            click.echo(f"{file}: its events are not exported: {', '.join(events_of(loaded))}", err=True)
         if not (controller or with_winch or immediate(robot)):
             click.echo(f"{file}: its winches are not exported without --with-winch: tensions act at once", err=True)
     model: Model
