@@ -48,7 +48,7 @@ def arrays_are_kept(subject: BackendSubject) -> None:
 
 
 def made_and_closed_twice(subject: BackendSubject) -> None:
-    """A plant created after another one was closed behaves the same."""
+    """A plant created after another one was closed gives the same bits."""
     expect_same_bits(_ride(subject), _ride(subject), "state of a second plant after 200 steps")
 
 

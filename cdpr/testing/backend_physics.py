@@ -76,7 +76,7 @@ def cables_pull(subject: BackendSubject) -> None:
 
 
 def loads_are_not_clamped(subject: BackendSubject) -> None:
-    """Commands and wrenches far below and above the limits of the cables act unchanged: a plant has no limits."""
+    """Commands and wrenches far below and above the limits of the cables act unchanged: a plant does not clip them."""
     for size in LOADS:
         pull, push = size * np.linspace(0.5, 1.0, 8), size * np.array([0.3, -0.5, 0.7, 0.2, 0.1, -0.4])
         _accelerates(subject, NO_GRAVITY, pull, NO_WRENCH, f"acceleration by commands of {size:g} N", least=0.0)
@@ -205,7 +205,7 @@ def nan_shows(subject: BackendSubject) -> None:
 
 
 def huge_wrench_shows(subject: BackendSubject) -> None:
-    """An absurd wrench causes an absurd speed, not a reset and not a limited speed."""
+    """A huge wrench (1e30) causes a huge speed or an error: the plant neither resets nor limits the speed."""
     for part in np.eye(6):
         _shows(subject, NO_COMMAND, 1e30 * part)
 

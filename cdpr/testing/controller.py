@@ -50,7 +50,7 @@ def output_is_complete(subject: ControllerSubject) -> str:
 
 
 def inputs_stay_unchanged(subject: ControllerSubject) -> None:
-    """State and desired state are only read."""
+    """The controller does not change the state and the desired state."""
     controller = subject.make(samples.braced())
     for k in range(20):
         state, desired = _motion(k)
@@ -97,7 +97,7 @@ def columns_are_written(subject: ControllerSubject) -> str:
 
 
 def options_change(subject: ControllerSubject) -> str:
-    """After a change of options, the controller equals a new one with these options; changes need no memory."""
+    """After a change of options, the bits are those of a new controller with them. A change and back has no effect."""
     return expect_changes(
         subject.changeable,
         subject.options,
@@ -107,7 +107,7 @@ def options_change(subject: ControllerSubject) -> str:
 
 
 def snapshot_restores(subject: ControllerSubject) -> None:
-    """After each restore of a snapshot, the run continues with the same bits; without support there is an error."""
+    """Each restore of a snapshot gives the same bits again. A controller without snapshots raises an error."""
     controller = subject.make(samples.braced())
     for k in range(30):
         subject.compute(controller, *_motion(k), time=1e-3 * k)
@@ -124,7 +124,7 @@ def snapshot_restores(subject: ControllerSubject) -> None:
 
 
 def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
-    """At rest at a constant target, the wrench is that of the statics, also with a centre of mass off the origin."""
+    """At rest at a constant target, the wrench balances the weight, also with a centre of mass off the origin."""
     needs(not subject.commands, "it puts out commands, no wrench")
     for seed, gravity in ((1, GRAVITY), (2, np.array([1.0, -2.0, -5.0])), (3, NO_GRAVITY)):
         state = _rest(seed)
@@ -134,7 +134,7 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
 
 
 def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
-    """A target farther along or about an axis increases this force or moment: all signs and rows are correct."""
+    """A target farther along an axis increases the force along it, and one farther about an axis the moment."""
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))
@@ -152,7 +152,7 @@ def _wrench(subject: ControllerSubject, W: Array, out: Array) -> Array:
 
 
 def directions_are_equal(subject: ControllerSubject) -> None:
-    """With equal gains, rotating robot, motion and gravity rotates the wrench and keeps the commands."""
+    """With equal gains, a rotation of robot, motion and gravity rotates the wrench and keeps the commands."""
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
     robot = samples.braced()
     q = samples.attitude(np.random.default_rng(5))
@@ -192,7 +192,7 @@ def nan_shows(subject: ControllerSubject) -> None:
 
 
 def it_settles(subject: ControllerSubject) -> str:
-    """A platform 3 cm and 0.03 rad from its target moves closer than half of that in three seconds."""
+    """A platform 3 cm and 0.03 rad from its target at least halves this distance in three seconds."""
     robot, step = samples.braced(), 5e-3
     controller = subject.make(robot, step=step)
     target = _target(_rest(7))

@@ -44,7 +44,7 @@ def _answered(subject: SolverSubject) -> Iterator[tuple[Problem, Array]]:
 
 
 def answers_balance(subject: SolverSubject) -> str:
-    """With OK, W t equals the wrench, to 1e-9 of it if the solver declares `exact`, otherwise to 1e-6."""
+    """With OK, W t equals the wrench: to 1e-9 relative if the solver declares `exact`, otherwise to 1e-6."""
     count = 0
     started = perf_counter()
     for problem, tension in _answered(subject):
@@ -56,7 +56,7 @@ def answers_balance(subject: SolverSubject) -> str:
 
 
 def answers_are_within_the_limits(subject: SolverSubject) -> None:
-    """With OK, unless `respects_bounds` is false, limits are met within 1e-6 N, or to 1e-6 of the largest if less."""
+    """With OK, tensions are within the limits, up to 1e-6 N or less, unless `respects_bounds` is false."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for problem, tension in _answered(subject):
         over = float(np.maximum(problem.t_min - tension, tension - problem.t_max).max())
@@ -119,7 +119,7 @@ def limits_are_the_arguments(subject: SolverSubject) -> None:
 
 
 def cables_may_come_in_any_order(subject: SolverSubject) -> None:
-    """Another order of the cables gives the same tensions in it, unless `continuity: jump` allows several answers."""
+    """If the cables are in another order, each has the same tension, unless the solver declares `continuity: jump`."""
     needs(subject.properties.get("continuity") != "jump", "it declares continuity: jump")
     for k, group in enumerate(samples.feasible()):
         order = np.random.default_rng(60 + k).permutation(group[0].robot.m)
@@ -162,7 +162,7 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
 
 
 def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
-    """OK and INFEASIBLE are correct for parallel columns, touched limits, thin feasible sets and singular W."""
+    """OK and INFEASIBLE are correct for parallel columns, tensions at limits, thin feasible sets and singular W."""
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
     needs(
         (subject.declares("exact") or full) and subject.respects_bounds,
@@ -194,7 +194,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
 
 
 def objective_is_reached(subject: SolverSubject) -> str:
-    """Tensions are nearest to zero (`min_norm`) or to the middle of the limits (`mid_range`), or of least `cost`.
+    """Tensions are nearest to zero (`min_norm`) or to the middle of the limits (`mid_range`), or have the least `cost`.
 
     A plugin that minimises something else declares its `cost`, as below.
 

@@ -30,7 +30,7 @@ ARRAYS = ("W", "wrench", "t_min", "t_max")
 
 
 def inputs_stay_unchanged(subject: SolverSubject) -> None:
-    """The matrix, the wrench and the limits are only read."""
+    """The solver does not change the matrix, the wrench and the limits."""
     for group in (*samples.feasible(), *samples.infeasible()):
         solver = subject.make(group[0].robot)
         for problem in group[:20]:
@@ -53,7 +53,7 @@ def answers_are_not_shared(subject: SolverSubject) -> None:
 
 
 def instances_agree(subject: SolverSubject) -> None:
-    """Two solvers give the same bits for the same problems: nothing is random, nothing is shared."""
+    """Two objects of the solver give the same bits for the same problems: no random numbers, no shared data."""
     for group in samples.feasible():
         first, second = subject.make(group[0].robot), subject.make(group[0].robot)
         for problem in group[:50]:
@@ -61,7 +61,7 @@ def instances_agree(subject: SolverSubject) -> None:
 
 
 def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
-    """Earlier problems do not change an answer: by no bit, or with `warm_start` by no more than the accuracy."""
+    """Earlier problems do not change any bit of an answer. With `warm_start`, it may change within the accuracy."""
     for group, other in zip(samples.feasible(), samples.infeasible(), strict=True):
         used = subject.make(group[0].robot)
         for problem, hard in zip(group[:40], other[:40], strict=True):
@@ -109,7 +109,7 @@ def columns_are_written(subject: SolverSubject) -> str:
 
 
 def options_change(subject: SolverSubject) -> str:
-    """After a change of options, the solver equals a new one with these options; changes need no memory."""
+    """After a change of options, the bits are those of a new solver with them. A change and back has no effect."""
     group = samples.feasible()[0]
     return expect_changes(
         subject.changeable,
@@ -120,7 +120,7 @@ def options_change(subject: SolverSubject) -> str:
 
 
 def bad_input_raises_nothing(subject: SolverSubject) -> None:
-    """NaN, infinity and contradictory limits return a status, not an exception; the caller decides how to react."""
+    """For NaN, infinity and contradictory limits, the solver returns a status and raises no exception."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:3]:
@@ -149,7 +149,7 @@ def _view(array: Array) -> Array:
 
 
 def memory_never_decides(subject: SolverSubject) -> None:
-    """The content of the solver's memory before a call does not matter: NaN, 1e30 and 0 there give the same bits."""
+    """The content of the solver's memory before a call has no effect: NaN, 1e30 and 0 give the same bits."""
     hard = [problems for _, problems in samples.misleading(40, seed=300)[2:6]]
     groups = [*(group[:20] for group in (*samples.feasible(), *samples.infeasible())), *hard]
     if subject.declares("slow"):
@@ -178,7 +178,7 @@ def memory_never_decides(subject: SolverSubject) -> None:
 
 
 def eight_are_answered_as_one(subject: SolverSubject) -> str:
-    """A kernel for eight problems at once, if any, solves the same problems as that for one, with the same bits.
+    """If the solver has a kernel for eight problems at once, it gives the same bits as the kernel for one problem.
 
     The result must not depend on the other problems or on the contents of the memory.
     """
@@ -299,7 +299,7 @@ BLOCKS, BYTES = 0.5, 200.0
 
 
 def nothing_leaks(subject: SolverSubject) -> str:
-    """After two thousand answers (a hundred of a slow solver), nothing remains that grows with their number."""
+    """Memory and Python objects do not grow during two thousand answers (a hundred of a slow solver)."""
     needs(os.path.isdir("/proc/self"), "only Linux reports the resources of a process")
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)
