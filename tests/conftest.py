@@ -148,7 +148,7 @@ def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture(scope="module", autouse=True)
 def _older_objects_are_no_garbage() -> None:
-    """As `pytest_collection_finish`, of what earlier files left: a search then looks at a file's own objects."""
+    """As `pytest_collection_finish`, of what earlier files left: a search then visits only a file's own objects."""
     gc.collect()
     gc.freeze()
 

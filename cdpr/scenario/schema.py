@@ -108,7 +108,7 @@ class ScenarioSection(Section):
     trajectory: AnyMotion = Field(Hold(), description="the desired motion")
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,
-        description="directions in which the cables exert the controller's wrench; in others their wrench is not "
+        description="directions in which the tensions balance the controller's wrench; in others their wrench is not "
         "controlled, and the platform is free to move. Default: all of robot.dof",
     )
     controller: ControllerSection = Field(ControllerSection(), description="the controller and its options")

@@ -11,7 +11,7 @@ from window_page import DRAWN
 
 pytestmark = pytest.mark.browser
 
-# How many of the widths are looked at where a few do: CDPR_WIDTHS=all takes all.
+# Number of widths that are checked where a few suffice; CDPR_WIDTHS=all checks all.
 FEW_WIDTHS = (390, 1280)
 TAKEN = WIDTHS if os.environ.get("CDPR_WIDTHS") == "all" else FEW_WIDTHS
 

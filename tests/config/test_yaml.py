@@ -183,7 +183,7 @@ def test_a_huge_integer_is_one_problem(parser):
 )
 @pytest.mark.usual("*-libyaml", "text[0-3678]*")
 def test_bombs_are_refused_at_once(parser, text, what, monkeypatch):
-    """No more values are looked at than are allowed, and the one that is too much."""
+    """No more values are read than are allowed, plus the first one too many."""
     looked_at, value = [], yaml_nodes._Composer._value
     monkeypatch.setattr(yaml_nodes._Composer, "_value", lambda *given: [looked_at.append(None), value(*given)][1])
     assert what in refused(text, parser)

@@ -292,7 +292,7 @@ class LeakingMemory(Wrapped):
 
 
 class Unguided(Wrapped):
-    """It looks at no guide: every platform moves freely."""
+    """It ignores guides: every platform moves freely."""
 
     def __init__(self, robot, gravity, physics_step, options):
         import dataclasses

@@ -105,7 +105,7 @@ class Leaning(TensionSolver):
 
 
 class StaleWork(MinimumNorm):
-    """It looks at a corner of its work space before it has written there."""
+    """It reads a corner of its work space before it has written there."""
 
     def solve(self, W, wrench, t_min, t_max, tension):
         stale = self.work[-1].flat[-1]

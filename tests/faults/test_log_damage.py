@@ -103,7 +103,7 @@ def test_flipped_bits(tmp_path: Path, whole: bytes, seed: int) -> None:
         data = bytearray(whole)
         data[place] ^= 1 << int(rng.integers(8))
         harmless += check(tmp_path / "log.mcap", bytes(data)) is None
-    assert harmless < 10  # only the message indexes of the pictures are not looked at
+    assert harmless < 10  # only the message indexes of the pictures are not read
 
 
 @pytest.mark.slow

@@ -111,7 +111,7 @@ def test_a_link_is_as_good_as_where_it_leads(tmp_path):
 
 @pytest.fixture
 def without_root(tmp_path, monkeypatch):
-    """A user namespace that maps one user, no root: files of the system's root appear to belong to STRANGER."""
+    """A user namespace that maps one user, no root: files of the system's root appear to belong to another user."""
     for name, text in (("UID_MAP", "      1000       1000          1\n"), ("OVERFLOW", f"{STRANGER}\n")):
         monkeypatch.setattr(ownership, name, tmp_path / name)
         (tmp_path / name).write_text(text)

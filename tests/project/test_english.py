@@ -28,11 +28,12 @@ AVOIDED = re.compile(
 VERBS = re.compile(
     r"\b(?:tells?|told|telling|says?|said|saying|asks?|asked|asking|stands?|stood|bears?|bore|minds?|heeds?|hears?|heard"
     r"|(?:knows?|known|knew) of|take[ns]? down|h[eo]ld to|goes? on|went on|goes? along|comes? in|came in"
-    r"|(?:is|are) meant)\b",
+    r"|(?:is|are) meant|look(?:s|ed)? at|strangers?)\b",
     re.IGNORECASE,
 )
 # Code spans, names of arguments before their description, stand-ins, and questions of the browser to its user.
 CODE = re.compile(r"`[^`]*`|^ *\**\w+(?:, \**\w+)*: |\bstand-ins?\b|^# noqa.*", re.IGNORECASE | re.MULTILINE)
+PROGRAMS = re.compile(r"```.*?```", re.DOTALL)  # in pages
 RIDDLE = re.compile(
     r"test_(?:what|where|who|which|whether|whose|whatever|whoever)_|_(?:told|tells?|says?|said|asks?|heeds?)(?:_|$)"
 )
@@ -42,6 +43,11 @@ def files(*endings: str) -> list[Path]:
     """Return the files of the project with these endings, but for the headers of the FMI standard."""
     found = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*")) if path.suffix in endings]
     return [path for path in found if path.parent.name != "fmi" and not path.is_symlink()]  # the build links headers
+
+
+def lines_of(found: re.Match[str]) -> str:
+    """Return as many empty lines as a match has."""
+    return "\n" * found.group().count("\n")
 
 
 def beginnings(path: Path) -> Iterator[tuple[int, str]]:
@@ -102,6 +108,16 @@ def test_verbs_are_those_of_the_field(folder):
         for path in sorted((ROOT / folder).rglob("*.py"))
         for number, text in texts(path, messages=folder not in ("tests", "benchmarks"))
         if (found := VERBS.search(text)) and path != Path(__file__)
+    ]
+    assert wrong == []
+
+
+def test_verbs_of_pages_are_those_of_the_field():
+    wrong = [
+        f"{path.relative_to(ROOT)}:{number}: {found.group()}: {line}"
+        for path in [*files(".md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+        for number, line in enumerate(PROGRAMS.sub(lines_of, path.read_text()).split("\n"), 1)
+        if (found := VERBS.search(CODE.sub("", line)))
     ]
     assert wrong == []
 

@@ -1,6 +1,6 @@
 """Detection of the stepping traps of engines.
 
-The conformance kit looks at an adapter by itself, the guards at every step of every run, `cdpr compare` at closed loops
+The conformance kit checks an adapter by itself, the guards at every step of every run, `cdpr compare` at closed loops
 beside the judge.
 """
 

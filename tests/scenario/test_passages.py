@@ -107,7 +107,7 @@ def test_random_passages_are_found_whenever_they_are(axis):
         motion, anchors, axes, time = _random(rng, axis)
         found = passages(motion.segments, anchors, axes)
         assert min(abs(one.time - time) for one in found) < 1e-3
-        # One who looks at many samples finds no more, and a motion that misses by more than is near none.
+        # A search of many samples finds no more, and a motion that misses by more than is near none.
         samples = np.array([motion.sample(t) for t in np.linspace(0.0, motion.end, 2000)])
         tips = np.array([s[:3] + rotations.matrix(s[3:7]) @ anchors[0, 3:] for s in samples]) - anchors[0, :3]
         length = np.linalg.norm(tips, axis=1).max()

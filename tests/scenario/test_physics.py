@@ -63,7 +63,7 @@ BARE = {"x": [0] * 6, "ry": [0, 0.4, 0, 0, 0, 0], "rx": [0.4, 0, 0, 0, 0, 0], "r
 
 @pytest.mark.parametrize("last", BARE)
 def test_moments_that_have_no_effect_may_be_zero(last):
-    """As planar robots are published; `test_held_moments_have_no_effect` looks at the motion."""
+    """As planar robots are published; `test_held_moments_have_no_effect` checks the motion."""
     dof = ["x"] if last == "x" else ["x", "z", last]
     bare, full = (
         load_robot("r.yaml", text=changed(changed(ROBOT, INERTIA, f"inertia: {entries}"), ALL_FREE, f"dof: {dof}"))

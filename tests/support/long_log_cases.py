@@ -29,7 +29,7 @@ END = 1505 * 0.001  # s
 
 
 def all_on_disk(patch: pytest.MonkeyPatch) -> None:
-    """Every logged run counts as long; no more than a few blocks are looked at together."""
+    """Every logged run counts as long; no more than a few blocks are read together."""
     for module in (recorder_module, reader_module):
         patch.setattr(module, "IN_MEMORY", 0)
     for module in (summary_module, histories):

@@ -47,7 +47,7 @@ class Checked:
 class StudyCase:
     """One run of a study."""
 
-    id: str  # hash of the scenario and its changes, independent of labels
+    id: str  # hash of the scenario and its changes, independent of labels, except those of random axes
     block: str | None
     labels: Mapping[str, Label]  # by axis
     scenario: str  # path, for messages and relative file names

@@ -96,6 +96,8 @@ class StudyFile(Section):
     scenario: str | None = Field(None, description="scenario file, relative to this file, or name of an example")
     changes: dict[str, Any] = Field({}, description="keys of the scenario and their values, in all cases")
     seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of random values, and with its identity of each case")
-    keep: Keep = Field("none", description="cases that keep a run folder: none, those that did not finish, all")
+    keep: Keep = Field(
+        "none", description="cases that keep a run folder; failed: also those that end infeasible or diverged"
+    )
     axes: list[Axis] = Field([], description="varied keys; the cases are the product of all axes")
     blocks: list[Block] = Field([], description="parts with axes of their own, run one after the other")

@@ -65,7 +65,7 @@ def vtu(found: Workspace) -> bytes:
     if len(found.proofs.level) > MOST_BOXES:
         raise CdprError(
             f"{len(found.proofs.level)} boxes are more than {MOST_BOXES}, which a .vtu file may hold: "
-            "let more --undecided, or look at a smaller box"
+            "let more --undecided, or choose a smaller box"
         )
     low, high = found.proofs.corners()
     moving, count = found.region.moving, len(low)

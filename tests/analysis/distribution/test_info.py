@@ -1,4 +1,4 @@
-"""`cdpr info`, and what it rests on: restraint, conditioning, positive null vectors, motions looked at beforehand."""
+"""`cdpr info`, and what it rests on: restraint, conditioning, positive null vectors, motions checked beforehand."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @cache
 def rendered(case: str) -> str:
-    """The page of one of the cases, drawn once for all that look at it."""
+    """The page of one of the cases, drawn once for all its tests."""
     return render(CASES[case]())
 
 
