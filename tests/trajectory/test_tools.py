@@ -29,7 +29,7 @@ NOZZLE = [0.1, 0.2, -0.5]
 LIMITS = {"velocity": 1.0, "acceleration": 5.0, "jerk": 50.0}
 CAROCA = yaml.safe_load((ROOT / "scenarios" / "robots" / "caroca.yaml").read_text())
 # A quintic that meets both ends of a piece of duration h misses as u^3 (1 - u)^3 does, whose largest second derivative
-# is 24 times its largest value, and the first 4 times; twice that, because it may miss more between the places of the check.
+# is 24 times its largest value, and the first 4 times; twice that, as it may miss more between the checked places.
 BEND, SLOPE, TWICE = 24.0, 4.0, 2.0
 
 
