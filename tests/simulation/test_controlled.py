@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from conftest import ROOT
+from plants import installed
 
 import cdpr
 from cdpr.base.errors import ScenarioError
@@ -98,7 +99,7 @@ def test_previews_require_the_same_tensions():
     assert json.loads(invoke(tension.command, *given, "--pose", "0,0,2"))["redundancy"] == 5
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", ["reference", *installed("mujoco", "bullet", "dart")])
 def test_legs_that_push_push(backend):
     """With negative tensions of the pseudo-inverse, cables lose the platform and legs hold it."""
     far = {"simulation.duration": 0.5, "robot.tension.min": 0, "trajectory": {"type": "hold"}}
