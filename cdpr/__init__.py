@@ -36,9 +36,9 @@ _HOME = {
     "PluginError": "cdpr.base.errors",
     "Robot": "cdpr.model.robot",
     "Run": "cdpr.log.run",
-    "Scenario": "cdpr.scenario",
+    "Scenario": "cdpr.scenario.scenario",
     "ScenarioError": "cdpr.base.errors",
-    "Simulation": "cdpr.simulation",
+    "Simulation": "cdpr.simulation.simulation",
     "SimulationStopped": "cdpr.base.errors",
     "SolverFailed": "cdpr.base.errors",
     "admissible": "cdpr.analysis.distribution",
@@ -46,14 +46,14 @@ _HOME = {
     "distribute": "cdpr.analysis.distribution",
     "get_include": "cdpr.native",
     "load_design": "cdpr.analysis.design",
-    "load_robot": "cdpr.scenario",
+    "load_robot": "cdpr.scenario.loader",
     "load_run": "cdpr.log.reader",
-    "load_scenario": "cdpr.scenario",
+    "load_scenario": "cdpr.scenario.loader",
     "load_study": "cdpr.analysis.study",
     "rollout": "cdpr.analysis.rollouts.rollout",
     "run_design": "cdpr.analysis.design",
     "run_study": "cdpr.analysis.study",
-    "simulate": "cdpr.simulation",
+    "simulate": "cdpr.simulation.whole_run",
 }
 
 __all__ = [
@@ -134,7 +134,7 @@ if TYPE_CHECKING:
     from cdpr.model import Robot
     from cdpr.native import get_include
     from cdpr.scenario import Scenario, load_robot, load_scenario
-    from cdpr.simulation.simulate import simulate  # the package also has a module of that name
+    from cdpr.simulation.whole_run import simulate
     from cdpr.simulation.simulation import Simulation
 else:
     from cdpr.base.lazy import lazily

@@ -12,7 +12,7 @@ from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
-ALL_EXITS = tuple(kind.kind() for kind in EXITS)
+ALL_EXITS = tuple(EXITS)
 OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # tendons and legs support none
 
 # Scheme of MuJoCo, Bullet and DART. The reference also has it, for comparisons with each of them.

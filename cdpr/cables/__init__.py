@@ -17,25 +17,28 @@ engines, which then advance w and after it l0, and at every stage of `reference`
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import cache
-from typing import Annotated, Any, get_args
-
-from pydantic import Field, TypeAdapter
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cdpr.base.errors import CdprError
+from cdpr.base.kinds import Kinds
 from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.exit import Exit
 from cdpr.cables.inextensible import INEXTENSIBLE
-from cdpr.cables.point import Point
-from cdpr.cables.pulley import Pulley
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
+
+if TYPE_CHECKING:
+    from cdpr.cables.point import Point
+    from cdpr.cables.pulley import Pulley
+else:
+    from cdpr.base.lazy import lazily
+
+    __getattr__ = lazily(__name__, {"Point": "cdpr.cables.point", "Pulley": "cdpr.cables.pulley"})
 
 __all__ = ["COMMANDED", "EXITS", "AnyExit", "Point", "Pulley", "exits_of", "read_exits"]
 
@@ -70,9 +73,8 @@ ACTUATED = "elastic"  # model of winches given as an FMU, as exported by cdpr
 MIXED = "mixed"  # model of a robot whose cables differ
 
 # Exits from the frame. To add one, write its file (see `cdpr.cables.exit`) and add it here.
-AnyExit = Annotated[Point | Pulley, Field(discriminator="type")]
-
-EXITS: tuple[type[Exit], ...] = get_args(get_args(AnyExit)[0])
+EXITS: Kinds[Exit] = Kinds({"point": "cdpr.cables.point:Point", "pulley": "cdpr.cables.pulley:Pulley"})
+AnyExit = Annotated[Exit, EXITS]
 
 
 def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
@@ -86,13 +88,7 @@ def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
 
 def read_exits(plain: Sequence[dict[str, Any] | None]) -> list[Exit | None]:
     """Return the exits from the data of `exits_of`."""
-    return [None if each is None else _exits().validate_json(json.dumps(each)) for each in plain]
-
-
-@cache
-def _exits() -> TypeAdapter[Exit]:
-    """Return the validator of exits, created on first use because that takes a millisecond."""
-    return TypeAdapter(AnyExit)
+    return [None if each is None else EXITS.read(each) for each in plain]
 
 
 def chain_of(robot: Robot, cable: Cable) -> Chain:

@@ -46,7 +46,7 @@ def line_rows(anchors: Array, exits: Sequence[CableExit | None]) -> Array:
     """Return the table of `line_table` for anchors (m, 6) and exits, None for a point."""
     if exits.count(None) == len(exits):
         return anchors
-    kinds = [0 if each is None else _kind(EXITS, type(each)) for each in exits]
+    kinds = [0 if each is None else _kind(tuple(EXITS), each.type) for each in exits]
     if not any(kinds):
         return anchors
     numbers = [[] if each is None else list(each.numbers()) for each in exits]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from functools import cache
+from functools import cache, cached_property
 from math import prod
 from typing import Any
 
@@ -89,27 +89,47 @@ class Operation:
     Attributes:
         name: name of the operation.
         address: address of the function.
-        fields: members in the order of the struct.
-        names: names of all arguments.
-        required: names of the required arguments.
-        sizes: names of sizes.
-        layout: format of the struct, for `struct.pack`.
         plans: previous bindings, by names and shapes; for `cdpr.native.bind`.
     """
 
     def __init__(self, name: str, address: int, fields: str, types: tuple[str, ...]) -> None:
         self.name = name
         self.address = address
-        texts = FIELD.findall(fields)
-        self.fields = tuple(Field(text, type) for text, type in zip(texts, types, strict=True))
-        self.sizes = frozenset(size for field in self.fields for each in field.shape for size in each.symbols)
-        for field in self.fields:
-            if field.name in self.sizes:
-                field.role = "size"
-        self.names = frozenset(field.name for field in self.fields)
-        self.required = frozenset(field.name for field in self.fields if field.role not in ("size", "work"))
-        self.layout = "=" + "".join("d" if field.type == "double" else "q" for field in self.fields)
         self.plans: dict[object, Any] = {}
+        self._described = fields, types
+
+    # A process uses few of the operations, so each is parsed when it is first bound.
+
+    @cached_property
+    def fields(self) -> tuple[Field, ...]:
+        """Members in the order of the struct."""
+        text, types = self._described
+        fields = tuple(Field(each, type) for each, type in zip(FIELD.findall(text), types, strict=True))
+        sizes = {size for field in fields for each in field.shape for size in each.symbols}
+        for field in fields:
+            if field.name in sizes:
+                field.role = "size"
+        return fields
+
+    @cached_property
+    def sizes(self) -> frozenset[str]:
+        """Names of sizes."""
+        return frozenset(size for field in self.fields for each in field.shape for size in each.symbols)
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """Names of all arguments."""
+        return frozenset(field.name for field in self.fields)
+
+    @cached_property
+    def required(self) -> frozenset[str]:
+        """Names of the required arguments."""
+        return frozenset(field.name for field in self.fields if field.role not in ("size", "work"))
+
+    @cached_property
+    def layout(self) -> str:
+        """Format of the struct, for `struct.pack`."""
+        return "=" + "".join("d" if field.type == "double" else "q" for field in self.fields)
 
 
 def shape_text(shape: Iterable[object]) -> str:

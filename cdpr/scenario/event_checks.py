@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from itertools import groupby
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
-from cdpr.base.fields import DEFERRED
 from cdpr.base.problems import Path, dotted
 from cdpr.cables import COMMANDED, MODELS
 from cdpr.cables.chain import DIAMETER
@@ -16,15 +14,13 @@ from cdpr.config.document import Document
 from cdpr.config.problems import Problems
 from cdpr.scenario.changes import Options
 from cdpr.scenario.checks import Checks
-from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
+from cdpr.scenario.events import EVENTS, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.report import SectionReport
 from cdpr.scenario.robot_schema import CableSection, TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
-
-EVENT: TypeAdapter[ScenarioEvent] = TypeAdapter(AnyEvent, config=DEFERRED)
 
 Places = list[tuple[int, ScenarioEvent]]  # with the index in the file
 
@@ -91,7 +87,7 @@ class EventChecks(Checks):
         events: Places = []
         for i, item in enumerate(given if isinstance(given, list) else ()):
             try:
-                event = EVENT.validate_json(json.dumps(item))
+                event = EVENTS.read(item)
             except ValidationError:
                 continue  # has been reported
             loaded = event.load(SectionReport(self, ("events", i)))

@@ -13,14 +13,13 @@ from cdpr.base.fields import DEFERRED
 from cdpr.config.problems import exact
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
-from cdpr.scenario.motions import AnyMotion, Motion
+from cdpr.scenario.motions import MOTIONS, Motion
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.report import SectionReport
 from cdpr.scenario.robot_schema import Tools
 
 ROOT = "trajectory"
 
-MOTION: TypeAdapter[Motion] = TypeAdapter(AnyMotion, config=DEFERRED)
 TOOLS: TypeAdapter[Tools] = TypeAdapter(Tools, config=DEFERRED)
 
 
@@ -38,7 +37,7 @@ class MotionChecks(Checks):
         if ROOT not in self.document.data:
             return
         try:
-            motion = MOTION.validate_json(json.dumps(self.document.get((ROOT,))))
+            motion = MOTIONS.read(self.document.get((ROOT,)))
         except ValidationError:
             return
         self.motion = motion.load(SectionReport(self, (ROOT,)))

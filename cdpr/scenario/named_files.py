@@ -14,11 +14,10 @@ from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.choices import DEFAULT_TYPE
 from cdpr.scenario.events import EVENTS
-from cdpr.scenario.motions import AnyMotion, Motion
+from cdpr.scenario.motions import MOTIONS
 from cdpr.scenario.nominal import ALTERNATIVE, KEY
 
 MESH: Path = ("platform", "shape", "mesh")
-MOTIONS: tuple[type[Motion], ...] = get_args(get_args(AnyMotion)[0])
 
 
 def files_of_robot(data: dict[str, Any]) -> Iterator[tuple[Path, str]]:
@@ -48,13 +47,13 @@ def _at(data: Any, path: Path) -> Any:
 
 
 def _paths(data: dict[str, Any], plugins: Registry) -> Iterator[Path]:
-    for motion in MOTIONS:
-        if _at(data, ("trajectory", "type")) == motion.kind():
-            yield from (("trajectory", key) for key in motion.files)
+    motion = _at(data, ("trajectory", "type"))
+    if motion in MOTIONS:
+        yield from (("trajectory", key) for key in MOTIONS[motion].files)
     events = data.get("events")
     for i, event in enumerate(events if isinstance(events, list) else []):
-        kinds = [kind for kind in EVENTS if isinstance(event, dict) and event.get("type") == kind.kind()]
-        yield from (("events", i, key) for kind in kinds for key in kind.files)
+        if (kind := _at(event, ("type",))) in EVENTS:
+            yield from (("events", i, key) for key in EVENTS[kind].files)
     yield from ((holder, *MESH) for holder in ("robot", KEY, ALTERNATIVE))
     obstacles = _at(data, ("world", "obstacles"))
     yield from (("world", "obstacles", i, "mesh") for i in range(len(obstacles) if isinstance(obstacles, list) else 0))

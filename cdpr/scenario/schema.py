@@ -12,7 +12,8 @@ from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.appearance import ObstacleSection
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
 from cdpr.scenario.initial import Initial
-from cdpr.scenario.motions import AnyMotion, Hold
+from cdpr.scenario.motions import AnyMotion
+from cdpr.scenario.motions.hold import Hold
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
 
 MAX_SEED = 2**63 - 1

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cdpr.simulation.simulate import simulate
-
 if TYPE_CHECKING:
     from cdpr.simulation.simulation import Simulation
-else:  # stepping needs more imports than running to the end
+    from cdpr.simulation.whole_run import simulate
+else:  # `cdpr validate` only needs the checks of a loop
     from cdpr.base.lazy import lazily
 
-    __getattr__ = lazily(__name__, {"Simulation": "cdpr.simulation.simulation"})
+    __getattr__ = lazily(
+        __name__, {"Simulation": "cdpr.simulation.simulation", "simulate": "cdpr.simulation.whole_run"}
+    )
 
 __all__ = ["Simulation", "simulate"]

@@ -17,7 +17,8 @@ from cdpr.model import rotations
 from cdpr.native.operations import kernels_version
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import broken, limit_changes
+from cdpr.scenario.events import broken
+from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.scene.path import thinned
 from cdpr.simulation.columns import columns_of
 from cdpr.trajectory import Trajectory

@@ -36,7 +36,8 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes, redirected
+from cdpr.scenario.events import ScenarioEvent, broken, guarding, redirected
+from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.build import build
 from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop

@@ -17,7 +17,8 @@ from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
 from cdpr.plugins.compiled import speaks_for
-from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes
+from cdpr.scenario.events import ScenarioEvent, broken, guarding
+from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Observation, PlantOutputs, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts

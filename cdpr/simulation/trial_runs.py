@@ -18,7 +18,7 @@ from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.template import Sizes, scenario_text
 from cdpr.simulation.build import faults
 from cdpr.simulation.linearised import decay_rate
-from cdpr.simulation.simulate import simulate
+from cdpr.simulation.whole_run import simulate
 
 HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
 STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005, 0.00002)  # s, candidate physics steps

@@ -27,7 +27,7 @@ from cdpr.native.operations import operations
 from cdpr.plugins.registry import registry, use_files
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.simulation.simulate import simulate
+from cdpr.simulation.whole_run import simulate
 
 
 def main(descriptor: int, parent: int) -> None:

@@ -25,8 +25,9 @@ from cdpr.formats.read.imported import Motion, refuse, slug, unique
 from cdpr.formats.read.xml import Element
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.scenario.motions import Csv, Waypoints
+from cdpr.scenario.motions.csv import Csv
 from cdpr.scenario.motions.table import MAX_ROWS
+from cdpr.scenario.motions.waypoints import Waypoints
 
 HEAD = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,ax,ay,az"
 MOST_BYTES = 32 * 2**20

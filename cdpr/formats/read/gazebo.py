@@ -21,7 +21,7 @@ from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, Motion, slug
 from cdpr.formats.read.inertia import filled
 from cdpr.formats.read.yaml_reader import Node, document_of
-from cdpr.scenario.motions import Quintic
+from cdpr.scenario.motions.quintic import Quintic
 from cdpr.scenario.robot_schema import Inertia
 
 CENTRED = 1e-9  # largest distance of a box's centre from the origin, relative to its size: files are rounded

@@ -3,20 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import Annotated, get_args
+from typing import Annotated
 
-from pydantic import Field
-
-from cdpr.scenario.events.contact import Contact
+from cdpr.base.kinds import Kinds
 from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, guarding, redirected
-from cdpr.scenario.events.external_command import ExternalCommand
-from cdpr.scenario.events.faults import CableBreak, CableJam
-from cdpr.scenario.events.limit_changes import limit_changes
-from cdpr.scenario.events.limits import TensionLimits
-from cdpr.scenario.events.loads import Sine, Wrench
-from cdpr.scenario.events.options import SetOption
-from cdpr.scenario.events.stop import EmergencyStop
-from cdpr.scenario.events.target import Target
 
 __all__ = [
     "EVENTS",
@@ -26,33 +16,32 @@ __all__ = [
     "broken",
     "first_sample",
     "guarding",
-    "limit_changes",
     "limits_change",
     "redirected",
 ]
 
 MAX_EVENTS = 1000
 
-AnyEvent = Annotated[
-    Wrench
-    | Sine
-    | CableBreak
-    | CableJam
-    | TensionLimits
-    | EmergencyStop
-    | Target
-    | SetOption
-    | ExternalCommand
-    | Contact,
-    Field(discriminator="type"),
-]
-
-EVENTS: tuple[type[ScenarioEvent], ...] = get_args(get_args(AnyEvent)[0])
+EVENTS: Kinds[ScenarioEvent] = Kinds(
+    {
+        "wrench": "cdpr.scenario.events.loads:Wrench",
+        "sine": "cdpr.scenario.events.loads:Sine",
+        "cable_break": "cdpr.scenario.events.faults:CableBreak",
+        "cable_jam": "cdpr.scenario.events.faults:CableJam",
+        "limits": "cdpr.scenario.events.limits:TensionLimits",
+        "emergency_stop": "cdpr.scenario.events.stop:EmergencyStop",
+        "target": "cdpr.scenario.events.target:Target",
+        "set": "cdpr.scenario.events.options:SetOption",
+        "outside": "cdpr.scenario.events.external_command:ExternalCommand",
+        "contact": "cdpr.scenario.events.contact:Contact",
+    }
+)
+AnyEvent = Annotated[ScenarioEvent, EVENTS]
 
 
 def limits_change(kinds: Collection[str]) -> bool:
     """Return True if an event of these kinds changes tension limits."""
-    return any(event.changes_limits for event in EVENTS if event.kind() in kinds)
+    return any(EVENTS[kind].changes_limits for kind in kinds if kind in EVENTS)
 
 
 def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) -> tuple[tuple[int, float], ...]:

@@ -4,38 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
-
-from cdpr.scenario.motions.circle import Circle, Helix
-from cdpr.scenario.motions.csv import Csv
-from cdpr.scenario.motions.gcode import Gcode
-from cdpr.scenario.motions.hold import Hold
-from cdpr.scenario.motions.jerk_limited import AngularLimits, JerkLimited, Limits, Stop
+from cdpr.base.kinds import Kinds
 from cdpr.scenario.motions.motion import Motion, Pose
-from cdpr.scenario.motions.pick_and_place import PickAndPlace
-from cdpr.scenario.motions.quintic import Knot, Quintic
-from cdpr.scenario.motions.waypoints import Waypoint, Waypoints
 
-__all__ = [
-    "AngularLimits",
-    "AnyMotion",
-    "Circle",
-    "Csv",
-    "Gcode",
-    "Helix",
-    "Hold",
-    "JerkLimited",
-    "Knot",
-    "Limits",
-    "Motion",
-    "PickAndPlace",
-    "Pose",
-    "Quintic",
-    "Stop",
-    "Waypoint",
-    "Waypoints",
-]
+__all__ = ["MOTIONS", "AnyMotion", "Motion", "Pose"]
 
-AnyMotion = Annotated[
-    Hold | Quintic | Waypoints | PickAndPlace | Circle | Helix | JerkLimited | Csv | Gcode, Field(discriminator="type")
-]
+MOTIONS: Kinds[Motion] = Kinds(
+    {
+        "hold": "cdpr.scenario.motions.hold:Hold",
+        "quintic": "cdpr.scenario.motions.quintic:Quintic",
+        "waypoints": "cdpr.scenario.motions.waypoints:Waypoints",
+        "pick_and_place": "cdpr.scenario.motions.pick_and_place:PickAndPlace",
+        "circle": "cdpr.scenario.motions.circle:Circle",
+        "helix": "cdpr.scenario.motions.circle:Helix",
+        "jerk_limited": "cdpr.scenario.motions.jerk_limited:JerkLimited",
+        "csv": "cdpr.scenario.motions.csv:Csv",
+        "gcode": "cdpr.scenario.motions.gcode:Gcode",
+    }
+)
+AnyMotion = Annotated[Motion, MOTIONS]

@@ -11,7 +11,7 @@ from cdpr.base import defaults
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import Registry
-from cdpr.scenario.motions import Quintic
+from cdpr.scenario.motions.quintic import Quintic
 from cdpr.scenario.schema import World
 from cdpr.scenario.static_feasibility import holds
 
