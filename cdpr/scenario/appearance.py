@@ -189,3 +189,6 @@ class FrameSection(Section):
         corners = self.placed(low + CORNERS * (high - low))
         pairs = EDGES if self.shape == "box" else POSTS
         return Frame(frozen_array([[*corners[i], *corners[j]] for i, j in pairs]), self.colour)
+
+
+AT_ORIGIN = FrameSection.model_construct(set(), orientation=UPRIGHT)  # default frame

@@ -14,6 +14,7 @@ from cdpr.config.validation import report_nulls, validate
 from cdpr.plugins.registry import Registered, Registry, Role
 from cdpr.scenario import nominal
 from cdpr.scenario.changes import Options
+from cdpr.scenario.checks import remember
 from cdpr.scenario.choices import CORE_KEYS
 from cdpr.scenario.event_checks import EventChecks
 from cdpr.scenario.events import ScenarioEvent
@@ -77,6 +78,8 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
         if each.get(nominal.KEY) is not None:
             del each[nominal.KEY]
     sections = validate(ScenarioSection, data, document, problems, (before.sections, old) if before else None)
+    if sections is not None:
+        remember(sections, document)
     report_nulls(data, (), document, problems, old)
     if "robot" not in unchanged:
         RobotChecks(document, problems).run(("robot",))
@@ -127,6 +130,8 @@ def _nominal(document: Document, problems: Problems) -> tuple[RobotSection | Non
     if twin is not None:
         data, _ = _split(twin.data)
         sections = validate(ScenarioSection, data, twin, found)
+        if sections is not None:
+            remember(sections, twin)
         report_nulls(data, (), twin, found)
         RobotChecks(twin, found).run(("robot",))
         RunChecks(twin, found).start()

@@ -46,7 +46,7 @@ class Checks:
 
     def section(self, model: type[S], path: Path) -> S | None:
         """Return the section at `path` if it is valid apart from unknown keys, else None."""
-        return self._once(path, model, _known)
+        return self._once(path, model, _known) if isinstance(self.document.get(path), dict) else None
 
     def cables(self, root: Path) -> Iterator[tuple[int, CableSection]]:
         """Yield the index and section of each valid cable of the robot at `root`."""
@@ -71,6 +71,25 @@ class Checks:
     def add_problem(self, path: Path, text: str) -> None:
         """Report a problem of the value at `path`."""
         self.problems.add(self.document.mark(path), path, text)
+
+
+def remember(section: Section, document: Document, path: Path = ()) -> None:
+    """Let checks use the parts of a valid section at `path` instead of validating them again."""
+    data, known = document.get(path), document.sections
+    if (found := known.get((type(section), path))) is not None and found[0] is data:
+        return
+    known[type(section), path] = data, section
+    for name, info in type(section).model_fields.items():
+        key, value = info.alias or name, getattr(section, name)
+        given = data.get(key)
+        if isinstance(value, Section) and isinstance(given, dict):
+            remember(value, document, (*path, key))
+        elif isinstance(value, list | tuple) and isinstance(given, list):
+            parts = [(i, part) for i, part in enumerate(value) if isinstance(part, Section)]
+            for i, part in parts:
+                remember(part, document, (*path, key, i))
+            if parts and isinstance(value[0], CableSection):
+                known[CableSection, (*path, key)] = given, tuple(parts)
 
 
 def _known(model: type[S], data: Any) -> S | None:

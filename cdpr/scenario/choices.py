@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from cdpr.base.defaults import CONTROLLER, SOLVER
 from cdpr.base.problems import Mark, shown
 from cdpr.config.overrides import Change, brief, marked_changes
 from cdpr.config.problems import Problems
@@ -15,7 +16,7 @@ CORE_KEYS: dict[str, tuple[str, ...]] = {
     "controller": tuple(ControllerSection.model_fields),
     "solver": tuple(SolverSection.model_fields),
 }
-DEFAULT_TYPE = {"controller": ControllerSection().type, "solver": SolverSection().type}
+DEFAULT_TYPE = {"controller": CONTROLLER, "solver": SOLVER}
 CHOICES = {"backend": "simulation.backend", "solver": "solver.type", "controller": "controller.type"}
 
 

@@ -14,6 +14,7 @@ from cdpr.config.validation import report_nulls, validate
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import plausible
+from cdpr.scenario.checks import remember
 from cdpr.scenario.choices import choices
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
@@ -135,6 +136,8 @@ def _robot(
     for change in read_overrides(overrides, problems):
         apply(document, change, problems)
     section = validate(RobotSection, document.data, document, problems)
+    if section is not None:
+        remember(section, document)
     report_nulls(document.data, (), document, problems)
     RobotChecks(document, problems).run(())
     problems.raise_any()

@@ -13,7 +13,7 @@ from cdpr.config.document import Document, rename_key
 from cdpr.config.overrides import Change, apply
 from cdpr.config.problems import Problems, exact
 from cdpr.model import DOF_NAMES
-from cdpr.scenario.appearance import FrameSection
+from cdpr.scenario.appearance import AT_ORIGIN
 from cdpr.scenario.robot_schema import RobotSection
 
 KEY = "believed"
@@ -229,7 +229,7 @@ def _commanded(document: Document, cables: list[Any]) -> bool:
 def differences(robot: RobotSection, nominal: RobotSection) -> list[str]:
     """Return short descriptions of the differences; sections must have all names."""
     if nominal.frame is not None and robot.frame is None:
-        robot = robot.model_copy(update={"frame": FrameSection()})
+        robot = robot.model_copy(update={"frame": AT_ORIGIN})
     true, thought = (each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in (robot, nominal))
     return list(_differences(true, thought, (), thought))
 
@@ -273,7 +273,7 @@ def in_a_line(texts: list[str]) -> str:
 def unused(robot: RobotSection, nominal: RobotSection) -> list[str]:
     """Return the keys of `believed` that differ without effect."""
     if nominal.frame is not None and robot.frame is None:
-        robot = robot.model_copy(update={"frame": FrameSection()})
+        robot = robot.model_copy(update={"frame": AT_ORIGIN})
     keys = []
     for key in UNUSED:
         one, other = (_inner(each, key) for each in (robot, nominal))

@@ -75,7 +75,7 @@ class Orientation(Section):
         return _from_rpy(np.array(self.rpy).tobytes()).copy()
 
 
-UPRIGHT = Orientation(rpy=(0.0, 0.0, 0.0))
+UPRIGHT = Orientation.model_construct(rpy=(0.0, 0.0, 0.0))
 
 
 @lru_cache(maxsize=64)  # several checks use the attitudes of a scenario

@@ -14,7 +14,7 @@ from cdpr.base.problems import Path, shown
 from cdpr.cables import MODELS
 from cdpr.config.problems import exact
 from cdpr.model.rotations import held_upright, multiply
-from cdpr.scenario.appearance import FrameSection, ShapeSection
+from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.mesh import box_around
 from cdpr.scenario.robot_schema import (
@@ -77,7 +77,7 @@ class RobotChecks(Checks):
             except ValueError as error:
                 self.add_problem(inertia, f"{error} where it turns about {', '.join(turns)}")
         home = self.section(Home, (*self.root, "home"))
-        base = self.section(FrameSection, (*self.root, "frame")) or FrameSection()
+        base = self.section(FrameSection, (*self.root, "frame")) or AT_ORIGIN
         if home and not held_upright(dof, multiply(base.attitude, home.orientation.quaternion())):
             text = f"may differ from upright only about the free directions, {', '.join(dof)}"
             self.add_problem((*self.root, "home", "orientation"), text)

@@ -13,7 +13,7 @@ from cdpr.base.fields import ZERO, Colour, Name, NonNegative, Number, Position, 
 from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
-from cdpr.scenario.appearance import FrameSection, ShapeSection
+from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
@@ -257,7 +257,7 @@ class RobotSection(Section):
     )
     home: Home | None = Field(None, description="default pose of analyses and default start of runs")
     cable: CablesSection = Field(
-        CablesSection(), description="common values of all cables; the values of a single cable override them"
+        CablesSection.model_construct(), description="common values of all cables; the values of a single cable override them"
     )
     winch: WinchSection | None = Field(None, description="winch of every cable without its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
@@ -271,7 +271,7 @@ class RobotSection(Section):
             robot = dataclasses.replace(like, platform=self._platform(folder))
             robot.__dict__["anchors"] = like.anchors  # as `cached_property` stores it
             return robot
-        base = self.frame or FrameSection()
+        base = self.frame or AT_ORIGIN
         anchors = base.placed([cable.frame for cable in self.cables])
         return Robot(
             name=self.name,
@@ -299,7 +299,7 @@ class RobotSection(Section):
         """Return the home pose in the world, (7,)."""
         if self.home is None:
             return None
-        base = self.frame or FrameSection()
+        base = self.frame or AT_ORIGIN
         q = base.turned(self.home.orientation.quaternion())
         return frozen_array([*base.placed(self.home.position), *q])
 

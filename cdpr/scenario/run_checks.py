@@ -13,7 +13,7 @@ from cdpr.base.files import UnreadableError
 from cdpr.base.problems import Path, shown
 from cdpr.config.problems import exact
 from cdpr.model import rotations
-from cdpr.scenario.appearance import FrameSection, ObstacleSection
+from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ObstacleSection
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.mesh import hull_of
@@ -54,7 +54,7 @@ class RunChecks(Checks):
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
         tips = anchors[:, 1] @ rotations.matrix(initial.orientation.quaternion()).T + initial.position
         common = self.section(CablesSection, ("robot", "cable"))
-        base = self.section(FrameSection, ("robot", "frame")) or FrameSection()
+        base = self.section(FrameSection, ("robot", "frame")) or AT_ORIGIN
         placed = base.placed(anchors[:, 0])
         lengths = np.linalg.norm(placed - tips, axis=1)
         for (i, cable), frame, tip, length in zip(cables, placed, tips, lengths, strict=True):

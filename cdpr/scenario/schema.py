@@ -101,19 +101,19 @@ class ScenarioSection(Section):
         description="nominal model of controller and tension solver, if it differs from the robot; the key `nominal` "
         "means the same. Keys of the robot with other values; of cables those that differ, each with its name",
     )
-    world: World = Field(World(), description="surroundings of the robot")
+    world: World = Field(World.model_construct(), description="surroundings of the robot")
     simulation: Simulation = Field(description="engine, times and steps")
     initial: Initial = Field(
         description="state of the platform at time 0; default: at rest at the robot's home, if it has one"
     )
-    trajectory: AnyMotion = Field(Hold(), description="the desired motion")
+    trajectory: AnyMotion = Field(Hold.model_construct(), description="the desired motion")
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,
         description="directions in which the tensions balance the controller's wrench; in others their wrench is not "
         "controlled, and the platform is free to move. Default: all of robot.dof",
     )
-    controller: ControllerSection = Field(ControllerSection(), description="the controller and its options")
-    solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")
+    controller: ControllerSection = Field(ControllerSection.model_construct(), description="the controller and its options")
+    solver: SolverSection = Field(SolverSection.model_construct(), description="the tension solver and its options")
     limits: Literal["warn", "stop"] = Field(
         "warn",
         description="reaction to limit violations: warn counts the samples and reports them, stop ends the run. "

@@ -53,7 +53,7 @@ class Setup:
     @property
     def gravity(self) -> Array:
         """Acceleration of gravity, (3,), m/s^2, world frame."""
-        return np.array((self.run.world if self.run else World()).gravity)
+        return np.array((self.run.world if self.run else World.model_construct()).gravity)
 
     @property
     def middle(self) -> Array:
