@@ -134,8 +134,8 @@ if TYPE_CHECKING:
     from cdpr.model import Robot
     from cdpr.native import get_include
     from cdpr.scenario import Scenario, load_robot, load_scenario
-    from cdpr.simulation.whole_run import simulate
     from cdpr.simulation.simulation import Simulation
+    from cdpr.simulation.whole_run import simulate
 else:
     from cdpr.base.lazy import lazily
 

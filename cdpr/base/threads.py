@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 
 CHUNK = 2048  # rows per thread and task: some milliseconds
 
@@ -17,6 +16,8 @@ def in_threads(count: int, part: Callable[[slice], None], jobs: int | None = Non
         for cut in cuts:
             part(cut)
         return
+    from concurrent.futures import ThreadPoolExecutor  # slow to import, and not needed for few rows
+
     with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(part, cuts):
             pass

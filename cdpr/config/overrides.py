@@ -16,7 +16,7 @@ from cdpr.base.problems import Mark, Path, shown
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
 from cdpr.config.scalars import MAX_DIGITS
-from cdpr.config.yaml_nodes import MAX_DEPTH, SURROGATE, parse_value
+from cdpr.config.yaml_nodes import MAX_DEPTH, has_surrogate, parse_value
 from cdpr.native.arrays import MASKED, masked
 
 KEY = re.compile(r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*")
@@ -133,7 +133,7 @@ def plain_value(value: Any, depth: int = 1) -> Any:
         value = value.tolist()
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
-    if isinstance(value, str) and SURROGATE.search(value):
+    if isinstance(value, str) and has_surrogate(value):
         raise ValueError(f"expected a text of valid characters, got {shown(value)}")
     if isinstance(value, int) and abs(value) >= 10**MAX_DIGITS:
         raise ValueError("the whole number is too large")

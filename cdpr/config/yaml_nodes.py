@@ -25,10 +25,11 @@ TOO_DEEP = "exceeded maximum nesting depth"  # message of libyaml
 MAX_NODES = 20_000
 
 # Allows printable text and usual line ends. U+0085, U+2028 and U+2029 are line ends only in YAML.
-FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
-TAB = re.compile(r"^[^#\n]*?\t", re.MULTILINE)
+# These patterns take milliseconds to compile, so they are compiled only for texts with such characters.
+FORBIDDEN = "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
+TAB = r"(?m)^[^#\n]*?\t"
+SURROGATE = "[\ud800-\udfff]"
 XML = re.compile(r"\s*<[?!A-Za-z]")  # not the << of a merge
-SURROGATE = re.compile("[\ud800-\udfff]")
 
 # libyaml if available: 10 times faster.
 PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -49,6 +50,16 @@ def _place(error: yaml.MarkedYAMLError) -> Any:
     if begin and noticed and begin.line != noticed.line and any(what in (error.context or "") for what in BEGUN):
         return begin
     return noticed or begin
+
+
+def _is_plain(text: str) -> bool:
+    """Return True if a text has only printable ASCII characters and line feeds."""
+    return text.isascii() and text.replace("\n", "").isprintable()
+
+
+def has_surrogate(text: str) -> bool:
+    """Return True if a text has half of a character, from an escape."""
+    return not text.isascii() and re.search(SURROGATE, text) is not None
 
 
 class _RefusedError(Exception):
@@ -142,10 +153,10 @@ class _Composer:
             text = content
         if text.startswith("\ufeff"):
             raise _RefusedError(Mark(self.source, 1, 1), "begins with a byte order mark; save it as UTF-8 without one")
-        if found := FORBIDDEN.search(text):
+        if not _is_plain(text) and (found := re.search(FORBIDDEN, text)):
             code = f"U+{ord(found.group()):04X}"
             raise _RefusedError(self._place(text[: found.start()]), f"control character {code}; remove it")
-        if found := TAB.search(text):
+        if "\t" in text and (found := re.search(TAB, text)):
             raise _RefusedError(self._place(text[: found.end() - 1]), "tab character; indent and separate with spaces")
         return text
 
@@ -253,12 +264,12 @@ class _Composer:
             raise _RefusedError(mark, "merge keys (<<) are not supported; write the keys out", path)
         if plain and key in WORDS and WORDS[key] is None:
             raise _RefusedError(mark, "a key is missing before ':'", path)
-        if SURROGATE.search(key):
+        if has_surrogate(key):
             raise _RefusedError(mark, "a key has an escape that is not a character", path)
         return key
 
     def _scalar(self, event: Any, mark: Mark, path: Path) -> Any:
-        if SURROGATE.search(event.value):
+        if has_surrogate(event.value):
             raise _RefusedError(mark, "the text has an escape that is not a character", path)
         if not event.implicit[0]:  # quoted or block scalar: always text
             return event.value

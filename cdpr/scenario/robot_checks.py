@@ -18,9 +18,9 @@ from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.mesh import box_around
 from cdpr.scenario.robot_schema import (
+    COMMON_TENSION,
     CableSection,
     CablesSection,
-    CableTension,
     Home,
     PlatformSection,
     TensionSection,
@@ -182,7 +182,7 @@ class RobotChecks(Checks):
         self, common: TensionSection, cable: CableSection, i: int, unilateral: bool
     ) -> Iterator[tuple[Path, str]]:
         low, high = limits(common, cable, i)
-        own = cable.tension or CableTension()
+        own = cable.tension or COMMON_TENSION
         at_min = self._written("min", common.min, own.min, i)
         at_max = self._written("max", common.max, own.max, i)
         if unilateral and low < 0:

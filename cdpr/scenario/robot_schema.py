@@ -151,6 +151,10 @@ class LengthLimits(Section):
         return self
 
 
+COMMON_TENSION = CableTension.model_construct()
+NO_LENGTH_LIMITS = LengthLimits.model_construct()
+
+
 def _section_of(owner: str, *, shared: bool) -> type[Section]:
     """Return a section with the numbers that cable models use from "cable" or "winch".
 
@@ -257,7 +261,8 @@ class RobotSection(Section):
     )
     home: Home | None = Field(None, description="default pose of analyses and default start of runs")
     cable: CablesSection = Field(
-        CablesSection.model_construct(), description="common values of all cables; the values of a single cable override them"
+        CablesSection.model_construct(),
+        description="common values of all cables; the values of a single cable override them",
     )
     winch: WinchSection | None = Field(None, description="winch of every cable without its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
@@ -348,7 +353,7 @@ class RobotSection(Section):
     def _cable(self, i: int, anchor: Array, base: FrameSection) -> Cable:
         cable = self.cables[i]
         low, high = limits(self.tension, cable, i)
-        length = cable.length or LengthLimits()
+        length = cable.length or NO_LENGTH_LIMITS
         winch = self._own(cable, "winch")
         given = {key: self._own(cable, key) for key in CABLE_KEYS}
         numbers = {key: value for key, value in given.items() if value is not None}
@@ -375,7 +380,7 @@ def cable_name(cable: CableSection, i: int) -> str:
 
 def limits(robot: TensionSection, cable: CableSection, i: int) -> tuple[float, float]:
     """Return the lowest and highest tension of cable i, N: its own limits, else the robot's."""
-    own = cable.tension or CableTension()
+    own = cable.tension or COMMON_TENSION
 
     def common(value: float | list[float]) -> float:
         return value[i] if isinstance(value, list) else value

@@ -112,7 +112,9 @@ class ScenarioSection(Section):
         description="directions in which the tensions balance the controller's wrench; in others their wrench is not "
         "controlled, and the platform is free to move. Default: all of robot.dof",
     )
-    controller: ControllerSection = Field(ControllerSection.model_construct(), description="the controller and its options")
+    controller: ControllerSection = Field(
+        ControllerSection.model_construct(), description="the controller and its options"
+    )
     solver: SolverSection = Field(SolverSection.model_construct(), description="the tension solver and its options")
     limits: Literal["warn", "stop"] = Field(
         "warn",

@@ -12,6 +12,7 @@ import threading
 import warnings
 from collections.abc import Mapping, Sequence
 from importlib import import_module
+from itertools import compress
 from types import MappingProxyType
 from typing import Any
 
@@ -168,7 +169,8 @@ def _leave_all_as_it_is() -> None:
     Destruction would also flush files that a plugin has not closed, so this function flushes them.
     """
     kinds = {io.TextIOWrapper, io.BufferedWriter, io.BufferedRandom}
-    for each in [each for each in gc.get_objects() if type(each) in kinds]:
+    objects = gc.get_objects()
+    for each in list(compress(objects, map(kinds.__contains__, map(type, objects)))):  # a loop is three times slower
         with contextlib.suppress(OSError, ValueError):
             each.flush()
     gc.freeze()

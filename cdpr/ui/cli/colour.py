@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import re
+from functools import cache
 from typing import TextIO
 
 RESET = "\x1b[0m"
@@ -27,7 +28,6 @@ RULES = (
     (r"(?:(?<=, )|(?<=: )|^)(?:not judged|interrupted|not installed)\b(?=$|[:;,( ])", YELLOW),
     (r"^  (?! )\S[^\n]*?(?=  +\S)", CYAN),  # first column of a list
 )
-ANY = re.compile("|".join(f"(?P<r{k}>{rule})" for k, (rule, _) in enumerate(RULES)), re.MULTILINE)
 
 
 def wanted(stream: TextIO) -> bool:
@@ -42,9 +42,15 @@ def wanted(stream: TextIO) -> bool:
         return False
 
 
+@cache
+def _any_rule() -> re.Pattern[str]:
+    """Return the union of `RULES`, compiled on first use because most output has no colours."""
+    return re.compile("|".join(f"(?P<r{k}>{rule})" for k, (rule, _) in enumerate(RULES)), re.MULTILINE)
+
+
 def coloured(text: str) -> str:
     """Return printable text with the colours of `RULES`."""
-    return ANY.sub(lambda found: f"{RULES[int(str(found.lastgroup)[1:])][1]}{found[0]}{RESET}", text)
+    return _any_rule().sub(lambda found: f"{RULES[int(str(found.lastgroup)[1:])][1]}{found[0]}{RESET}", text)
 
 
 def bar(share: float, encoding: str | None, width: int = 24) -> str:
