@@ -10,7 +10,7 @@ import pytest
 from cdpr.cables import EXITS, Exit, Point, exits_of, read_exits
 from cdpr.cables.tables import exits
 
-WITH_HEADER = [kind for kind in EXITS if kind.header]
+WITH_HEADER = [kind for kind in EXITS.values() if kind.header]
 EXAMPLES = {"pulley": {"radius": 0.1, "axis": (0.3, -0.2, 0.9)}}  # options of each exit that has any
 
 
@@ -24,7 +24,7 @@ def example(kind: type[Exit]) -> Exit:
 
 def rows(kind: type[Exit], count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows as of `line_table`, with anchors on the platform in the world, and their velocities."""
-    rng, own = np.random.default_rng(1), [EXITS.index(kind), *example(kind).numbers()]
+    rng, own = np.random.default_rng(1), [list(EXITS).index(kind.kind()), *example(kind).numbers()]
     table = np.column_stack([rng.uniform(-3, 3, (count, 6)), np.tile(own, (count, 1))])
     return table, rng.uniform(-5, 5, (count, 3)), rng.normal(size=(count, 3))
 
@@ -46,7 +46,7 @@ def test_the_length_changes_along_the_cable(kind):
     np.testing.assert_allclose(moving, (ahead - behind) / (2.0 * step), atol=1e-7)
 
 
-@pytest.mark.parametrize("kind", EXITS, ids=name_of)
+@pytest.mark.parametrize("kind", EXITS.values(), ids=name_of)
 def test_the_layout_follows_the_log(kind, offset_robot):
     each = Point(type="point") if kind is Point else example(kind)
     cables = tuple(replace(cable, exit=each) for cable in offset_robot.cables)

@@ -158,8 +158,7 @@ def test_an_event(tree):
         "cdpr/scenario/events/gust.py",
         EVENT,
         "cdpr/scenario/events/__init__.py",
-        imported=("from cdpr.scenario.events.gust import Gust\n", "import CableBreak, CableJam\n"),
-        named=("Gust | ", "AnyEvent = Annotated["),
+        named=('\n        "gust": "cdpr.scenario.events.gust:Gust",', "EVENTS: Kinds[ScenarioEvent] = Kinds(\n    {"),
     )
     scenario = folder / "gust.yaml"
     scenario.write_text(SCENARIO)
@@ -184,8 +183,7 @@ def test_a_motion(tree):
         "cdpr/scenario/motions/rise.py",
         MOTION,
         "cdpr/scenario/motions/__init__.py",
-        imported=("from cdpr.scenario.motions.rise import Rise\n", "import Knot, Quintic\n"),
-        named=("Rise | ", "AnyMotion = Annotated[\n    "),
+        named=('\n        "rise": "cdpr.scenario.motions.rise:Rise",', "MOTIONS: Kinds[Motion] = Kinds(\n    {"),
     )
     for robot, position in (("caroca", [0, 0, 1.2]), ("carriage", [0, 0, 0.5])):
         shutil.copy(ROOT / "scenarios" / "robots" / f"{robot}.yaml", folder)

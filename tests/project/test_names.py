@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from importlib.util import find_spec
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
 import pytest
 from conftest import ROOT
@@ -17,11 +17,10 @@ import cdpr_controllers
 import cdpr_solvers
 from cdpr.cables.chain import Part
 from cdpr.scenario.events import EVENTS
-from cdpr.scenario.motions import AnyMotion
+from cdpr.scenario.motions import MOTIONS
 
 BACKENDS = cdpr_backends.cdpr_backends()
 PLUGINS = [*BACKENDS, *cdpr_solvers.cdpr_solvers(), *cdpr_controllers.cdpr_controllers()]
-MOTIONS = get_args(get_args(AnyMotion)[0])
 TABLES = {
     "cdpr_backends",
     "cdpr_controllers",
@@ -114,9 +113,9 @@ def homes() -> dict[str, set[str]]:
         libraries = row.requires if row in BACKENDS else ()  # engines are also known by these
         for name in (row.name, *row.aliases, *libraries):
             found.setdefault(name, set()).add(row.factory.partition(":")[0])
-    for kind in (*EVENTS, *MOTIONS, *cdpr.cables.EXITS):
-        name = get_args(kind.model_fields["type"].annotation)[0]
-        found.setdefault(name, set()).add(kind.__module__)
+    for kinds in (EVENTS, MOTIONS, cdpr.cables.EXITS):
+        for name, kind in kinds.items():
+            found.setdefault(name, set()).add(kind.__module__)
     for name, part in vars(cdpr.cables).items():
         if isinstance(part, Part):
             found.setdefault(name.lower(), set()).add(f"cdpr.cables.{name.lower()}")

@@ -174,13 +174,12 @@ PARTS = {
     "heavy": HEAVY,
 }
 IMPORTS = {
-    "ring": ("from cdpr.cables.ring import Ring\n", "from cdpr.cables.pulley import Pulley\n"),
-    "spring": ("from cdpr.cables.spring import SPRING\n", "from cdpr.cables.point import Point\n"),
+    "spring": ("from cdpr.cables.spring import SPRING\n", "from cdpr.cables.inextensible import INEXTENSIBLE\n"),
     "geared": ("from cdpr.cables.geared import GEARED\n", "from cdpr.cables.elastic import ELASTIC\n"),
     "heavy": ("from cdpr.cables.heavy import HEAVY\n", "from cdpr.cables.exit import Exit\n"),
 }
 ENTRIES = {
-    "ring_named": (" | Ring", "AnyExit = Annotated[Point | Pulley"),
+    "ring_named": (', "ring": "cdpr.cables.ring:Ring"', '"pulley": "cdpr.cables.pulley:Pulley"'),
     "models": (
         '    "sprung": Chain(DRUM, SPRING),\n    "geared": Chain(GEARED, SPRING),\n    "heavy": Chain(DRUM, HEAVY),\n',
         '    "elastic": Chain(DRUM, ELASTIC),\n',

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 from conftest import ROOT
@@ -13,7 +13,7 @@ from cdpr.base.errors import CdprError
 from cdpr.plugins.registry import registry
 from cdpr.scenario import examples
 from cdpr.scenario.events import EVENTS
-from cdpr.scenario.motions import AnyMotion
+from cdpr.scenario.motions import MOTIONS
 from cdpr.scenario.robot_schema import CableSection, RobotSection
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.ui.gui.editor import Editor
@@ -122,12 +122,12 @@ def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
     """Except those that need a file, which have a hint in their field."""
     editor = Editor("caroca")
     editor.edit("robot.cable.diameter", 0.01)
-    for event in EVENTS:
+    for event in EVENTS.values():
         editor.insert("events", event.kind())
         form = editor.form()
         assert [each["path"] for each in form["problems"]] == [f"events[0].{key}" for key in event.files]
         editor.undo()
-    files = {motion.kind(): motion.files for motion in get_args(get_args(AnyMotion)[0])}
+    files = {name: motion.files for name, motion in MOTIONS.items()}
     for name in values(fields(editor)["trajectory"]["choices"]):
         editor.edit("trajectory", name)
         paths = [each["path"] for each in editor.form()["problems"]]
