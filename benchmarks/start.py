@@ -1,4 +1,4 @@
-"""CPU and wall seconds of whole commands, of the stages of a run, and of a plain script beside them.
+"""CPU and wall seconds of whole commands, of the stages of a run, and of a plain script beside them, and their ratios.
 
 Each figure is the minimum of several fresh processes, all kinds in turn, after one of each that is not counted.
 Run: python benchmarks/start.py [COUNT] [--json]
@@ -28,15 +28,27 @@ def run(duration: float, *more: str) -> list[str]:
 
 
 COMMANDS = {
+    "import": ["-c", "import numpy, yaml, click, pluggy, pydantic"],
+    "import_mujoco": ["-c", "import numpy, yaml, click, pluggy, pydantic, mcap, mujoco"],
     "help": [*CDPR, "--help"],
     "validate": [*CDPR, "validate", SCENARIO],
+    "info": [*CDPR, "info", SCENARIO],
     "run": run(2, "--no-report"),
     "run_report": run(2),
     "run_4s": run(4, "--no-report"),
     "script_4s": [SCRIPT, "4", "script.csv"],
     "run_0.01s": run(0.01, "--no-report"),
+    "run_mujoco_0.01s": run(0.01, "--no-report", "--backend", "mujoco"),
     "script_0.01s": [SCRIPT, "0.01", "script.csv"],
 }
+
+# Required ratios of CPU seconds: a command, what it is compared with, and the highest ratio.
+RATIOS = (
+    ("validate", "import", 1.6),
+    ("run_mujoco_0.01s", "import_mujoco", 1.6),
+    ("run_mujoco_0.01s", "script_0.01s", 2.0),
+    ("info", "validate", 1.3),
+)
 
 # Stages of a run, in order: each reports the CPU seconds of the process so far.
 STAGES = f"""
@@ -114,3 +126,5 @@ if __name__ == "__main__":
         for name in (name for name in figures if not name.endswith("_wall")):
             wall = figures.get(f"{name}_wall")
             print(f"{name:<28}{figures[name]:.3f} s CPU" + (f"   {wall:.3f} s" if wall is not None else ""))
+        for name, other, most in RATIOS:
+            print(f"{name} / {other}: {figures[name] / figures[other]:.2f} (at most {most:g})")

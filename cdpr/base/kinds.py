@@ -27,6 +27,9 @@ K = TypeVar("K", bound=Kind)
 class Kinds(Mapping[str, type[K]], Generic[K]):
     """Sections by the value of `type`; as metadata of an annotation, it validates a section of any of these kinds.
 
+    Attributes:
+        homes: "module:Class" of each section.
+
     Example:
         >>> from cdpr.cables import EXITS
         >>> list(EXITS)
@@ -36,22 +39,22 @@ class Kinds(Mapping[str, type[K]], Generic[K]):
     """
 
     def __init__(self, homes: Mapping[str, str]) -> None:
-        self._homes = homes
+        self.homes = homes
 
     def __getitem__(self, name: str) -> type[K]:
         """Import and return a section."""
-        module, _, attribute = self._homes[name].partition(":")
+        module, _, attribute = self.homes[name].partition(":")
         section: type[K] = getattr(import_module(module), attribute)
         return section
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._homes)
+        return iter(self.homes)
 
     def __len__(self) -> int:
-        return len(self._homes)
+        return len(self.homes)
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and name in self._homes
+        return isinstance(name, str) and name in self.homes
 
     def __hash__(self) -> int:
         return id(self)
@@ -61,7 +64,9 @@ class Kinds(Mapping[str, type[K]], Generic[K]):
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return a union by `type` whose members are imported when they validate a value."""
-        members = {name: core_schema.with_info_plain_validator_function(partial(self._read_as, name)) for name in self}
+        members: dict[Any, CoreSchema] = {
+            name: core_schema.with_info_plain_validator_function(partial(self._read_as, name)) for name in self
+        }
         return core_schema.tagged_union_schema(members, discriminator="type")
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:

@@ -182,6 +182,27 @@ def test_light_commands_import_no_heavy_modules(code, heavy):
     assert output.splitlines()[-1] == "LOADED []"
 
 
+# Modules that the validation of a simple scenario does not import.
+UNUSED_BY_VALIDATE = (
+    "mcap", "isal", "rich", "multiprocessing",
+    "cdpr.gcode", "cdpr.scene", "cdpr.analysis", "cdpr.log.run", "cdpr.log.recorder", "cdpr.log.mcap_file",
+    "cdpr.simulation.loop", "cdpr.simulation.whole_run", "cdpr.simulation.runner", "cdpr.tension.stage",
+    "cdpr.cables.pulley", "concurrent.futures",
+)  # fmt: skip
+
+
+def test_validate_imports_only_the_kinds_that_the_file_uses():
+    validate = "from cdpr.ui.cli import cli; cli.main(['validate', 'scenarios/caroca.yaml'], standalone_mode=False)"
+    code = (
+        f"{validate}\nimport sys; from cdpr.scenario.events import EVENTS; from cdpr.scenario.motions import MOTIONS\n"
+        "homes = [home.partition(':')[0] for kinds in (EVENTS, MOTIONS) for home in kinds.homes.values()]\n"
+        "print('LOADED', sorted({home for home in homes if home in sys.modules}))"
+    )
+    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert output.splitlines()[-1] == "LOADED ['cdpr.scenario.motions.hold', 'cdpr.scenario.motions.quintic']"
+    test_light_commands_import_no_heavy_modules(validate, UNUSED_BY_VALIDATE)
+
+
 # Packages that a run of ideal cables on our own backend does not import.
 UNUSED_BY_A_RUN = (
     "numba", "rich", "multiprocessing",
