@@ -7,11 +7,20 @@ several `kinds`; an `oracle` checks the same poses by linear programs.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from cdpr.analysis.workspace.measure import Measured, measure
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import Region, region
 from cdpr.analysis.workspace.required import Required, box, ellipsoid, point, vertices, zonotope
-from cdpr.analysis.workspace.result import Workspace, load_workspace, workspace
+
+if TYPE_CHECKING:
+    from cdpr.analysis.workspace.result import Workspace, load_workspace, workspace
+else:  # the analysis of a motion does not compute workspaces
+    from cdpr.base.lazy import lazily
+
+    _RESULT = "cdpr.analysis.workspace.result"
+    __getattr__ = lazily(__name__, {"Workspace": _RESULT, "load_workspace": _RESULT, "workspace": _RESULT})
 
 __all__ = [
     "Measured",

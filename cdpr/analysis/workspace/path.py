@@ -41,7 +41,8 @@ def along(
         return found  # rigid legs are no cables
     among = clearance(with_diameters(robot), obstacles)
     values, which = among.at(poses)
-    least = _least(time, values, [f"{among.name(n)}{assumption(robot)}" for n in which.tolist()])
+    assumed = assumption(robot)
+    least = _least(time, values, [f"{among.name(n)}{assumed}" for n in which.tolist()])
     return found if least is None else {**found, "clearance": least}
 
 

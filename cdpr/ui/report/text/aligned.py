@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import re
 import textwrap
@@ -13,7 +12,7 @@ from cdpr.base.problems import printable
 
 WIDTH = 120  # characters per line
 BETWEEN_WORDS = re.compile(r" (?![^(]*\))")  # in a heading, except inside a unit such as (N m)
-WIDEST = 100_000  # width of a table: cells are never truncated
+BETWEEN, RULE = "  ", "─"  # of the columns of a table, and below its first row
 ROUNDING = 1e-12  # relative to the largest number of a vector: much more than the round-off of short sums
 
 
@@ -39,30 +38,35 @@ def table(rows: Iterable[Sequence[str]], left: int = 1, *, indent: str = "  ", r
         indent: prefix of each line.
         ruled: put a rule below the first row, and break its headings at each space.
     """
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+    cells = [[[printable(line) for line in cell.split("\n")] for cell in row] for row in rows]
+    if ruled:
+        cells[0] = [BETWEEN_WORDS.sub("\n", "\n".join(title)).split("\n") for title in cells[0]]
+    columns = range(len(cells[0]))
+    widths = [max(cell_width(line) for row in cells for cell in row[i : i + 1] for line in cell) for i in columns]
+    for k, row in enumerate(cells):
+        height = max(map(len, row))
+        for n in range(-height, 0):  # cells end on the same line
+            parts = (cell[n] if -n <= len(cell) else "" for cell in row)
+            yield (indent + BETWEEN.join(_padded(part, widths[i], i < left) for i, part in enumerate(parts))).rstrip()
+        if ruled and k == 0:
+            yield indent + RULE * (sum(widths) + len(BETWEEN) * (len(widths) - 1))
 
-    head, *body = ([Text("\n".join(map(printable, cell.split("\n")))) for cell in row] for row in rows)
-    grid = Table(
-        box=box.SIMPLE_HEAD if ruled else None,
-        show_header=ruled,
-        show_edge=False,
-        pad_edge=False,
-        padding=(0, 1) if ruled else (0, 2),
-        collapse_padding=True,
-        header_style="none",
-    )
-    for i, title in enumerate(head):
-        above = Text(BETWEEN_WORDS.sub("\n", title.plain)) if ruled else title
-        grid.add_column(above, justify="left" if i < left else "right", no_wrap=True, vertical="bottom")
-    for cells in body if ruled else (head, *body):
-        grid.add_row(*cells)
-    file = io.StringIO()
-    Console(file=file, width=WIDEST, color_system=None, force_jupyter=False).print(grid, no_wrap=True, crop=False)
-    for line in file.getvalue().splitlines():
-        yield f"{indent}{line}".rstrip()
+
+def _padded(text: str, width: int, left: bool) -> str:
+    """Return a text with this width on a terminal."""
+    if left:
+        return text + " " * (width - cell_width(text))
+    text = text.rstrip()
+    return " " * (width - cell_width(text)) + text
+
+
+def cell_width(text: str) -> int:
+    """Return the width of a text on a terminal, in characters."""
+    if text.isascii():
+        return len(text)
+    from rich.cells import cell_len  # slow to import, and only required for such text
+
+    return cell_len(text)
 
 
 def vector(values: Sequence[float]) -> str:
