@@ -10,7 +10,6 @@ import numpy as np
 
 from cdpr.base import tolerances
 from cdpr.cables.tables import line_table
-from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.properties import check_lengths
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
@@ -88,7 +87,11 @@ def survey(
     length, rate, tension = np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, m))
     wrench, reports = np.zeros((count, 6)), np.zeros((count, 4))
     state, at = np.zeros(13), {"length": np.zeros(m), "rate": np.zeros(m)}
+    accelerations = {"acceleration": np.zeros(3), "angular_acceleration": np.zeros(3)}
+    required = np.zeros(6)
     geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **at)
+    given = {"inertial": robot.inertial, "gravity": gravity, "state": state, **accelerations}
+    inverse_dynamics = bind("inverse_dynamics", **given, wrench=required)
     for k, row in enumerate(desired):
         while changes and 0 <= due <= numbers[k]:
             due = changes.apply(due)
@@ -97,7 +100,9 @@ def survey(
         length[k], rate[k] = at["length"], at["rate"]
         if not (length[k] >= tolerances.LENGTH).all():
             check_lengths(robot, row[:7])
-        live.wrench[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19]) - external
+        accelerations["acceleration"][:], accelerations["angular_acceleration"][:] = row[13:16], row[16:19]
+        inverse_dynamics()
+        live.wrench[:] = required - external
         distribute()
         wrench[k], tension[k], reports[k] = live.wrench, live.tension, live.report
     status, residual, margin, _ = reports.T
