@@ -311,8 +311,10 @@ def _entry_points(problems: list[str]) -> Iterator[importlib.metadata.EntryPoint
                 seen.add(name)
                 continue  # before parsing, which takes twice as long
             points = [point for point in distribution.entry_points if point.group == GROUP]
-            if points and None in (distribution.metadata["Name"], distribution.metadata["Version"]):
-                raise ValueError("no name and version")
+            if points:
+                metadata = distribution.metadata
+                if None in (metadata["Name"], metadata["Version"]):
+                    raise ValueError("no name and version")
         except Exception as error:
             place = getattr(distribution, "_path", None) or "a distribution"
             problems.append(f"{place}: its entry points cannot be read: {one_line(error)}")
@@ -328,14 +330,9 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
     on the path. With `disabled`, third-party plugins are not even imported.
     """
     result = Registry()
-
-    def key(point: importlib.metadata.EntryPoint) -> tuple[bool, str, str]:
-        name = point.dist.name if point.dist else ""
-        return (name != OWN_DISTRIBUTION, name, point.name)
-
-    for point in sorted(entry_points, key=key):
-        distribution = point.dist.name if point.dist else "unknown"
-        version = point.dist.version if point.dist else "?"
+    points = [(*_named(point), point) for point in entry_points]
+    points.sort(key=lambda row: (row[0] != OWN_DISTRIBUTION, row[0], row[2].name))
+    for distribution, version, point in points:
         if disabled and distribution != OWN_DISTRIBUTION:
             continue
         try:
@@ -351,6 +348,11 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
         for role, info in rows:
             result.add(role, info, distribution, version)
     return result
+
+
+def _named(point: importlib.metadata.EntryPoint) -> tuple[str, str]:
+    """Return name and version of the distribution of an entry point; each access parses its metadata."""
+    return (point.dist.name, point.dist.version) if point.dist else ("unknown", "?")
 
 
 def _rows(point: importlib.metadata.EntryPoint) -> list[tuple[Role, PluginInfo]]:

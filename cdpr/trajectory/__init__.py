@@ -15,15 +15,30 @@ Example:
 from typing import TYPE_CHECKING
 
 from cdpr.base.lazy import lazily
-from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
-from cdpr.trajectory.knots import Knot, interpolate, through
-from cdpr.trajectory.paths import arch, circle
-from cdpr.trajectory.redirect import redirected
-from cdpr.trajectory.tool import of_tool
 from cdpr.trajectory.trajectory import Stopping, Trajectory, hold
 
-if not TYPE_CHECKING:
-    __getattr__ = lazily(__name__)
+if TYPE_CHECKING:
+    from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
+    from cdpr.trajectory.knots import Knot, interpolate, through
+    from cdpr.trajectory.paths import arch, circle
+    from cdpr.trajectory.redirect import redirected
+    from cdpr.trajectory.tool import of_tool
+else:  # a motion uses few of them
+    __getattr__ = lazily(
+        __name__,
+        {
+            "Knot": "cdpr.trajectory.knots",
+            "Limits": "cdpr.trajectory.jerk_limited",
+            "Stop": "cdpr.trajectory.jerk_limited",
+            "arch": "cdpr.trajectory.paths",
+            "circle": "cdpr.trajectory.paths",
+            "interpolate": "cdpr.trajectory.knots",
+            "of_tool": "cdpr.trajectory.tool",
+            "redirected": "cdpr.trajectory.redirect",
+            "stop_to_stop": "cdpr.trajectory.jerk_limited",
+            "through": "cdpr.trajectory.knots",
+        },
+    )
 
 __all__ = [
     "Knot",
