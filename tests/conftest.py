@@ -82,10 +82,8 @@ def make_robot(
     platform = Platform(
         mass, frozen_array(np.diag([2.0, 3.0, 4.0]) if inertia is None else inertia), frozen_array(center_of_mass)
     )
-    cables = tuple(
-        Cable(f"cable_{i + 1}", frozen_array(row[:3]), frozen_array(row[3:]), *limits) for i, row in enumerate(anchors)
-    )
-    return Robot("test", platform, cables)
+    cables = tuple(Cable(row[:3], row[3:], *limits) for row in anchors)
+    return Robot(platform, cables, name="test")
 
 
 def crossed_box(rng: np.random.Generator, m: int) -> np.ndarray:

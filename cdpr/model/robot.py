@@ -3,45 +3,42 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Protocol
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
+from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
-from cdpr.model.frozen import Frozen
-from cdpr.model.shapes import Frame, Shape
-from cdpr.native.arrays import MASKED, masked
+from cdpr.base.problems import shown
+from cdpr.model.cable import Cable, CableExit, Winch
+from cdpr.model.frozen import Array, Frozen, frozen_array, given_array, given_name, read_only
+from cdpr.model.platform import Platform, box_inertia
+from cdpr.model.shapes import Frame
+from cdpr.native.arrays import real
 
-Array = NDArray[np.float64]
+__all__ = [
+    "COMMANDED",
+    "DOF_NAMES",
+    "Array",
+    "Cable",
+    "CableExit",
+    "Platform",
+    "Robot",
+    "Winch",
+    "frozen_array",
+    "ideal",
+    "read_only",
+]
 
 COMMANDED = "ideal"  # default cable model, whose tensions equal the commands
 
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
-
-
-def frozen_array(values: Sequence[float] | Sequence[Sequence[float]] | Array) -> Array:
-    """Return a read-only, C-contiguous float64 copy of `values`.
-
-    Raises:
-        CdprError: if some are masked.
-    """
-    if masked(values):
-        raise CdprError(MASKED)
-    array = np.array(values, dtype=np.float64, order="C")
-    array.flags.writeable = False
-    return array
-
-
-def read_only(array: Array) -> Array:
-    """Return a read-only view of `array`."""
-    view = array.view()
-    view.flags.writeable = False
-    return view
 
 
 def ideal(model: str) -> bool:
@@ -49,108 +46,153 @@ def ideal(model: str) -> bool:
     return model == COMMANDED
 
 
-class CableExit(Protocol):
-    """Interface of exits from the frame; see `cdpr.cables`."""
-
-    header: ClassVar[str]
-
-    @property
-    def type(self) -> str:
-        """Name of its kind in `cdpr.cables`."""
-
-    def numbers(self) -> Sequence[float]:
-        """Return the numbers of its kernel."""
-
-    def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
-        """Return why no cable leads from `frame` to `tip`, or ""."""
-
-    def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
-        """Return points (k, 3), m, of a line that shows it."""
-
-    def swivel(self) -> Sequence[float] | None:
-        """Return the unit vector of the line through the anchor across which the exit point jumps, or None."""
-
-
-@dataclass(frozen=True)
-class Winch:
-    """Motor and the drum on which it winds a cable."""
-
-    drum_radius: float = math.nan  # m, unstretched cable per radian; NaN, like the next, without a drum
-    inertia: float = math.nan  # kg m^2, of all rotating parts, about the drum's axis
-    viscous_friction: float = 0.0  # N m s
-    coulomb_friction: float = 0.0  # N m
-    coulomb_speed: float = 0.1  # rad/s, speed at which Coulomb friction reaches 76 % (tanh 1) of its value
-    own: Mapping[str, float] = field(default_factory=dict)  # additional numbers of its kind of winch, SI units, by key
-
-
-@dataclass(frozen=True, eq=False)
-class Cable(Frozen):
-    """Cable between the frame and the platform.
-
-    Optional properties are None if unknown; cable models raise an error if they need one. Named properties are also
-    used by solvers and drawings; `own` has those of a single part, by key.
-    """
-
-    name: str
-    frame: Array  # (3,) A_i, m, world axes
-    platform: Array  # (3,) B_i, m, platform axes
-    tension_min: float  # N
-    tension_max: float  # N
-    diameter: float | None = None  # m
-    axial_stiffness: float | None = None  # N, the product E A
-    damping: float = 0.0  # N s/m, along the cable
-    linear_density: float | None = None  # kg/m
-    length_min: float | None = None  # m
-    length_max: float | None = None  # m
-    speed_max: float | None = None  # m/s
-    winch: Winch | None = None
-    exit: CableExit | None = None  # a point, the anchor, by default
-    model: str | None = None  # the robot's cable_model by default
-    own: Mapping[str, float] = field(default_factory=dict)  # SI units
-
-    def __repr__(self) -> str:
-        return f"<Cable {self.name}: {self.tension_min:g} to {self.tension_max:g} N>"
-
-
-@dataclass(frozen=True, eq=False)
-class Platform(Frozen):
-    """Moving rigid body."""
-
-    mass: float  # kg
-    inertia: Array  # (3, 3), kg m^2, about the centre of mass, platform axes
-    center_of_mass: Array  # (3,), m, from the platform's origin, platform axes
-    shape: Shape | None = None
-    colour: str | None = None  # "#rrggbb"
-    tools: Mapping[str, Array] = field(default_factory=dict)  # points (3,), m, platform axes, by name
-
-    def __repr__(self) -> str:
-        return f"<Platform of {self.mass:g} kg>"
-
-    @property
-    def outline(self) -> dict[str, Any] | None:
-        """Shape as plain data, m: {kind: size}, as in `cdpr.model.shapes`; None if there is none."""
-        return None if self.shape is None else self.shape.outline
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Robot(Frozen):
     """Cable-driven parallel robot: a platform, m cables and n degrees of freedom.
+
+    `Robot.from_points` makes one from arrays, and `Robot.load` reads a file or an example.
+
+    Args:
+        platform: moving rigid body.
+        cables: the cables; those without a name become cable_1, cable_2, ...
+        dof: free directions of the platform, in the order x, y, z, rx, ry, rz.
+        name: name.
+        unilateral: False for rigid legs, which may also push.
+        home: reference pose, (3,) or (7,): position, m, and quaternion w, x, y, z.
+        cable_model: default cable model of its cables: see `cdpr.cables`.
+        frame: outline of the frame.
+
+    Raises:
+        CdprError: if an argument is wrong.
 
     Example:
         >>> import cdpr
         >>> robot = cdpr.load_robot("caroca")
         >>> robot.m, robot.n, robot.anchors.shape
         (8, 6, (8, 6))
+        >>> robot.replace(platform=robot.platform.replace(mass=120.0))
+        <Robot caroca: 8 cables, 3R3T, platform of 120 kg>
     """
 
     name: str
     platform: Platform
     cables: tuple[Cable, ...]
-    dof: tuple[str, ...] = DOF_NAMES
-    unilateral: bool = True  # False: rigid legs that may also push
-    home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: reference pose
-    cable_model: str = COMMANDED  # default cable model of its cables: see `cdpr.cables`
-    frame: Frame | None = None
+    dof: tuple[str, ...]
+    unilateral: bool  # False: rigid legs that may also push
+    home: Array | None  # (7,) position, m, and quaternion w, x, y, z: reference pose
+    cable_model: str  # default cable model of its cables: see `cdpr.cables`
+    frame: Frame | None
+
+    def __init__(
+        self,
+        platform: Platform,
+        cables: Sequence[Cable],
+        dof: Sequence[str] = DOF_NAMES,
+        *,
+        name: str = "robot",
+        unilateral: bool = True,
+        home: ArrayLike | None = None,
+        cable_model: str = COMMANDED,
+        frame: Frame | None = None,
+    ) -> None:
+        if not isinstance(platform, Platform):
+            raise CdprError(f"Robot(platform=): expected a cdpr.Platform, got {shown(platform)}")
+        if frame is not None and not isinstance(frame, Frame):
+            raise CdprError(f"Robot(frame=): expected a cdpr.model.Frame, got {shown(frame)}")
+        if not isinstance(unilateral, bool):
+            raise CdprError(f"Robot(unilateral=): expected True or False, got {shown(unilateral)}")
+        vars(self).update(
+            name=given_name(name, "Robot(name=)"),
+            platform=platform,
+            cables=_named(cables, unilateral),
+            dof=_directions(dof),
+            unilateral=unilateral,
+            home=None if home is None else _pose(home, "Robot(home=)"),
+            cable_model=given_name(cable_model, "Robot(cable_model=)"),
+            frame=frame,
+        )
+
+    @classmethod
+    def from_points(
+        cls,
+        frame: ArrayLike,
+        platform: ArrayLike,
+        *,
+        mass: float,
+        inertia: ArrayLike | None = None,
+        center_of_mass: ArrayLike = (0.0, 0.0, 0.0),
+        tension_min: ArrayLike = 0.0,
+        tension_max: ArrayLike = math.inf,
+        home: ArrayLike | None = None,
+        dof: Sequence[str] = DOF_NAMES,
+        name: str = "robot",
+    ) -> Self:
+        """Return a robot from the anchors of its m cables.
+
+        Args:
+            frame: A_i, (m, 3), m, world axes.
+            platform: B_i, (m, 3), m, platform axes.
+            mass: mass of the platform, kg.
+            inertia: as for `Platform`; by default that of a solid box around the points of the platform.
+            center_of_mass: (3,), m, from the platform's origin, platform axes.
+            tension_min: lowest admissible tension, N, a number or (m,).
+            tension_max: highest admissible tension, N, a number or (m,).
+            home: reference pose, (3,) or (7,); by default upright at the centre of the box around the frame's points.
+            dof: free directions of the platform.
+            name: name.
+
+        Raises:
+            CdprError: if an argument is wrong.
+
+        Example:
+            >>> import cdpr
+            >>> corners = [[x, y, z] for z in (0.0, 3.0) for x in (-2.0, 2.0) for y in (-2.0, 2.0)]
+            >>> points = [[0.05 * x, 0.05 * y, 0.1 - 0.05 * z] for x, y, z in corners]
+            >>> robot = cdpr.Robot.from_points(corners, points, mass=20.0)
+            >>> robot.home[:3], robot.tension_max[0]
+            (array([0. , 0. , 1.5]), np.float64(inf))
+        """
+        at = "Robot.from_points({}=)".format
+        A, B = given_array(frame, (None, 3), at("frame")), given_array(platform, (None, 3), at("platform"))
+        if len(A) != len(B) or not len(A):
+            raise CdprError(f"{at('platform')}: expected as many points as frame, {len(A)}, got {len(B)}")
+        low = _per_cable(tension_min, len(A), at("tension_min"))
+        high = _per_cable(tension_max, len(A), at("tension_max"))
+        body = Platform(mass, np.eye(3), center_of_mass)
+        if inertia is not None:
+            body = Platform(mass, inertia, center_of_mass)
+        elif any(each.startswith("r") for each in _directions(dof)):
+            tensor = box_inertia(body.mass, np.ptp(B, axis=0))
+            if not (np.diag(tensor) > 0.0).all():
+                raise CdprError(f"{at('inertia')}: required, because the points of the platform are on one line")
+            body = Platform(mass, tensor, center_of_mass)
+        cables = [Cable(a, b, *limits) for a, b, *limits in zip(A, B, low, high, strict=True)]
+        centre = 0.5 * (A.min(axis=0) + A.max(axis=0))
+        return cls(body, cables, dof, name=name, home=centre if home is None else home)
+
+    @staticmethod
+    def load(source: str | os.PathLike[str] | Mapping[str, Any] | Robot) -> Robot:
+        """Return the robot of a file, an example or a dict with the keys of a robot file; a robot itself.
+
+        Raises:
+            ScenarioError: with all problems.
+        """
+        robot: Robot = late("Robot.load")(source)
+        return robot
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the robot as plain data with the keys of a robot file."""
+        data: dict[str, Any] = late("Robot.to_dict")(self)
+        return data
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the robot as YAML; `load` returns an equal robot.
+
+        Raises:
+            OutputError: if it cannot be written.
+            ScenarioError: if no robot file can describe the robot.
+        """
+        late("Robot.save")(self, path)
 
     def __repr__(self) -> str:
         return f"<Robot {self.name}: {self.m} cables, {self.pattern}, platform of {self.platform.mass:g} kg>"
@@ -213,3 +255,49 @@ class Robot(Frozen):
         """Mass properties for the kernels, (13,): mass, centre of mass (3), inertia tensor row by row."""
         platform = self.platform
         return frozen_array(np.concatenate([[platform.mass], platform.center_of_mass, platform.inertia.ravel()]))
+
+
+def _named(cables: Any, unilateral: bool) -> tuple[Cable, ...]:
+    """Return the cables of a robot, all with names."""
+    given = list(cables) if isinstance(cables, list | tuple) else []
+    wrong = [each for each in given if not isinstance(each, Cable)]
+    if wrong or not given:
+        raise CdprError(f"Robot(cables=): expected a list of cdpr.Cable, got {shown(wrong[0] if wrong else cables)}")
+    named = [each if each.name else each.replace(name=f"cable_{i}") for i, each in enumerate(given, start=1)]
+    for i, cable in enumerate(named):
+        if unilateral and cable.tension_min < 0.0:
+            text = f"tension_min must be at least 0 N, got {cable.tension_min:g}: a cable cannot push"
+            raise CdprError(f"Robot(cables=)[{i}]: {text}; rigid legs: unilateral=False")
+        if cable.name in (other.name for other in named[:i]):
+            raise CdprError(f"Robot(cables=)[{i}]: '{cable.name}' is the name of another cable; names must differ")
+    return tuple(named)
+
+
+def _directions(dof: Any) -> tuple[str, ...]:
+    found = tuple(dof) if isinstance(dof, list | tuple) else ()
+    if not found or found != tuple(name for name in DOF_NAMES if name in found):
+        raise CdprError(f"Robot(dof=): expected some of {', '.join(DOF_NAMES)}, in this order, got {shown(dof)}")
+    return found
+
+
+def _pose(home: ArrayLike, name: str) -> Array:
+    """Return a pose (7,) with a quaternion of norm 1."""
+    if type(home) is np.ndarray and home.shape == (7,) and not home.flags.writeable:  # of another robot
+        return given_array(home, (7,), name)
+    values = real(home, name)
+    if values.shape == (3,):
+        return frozen_array([*given_array(values, (3,), name), 1.0, 0.0, 0.0, 0.0])
+    pose = given_array(values, (7,), name).copy()
+    norm = float(np.linalg.norm(pose[3:]))
+    if abs(norm - 1.0) > tolerances.UNIT:
+        raise CdprError(f"{name}: expected a quaternion of norm 1, got norm {norm:.6g}")
+    pose[3:] /= norm
+    return frozen_array(pose)
+
+
+def _per_cable(values: ArrayLike, m: int, name: str) -> list[float]:
+    """Return one number per cable, from them or one for all."""
+    array = real(values, name)
+    if array.shape not in ((), (1,), (m,)):
+        raise CdprError(f"{name}: expected one number or {m}, one per cable, got {len(np.atleast_1d(array))}")
+    return [float(value) for value in np.broadcast_to(array, m)]

@@ -29,10 +29,8 @@ def make_robot(
     """Return a robot from anchors (m, 6)."""
     inertia = np.diag([2.0, 3.0, 4.0]) if inertia is None else inertia
     platform = Platform(mass, frozen_array(inertia), frozen_array(center_of_mass))
-    cables = tuple(
-        Cable(f"cable_{i + 1}", frozen_array(row[:3]), frozen_array(row[3:]), *limits) for i, row in enumerate(anchors)
-    )
-    return Robot("sample", platform, cables, dof)
+    cables = tuple(Cable(row[:3], row[3:], *limits) for row in anchors)
+    return Robot(platform, cables, dof, name="sample")
 
 
 def crossed(m: int) -> Array:

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.optimize import linprog
 
 from cdpr.model import Cable, Platform, Robot
-from cdpr.model.robot import frozen_array
 from cdpr.plugins import PluginInfo
 from cdpr.plugins.registry import Registry
 from cdpr.tension import Status
@@ -20,15 +19,15 @@ from cdpr_solvers.qp import MinimumNorm
 def carriage(m: int = 2, *, mass: float = 10.0, limits: tuple[float, float] = (10.0, 100.0)) -> Robot:
     """A carriage between two cables on a rail along x, or hanging on the first alone."""
     anchors = [(5.0, 0.0, 0.0), (-5.0, 0.0, 0.0)][:m]
-    cables = tuple(Cable(f"c{i}", frozen_array(A), frozen_array([0.0] * 3), *limits) for i, A in enumerate(anchors))
-    return Robot("carriage", Platform(mass, frozen_array(np.eye(3)), frozen_array([0.0] * 3)), cables, ("x",))
+    cables = tuple(Cable(A, [0.0] * 3, *limits, name=f"c{i}") for i, A in enumerate(anchors))
+    return Robot(Platform(mass, np.eye(3)), cables, ("x",), name="carriage")
 
 
 def wall() -> Robot:
     """A point of 5 kg in a vertical plane between four cables: redundancy 2."""
     anchors = [(-1.5, 0, 2), (1.5, 0, 2), (-1.0, 0, 0), (1.2, 0, 0)]
-    cables = tuple(Cable(f"c{i}", frozen_array(A), frozen_array([0] * 3), 5.0, 300.0) for i, A in enumerate(anchors))
-    return Robot("wall", Platform(5.0, frozen_array(np.eye(3)), frozen_array([0] * 3)), cables, ("x", "z"))
+    cables = tuple(Cable(A, [0] * 3, 5.0, 300.0, name=f"c{i}") for i, A in enumerate(anchors))
+    return Robot(Platform(5.0, np.eye(3)), cables, ("x", "z"), name="wall")
 
 
 class AlwaysOk(MinimumNorm):

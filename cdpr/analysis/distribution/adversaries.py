@@ -86,11 +86,9 @@ def robots() -> list[Robot]:
     for dof, m in SIZES:
         angle = 2.0 * np.pi * np.arange(m) / m
         B = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
-        cables = tuple(
-            Cable(f"c{i + 1}", frozen_array(10.0 * b), frozen_array(b), 0.0, float(LARGEST)) for i, b in enumerate(B)
-        )
+        cables = tuple(Cable(10.0 * b, b, 0.0, float(LARGEST), name=f"c{i + 1}") for i, b in enumerate(B))
         platform = Platform(10.0, frozen_array(np.eye(3)), frozen_array([0.0, 0.0, 0.0]))
-        found.append(Robot(f"adversaries, {m} cables for {len(dof)}", platform, cables, dof))
+        found.append(Robot(platform, cables, dof, name=f"adversaries, {m} cables for {len(dof)}"))
     return found
 
 
