@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Annotated, Any, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from cdpr.base.errors import CdprError
+from cdpr.base.lazy import late
+from cdpr.base.problems import shown
 
 MAX_MAGNITUDE = 1e12  # above this, squares and products leave the meaningful range of the simulation
 # m; the longest cables have kilometres, and farther out round-off of positions exceeds the tolerance of comparisons:
@@ -17,10 +22,29 @@ NAME_PATTERN = r"^\w[\w.-]{0,63}$"
 DEFERRED = ConfigDict(defer_build=True)  # for types whose validators are built when first used: most runs need few
 
 
-class Section(BaseModel):
+class SectionType(type(BaseModel)):  # type: ignore[misc]  # pydantic's metaclass is not public
+    """Type of sections: their constructors accept arrays and dicts, and raise CdprError with the argument's name."""
+
+    def __call__(cls, *arguments: Any, **values: Any) -> Any:
+        """Return a section of arguments by name; the `type` of a kind of section is known."""
+        if arguments:
+            raise CdprError(f"{cls.__name__}: expected arguments by name, got {shown(arguments[0])}")
+        if issubclass(cls, Kind) and len(kinds := get_args(cls.model_fields["type"].annotation)) == 1:
+            values = {"type": kinds[0]} | values
+        try:
+            return super().__call__(**values)
+        except ValidationError:  # not of the exact types: read like a file
+            return late("Section")(cls, values)
+
+
+class Section(BaseModel, metaclass=SectionType):
     """Base class of all sections: frozen, no unknown key, no NaN, no silent conversion."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the given values as plain data, with the keys of a file."""
+        return self.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
 
 
 class Kind(Section):
@@ -44,6 +68,12 @@ def _moderate(value: float) -> float:
     if abs(value) > MAX_MAGNITUDE:
         raise ValueError(f"must lie between -{MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g}, got {value!r}")
     return value
+
+
+def _highest(value: float) -> float:
+    if math.isnan(value):
+        raise ValueError("expected a number, got nan")
+    return value if value == math.inf else _moderate(value)
 
 
 def _near(value: float) -> float:
@@ -71,6 +101,8 @@ def _turns(value: str) -> str:
 
 Number = Annotated[float, AfterValidator(_moderate)]
 WholeOrNumber = Annotated[int | float, AfterValidator(_moderate)]  # whole numbers stay whole
+# Upper limit that may be infinite
+Highest = Annotated[float, Field(allow_inf_nan=True), AfterValidator(_highest)]
 Positive = Annotated[float, Field(gt=0), AfterValidator(_moderate)]
 NonNegative = Annotated[float, Field(ge=0), AfterValidator(_moderate)]
 Vector3 = tuple[Number, Number, Number]

@@ -10,11 +10,15 @@ from typing import Any
 # function; these names are resolved at the call, only here.
 LATE = {
     "Robot._repr_html_": "cdpr.ui.report.pages.notebook:of_robot",
+    "Robot.load": "cdpr.scenario.loader:robot_of",
+    "Robot.save": "cdpr.scenario.from_python:save_robot",
+    "Robot.to_dict": "cdpr.scenario.from_python:robot_data",
     "Run._repr_html_": "cdpr.ui.report.pages.notebook:of_run",
     "Run.plot": "cdpr.ui.report.figures.run:plot",
     "Run.summary": "cdpr.log.summary:summarise",
     "Run.to_pandas": "cdpr.log.export:to_pandas",
     "Scenario._repr_html_": "cdpr.ui.report.pages.notebook:of_scenario",
+    "Section": "cdpr.config.arguments:from_arguments",
     "Simulation._repr_html_": "cdpr.ui.report.pages.notebook:of_simulation",
 }
 

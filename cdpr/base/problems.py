@@ -50,7 +50,8 @@ class Problem:
 
     def __str__(self) -> str:
         key = f"{dotted(self.path)}: " if self.path else ""
-        return printable(f"{self.mark}: {key}{self.text}")
+        place = f"{self.mark}: " if self.mark.source else ""  # none for values given in Python
+        return printable(f"{place}{key}{self.text}")
 
 
 def dotted(path: Path) -> str:

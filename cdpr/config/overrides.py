@@ -12,11 +12,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.base.errors import CdprError
+from cdpr.base.fields import Section
 from cdpr.base.problems import Mark, Path, shown
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
 from cdpr.config.scalars import MAX_DIGITS
 from cdpr.config.yaml_nodes import MAX_DEPTH, has_surrogate, parse_value
+from cdpr.model import Robot
 from cdpr.native.arrays import MASKED, masked
 
 KEY = re.compile(r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*")
@@ -119,31 +121,41 @@ def _parsed(text: str) -> Any:
     return parse_value(value.strip())
 
 
-def plain_value(value: Any, depth: int = 1) -> Any:
-    """Convert a Python value into plain data.
+class NotPlainError(ValueError):
+    """Python value that is no plain data; `path` is its place."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        super().__init__(text)
+        self.path = path
+
+
+def plain_value(value: Any, path: Path = ()) -> Any:
+    """Convert a Python value at `path` into plain data; arrays become lists, robots and sections mappings.
 
     Raises:
-        ValueError: if it is not convertible.
+        NotPlainError: if it is not convertible.
     """
-    if depth > MAX_DEPTH:
-        raise ValueError(f"nested more than {MAX_DEPTH} deep")
+    if len(path) > MAX_DEPTH:
+        raise NotPlainError(path[:2], f"nested more than {MAX_DEPTH} deep")
+    if isinstance(value, Section | Robot):
+        return value.to_dict()
     if hasattr(value, "tolist"):  # NumPy array or scalar
         if masked(value):
-            raise ValueError(MASKED)
+            raise NotPlainError(path, MASKED)
         value = value.tolist()
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
     if isinstance(value, str) and has_surrogate(value):
-        raise ValueError(f"expected a text of valid characters, got {shown(value)}")
+        raise NotPlainError(path, f"expected a text of valid characters, got {shown(value)}")
     if isinstance(value, int) and abs(value) >= 10**MAX_DIGITS:
-        raise ValueError("the whole number is too large")
+        raise NotPlainError(path, "the whole number is too large")
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping):
-        return {str(key): plain_value(item, depth + 1) for key, item in value.items()}
+        return {str(key): plain_value(item, (*path, str(key))) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [plain_value(item, depth + 1) for item in value]
-    raise ValueError(f"expected a number, a text, a list or a mapping, got {type(value).__name__}")
+        return [plain_value(item, (*path, i)) for i, item in enumerate(value)]
+    raise NotPlainError(path, f"expected a number, a text, a list or a mapping, got {type(value).__name__}")
 
 
 def brief(value: object) -> str:

@@ -52,7 +52,7 @@ class Cylinder:
 class Mesh:
     """Triangle mesh, represented by its bounding box."""
 
-    file: str
+    file: str  # absolute path
     lower: tuple[float, float, float]  # m, corners of the bounding box, platform axes
     upper: tuple[float, float, float]  # m
 

@@ -72,7 +72,8 @@ class ShapeSection(Section):
         if self.cylinder is not None:
             return Cylinder(self.cylinder.radius, self.cylinder.height)
         assert self.mesh is not None
-        return Mesh(self.mesh, *box_around(os.path.join(folder, self.mesh)))
+        path = os.path.join(folder, self.mesh)
+        return Mesh(os.path.abspath(path), *box_around(path))
 
 
 class ObstacleSection(Section):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from typing import Any
 
 from cdpr.base.errors import ScenarioError
 from cdpr.base.problems import Problem
@@ -13,17 +14,20 @@ from cdpr.config.problems import Problems
 from cdpr.config.validation import report_nulls, validate
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
-from cdpr.scenario import plausible
+from cdpr.scenario import examples, plausible
 from cdpr.scenario.checks import remember
 from cdpr.scenario.choices import choices
+from cdpr.scenario.from_python import document_of
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario, build_scenario
-from cdpr.scenario.source import kind_of, open_document, stem
+from cdpr.scenario.source import Kind, check_kind, kind_of, open_document, stem
+
+Source = str | os.PathLike[str] | Mapping[str, Any]  # file, name of an example, or data with the keys of a file
 
 
 def load_scenario(
-    path: str | os.PathLike[str],
+    path: Source | Scenario,
     *,
     text: str | None = None,
     files: Mapping[str, str] | None = None,
@@ -37,8 +41,8 @@ def load_scenario(
     """Load and validate a scenario.
 
     Args:
-        path: scenario file, or name of an example. With `text`, it is used only in messages and as the base of relative
-            file names.
+        path: scenario file, name of an example, data with the keys of a scenario file, or a Scenario. With `text`, it
+            is used only in messages and as the base of relative file names.
         text: YAML that is read instead of the file.
         files: texts that are read instead of referenced robot files, by absolute path.
         overrides: mapping of dotted keys to values ({"robot.cables[0].frame[2]": 3.5}), or list of texts as after
@@ -64,18 +68,20 @@ def load_scenario(
         >>> scenario.simulation.duration
         2.0
     """
+    if isinstance(path, Scenario):
+        return path.with_changes(overrides, backend=backend, solver=solver, controller=controller, plugins=plugins)
     problems = Problems()
-    document = open_document(file_name(path), "scenario", problems, text=text)
+    document = _open(path, "scenario", problems, text)
     document.files = files or {}
     chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
     return build_scenario(document, overrides, chosen, plugins or registry(), problems, before)
 
 
-def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrides: Overrides = ()) -> Robot:
+def load_robot(path: Source | Robot, *, text: str | None = None, overrides: Overrides = ()) -> Robot:
     """Load and validate a robot file.
 
     Args:
-        path: robot file, or name of an example.
+        path: robot file, name of an example, data with the keys of a robot file, or a Robot.
         text: YAML that is read instead of the file.
         overrides: changes by dotted key, as for `load_scenario`, without the leading `robot.`.
 
@@ -93,20 +99,51 @@ def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrid
         >>> robot.tension_max.shape
         (8,)
     """
+    if isinstance(path, Robot):
+        if not overrides:
+            return path
+        path = path.to_dict()
     problems = Problems()
-    return _robot(open_document(file_name(path), "robot", problems, text=text), overrides, problems)
+    return _robot(_open(path, "robot", problems, text), overrides, problems)
+
+
+def robot_of(source: Source | Robot | Scenario) -> Robot:
+    """Return the robot of a file, an example, data, a Scenario, or a Robot itself; files may be scenarios.
+
+    Raises:
+        ScenarioError: with all problems.
+    """
+    if isinstance(source, Robot):
+        return source
+    if not isinstance(source, Scenario | Mapping):
+        source = examples.resolve(file_name(source), "robot")
+    loaded = source if isinstance(source, Scenario) else load_any(source)
+    return loaded if isinstance(loaded, Robot) else loaded.robot
 
 
 def file_name(path: object) -> str:
     """Return a file name; raise ScenarioError if `path` is not one."""
     if isinstance(path, (str, os.PathLike)):
         return os.fspath(path)
-    text = f"expected a file name, not {type(path).__name__}: pass YAML text as `text`; see load_scenario"
-    raise ScenarioError([text])
+    kind = f"a {type(path).__name__}"
+    remedy = "Scenario(robot=..., simulation={'duration': ...}) makes a scenario of it; " * isinstance(path, Robot)
+    raise ScenarioError(
+        [f"expected a file, an example's name, a dict or a Scenario, got {kind}: {remedy}see load_scenario"]
+    )
+
+
+def _open(source: Source, kind: Kind | None, problems: Problems, text: str | None = None) -> Document:
+    """Return the document of a file, an example or data."""
+    if not isinstance(source, Mapping):
+        return open_document(file_name(source), kind, problems, text=text)
+    document = document_of(source)
+    check_kind(document, kind, problems)
+    document.data.setdefault("name", kind or kind_of(document) or "unnamed")
+    return document
 
 
 def load_any(
-    path: str | os.PathLike[str],
+    path: Source,
     *,
     overrides: Overrides = (),
     plugins: Registry | None = None,
@@ -118,7 +155,7 @@ def load_any(
     `notes` receives `Scenario.notes`, and `warnings` receives `Scenario.warnings`.
     """
     problems = Problems()
-    document = open_document(file_name(path), None, problems)
+    document = _open(path, None, problems)
     if kind_of(document) == "robot":
         return _robot(document, overrides, problems, warnings)
     scenario = build_scenario(document, overrides, [], plugins or registry(), problems)

@@ -9,7 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, create_model, model_validator
 
-from cdpr.base.fields import ZERO, Colour, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
+from cdpr.base.fields import (
+    ZERO,
+    Colour,
+    Highest,
+    Name,
+    NonNegative,
+    Number,
+    Position,
+    Positive,
+    Section,
+    Vector3,
+    unit,
+)
 from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
@@ -126,8 +138,8 @@ class TensionSection(Section):
     min: Number | list[Number] = Field(
         description="lowest admissible tension, a number or one per cable", json_schema_extra=unit("N")
     )
-    max: Number | list[Number] = Field(
-        description="highest admissible tension, a number or one per cable", json_schema_extra=unit("N")
+    max: Highest | list[Highest] = Field(
+        description="highest admissible tension, a number or one per cable; .inf for none", json_schema_extra=unit("N")
     )
 
 
@@ -135,7 +147,7 @@ class CableTension(Section):
     """Tension limits of a cable, if they differ from the robot's."""
 
     min: Number | None = Field(None, description="lowest admissible tension", json_schema_extra=unit("N"))
-    max: Number | None = Field(None, description="highest admissible tension", json_schema_extra=unit("N"))
+    max: Highest | None = Field(None, description="highest admissible tension", json_schema_extra=unit("N"))
 
 
 class LengthLimits(Section):

@@ -59,12 +59,17 @@ def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str
     if document is None:
         problems.raise_any()
         raise AssertionError("a file without document has a problem")
+    check_kind(document, kind, problems)
+    return document
+
+
+def check_kind(document: Document, kind: Kind | None, problems: Problems) -> None:
+    """Raise ScenarioError if a document is of another kind."""
     found = kind_of(document)
     if found and found != kind and (kind or found in ("study", "design")):
         hint = NAMED.get((kind or "", found)) or HINTS.get(found, f"expected a {kind} file")
-        problems.add(Mark(path), (), f"this is a {found} file; {hint}")
+        problems.add(Mark(document.source), (), f"this is a {found} file; {hint}")
         problems.raise_any()
-    return document
 
 
 def kind_of(document: Document) -> Kind | None:

@@ -1,0 +1,177 @@
+"""Robots as plain data with the keys of a robot file, and documents of scenarios and robots given in Python.
+
+Data from Python pass the same checks as files. Their problems name the key, without file and line.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from cdpr.base.errors import CdprError, ScenarioError
+from cdpr.base.files import seen_from
+from cdpr.base.problems import Mark, dotted
+from cdpr.cables import chain_of
+from cdpr.cables.elastic import DAMPING
+from cdpr.config.document import Document
+from cdpr.config.overrides import NotPlainError, plain_value
+from cdpr.config.yaml_text import dump
+from cdpr.log.files import make_folder, replace
+from cdpr.model import Cable, Robot, Winch
+from cdpr.model.robot import COMMANDED, DOF_NAMES, Array
+from cdpr.model.shapes import Cylinder, Frame, Mesh, Shape
+from cdpr.scenario import examples
+
+HERE = Mark("")  # position of values given in Python
+
+# Values that cables may share, in the order of robot files.
+SHARED = ("diameter", "axial_stiffness", "damping", "linear_density", "exit")
+
+
+def document_of(data: Mapping[str, Any]) -> Document:
+    """Return the document of a scenario's or robot's data; file names in it are relative to the working folder.
+
+    A scenario's robot may be a Robot, and its name that of an example.
+
+    Raises:
+        ScenarioError: if a value is no plain data.
+    """
+    plain: dict[str, Any] = {}
+    problems = []
+    for key, value in data.items():
+        try:
+            plain[str(key)] = plain_value(value, (str(key),))
+        except NotPlainError as error:
+            problems.append(f"{dotted(error.path)}: {error}")
+    if problems:
+        raise ScenarioError(problems)
+    if isinstance(robot := plain.get("robot"), str):
+        plain["robot"] = seen_from("", examples.resolve(robot, "robot")) if robot else robot
+    return Document(plain, "", values={(): HERE})
+
+
+def robot_data(robot: Robot) -> dict[str, Any]:
+    """Return a robot as plain data of a robot file, in world axes; without values equal to the defaults.
+
+    The same bits are read back. Of the frame's outline the box around it is kept.
+    """
+    platform = robot.platform
+    xx, xy, xz, _, yy, yz, _, _, zz = platform.inertia.ravel().tolist()
+    body: dict[str, Any] = {"mass": platform.mass, "inertia": [xx, yy, zz, xy, xz, yz]}
+    if platform.center_of_mass.any():
+        body["center_of_mass"] = platform.center_of_mass.tolist()
+    if platform.shape is not None:
+        body["shape"] = _shape(platform.shape)
+    if platform.colour is not None:
+        body["colour"] = platform.colour
+    if platform.tools:
+        body["tools"] = {name: point.tolist() for name, point in platform.tools.items()}
+    data: dict[str, Any] = {"name": robot.name}
+    if robot.dof != DOF_NAMES:
+        data["dof"] = list(robot.dof)
+    if not robot.unilateral:
+        data["unilateral"] = False
+    limits = {"min": robot.tension_min.tolist(), "max": robot.tension_max.tolist()}
+    data["platform"] = body
+    data["tension"] = {key: values[0] if len(set(values)) == 1 else values for key, values in limits.items()}
+    if robot.frame is not None:
+        data["frame"] = _frame(robot.frame)
+    if robot.home is not None:
+        data["home"] = _pose(robot.home)
+    return data | _cables(robot)
+
+
+def save_robot(robot: Robot, path: str | os.PathLike[str]) -> None:
+    """Write a robot as YAML; see `Robot.save`."""
+    data = robot_data(robot)
+    shape = data["platform"].get("shape", {})
+    target = output_file(path)
+    if "mesh" in shape:
+        shape["mesh"] = seen_from(target.parent, shape["mesh"])
+    write(target, dump(data))
+
+
+def output_file(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a YAML file to write; raise CdprError for another name."""
+    if not isinstance(path, str | os.PathLike) or Path(path).suffix not in (".yaml", ".yml"):
+        raise CdprError(f"save(path=): expected the name of a file that ends in .yaml, got {path!r}")
+    return Path(path)
+
+
+def write(target: Path, text: str) -> None:
+    """Write a file, and its folder if it is missing."""
+    make_folder(target.parent)
+    replace(target, text)
+
+
+def _cables(robot: Robot) -> dict[str, Any]:
+    """Return cables and their common values."""
+    rows = [_cable(robot, cable) for cable in robot.cables]
+    common: dict[str, Any] = {} if robot.cable_model == COMMANDED else {"model": robot.cable_model}
+    for key in (*SHARED, "winch"):
+        values = [row.get(key) for row in rows]
+        if values[0] is not None and all(value == values[0] for value in values):
+            common[key] = values[0]
+            for row in rows:
+                del row[key]
+    winch = common.pop("winch", None)
+    data: dict[str, Any] = {"cable": common} if common else {}
+    return data | ({} if winch is None else {"winch": winch}) | {"cables": rows}
+
+
+def _cable(robot: Robot, cable: Cable) -> dict[str, Any]:
+    row: dict[str, Any] = {"name": cable.name, "frame": cable.frame.tolist(), "platform": cable.platform.tolist()}
+    length = {"min": cable.length_min, "max": cable.length_max}
+    row["length"] = {key: value for key, value in length.items() if value is not None} or None
+    row["speed_max"] = cable.speed_max
+    row["model"] = cable.model
+    row |= {key: getattr(cable, key) for key in SHARED[:-1]} | cable.own
+    if not cable.damping and DAMPING not in chain_of(robot, cable).numbers:
+        row["damping"] = None
+    row["winch"] = None if cable.winch is None else _winch(cable.winch)
+    row["exit"] = cable.exit.model_dump(mode="json") if isinstance(cable.exit, BaseModel) else None
+    return {key: value for key, value in row.items() if value is not None}
+
+
+def _winch(winch: Winch) -> dict[str, float]:
+    values = {each.name: getattr(winch, each.name) for each in fields(winch) if each.name != "own"}
+    return {key: value for key, value in values.items() if not math.isnan(value)} | winch.own
+
+
+def _shape(shape: Shape) -> dict[str, Any]:
+    if isinstance(shape, Cylinder):
+        return {"cylinder": {"radius": shape.radius, "height": shape.height}}
+    return {"mesh": seen_from("", shape.file)} if isinstance(shape, Mesh) else shape.outline
+
+
+def _frame(frame: Frame) -> dict[str, Any]:
+    corners = frame.edges.reshape(-1, 3)
+    box = {"lower": corners.min(axis=0).tolist(), "upper": corners.max(axis=0).tolist()}
+    colour = {} if frame.colour is None else {"colour": frame.colour}
+    return {"shape": "posts" if len(frame.edges) == 4 else "box", **box, **colour}
+
+
+def _pose(pose: Array) -> dict[str, Any]:
+    """Return the section of a home."""
+    q = pose[3:].tolist()
+    turned = {} if q == [1.0, 0.0, 0.0, 0.0] else {"orientation": {"quaternion": _unscaled(pose[3:])}}
+    return {"position": pose[:3].tolist(), **turned}
+
+
+def _unscaled(q: Array) -> Sequence[float]:
+    """Return numbers that are exactly `q` when a file's reader divides them by their norm, which rounds."""
+    for step in range(4096):
+        found = q * (1.0 + step * 1e-9)
+        if np.array_equal(found / np.linalg.norm(found), q):
+            break
+    else:
+        found = q
+    numbers: list[float] = found.tolist()
+    return numbers
