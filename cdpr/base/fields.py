@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
@@ -22,19 +22,23 @@ NAME_PATTERN = r"^\w[\w.-]{0,63}$"
 DEFERRED = ConfigDict(defer_build=True)  # for types whose validators are built when first used: most runs need few
 
 
-class SectionType(type(BaseModel)):  # type: ignore[misc]  # pydantic's metaclass is not public
-    """Type of sections: their constructors accept arrays and dicts, and raise CdprError with the argument's name."""
+if TYPE_CHECKING:
+    SectionType = type
+else:
 
-    def __call__(cls, *arguments: Any, **values: Any) -> Any:
-        """Return a section of arguments by name; the `type` of a kind of section is known."""
-        if arguments:
-            raise CdprError(f"{cls.__name__}: expected arguments by name, got {shown(arguments[0])}")
-        if issubclass(cls, Kind) and len(kinds := get_args(cls.model_fields["type"].annotation)) == 1:
-            values = {"type": kinds[0]} | values
-        try:
-            return super().__call__(**values)
-        except ValidationError:  # not of the exact types: read like a file
-            return late("Section")(cls, values)
+    class SectionType(type(BaseModel)):  # pydantic's metaclass is not public
+        """Type of sections: constructors accept arrays and dicts, and raise CdprError with the argument's name."""
+
+        def __call__(cls, *arguments: Any, **values: Any) -> Any:
+            """Return a section of arguments by name; the `type` of a kind of section is known."""
+            if arguments:
+                raise CdprError(f"{cls.__name__}: expected arguments by name, got {shown(arguments[0])}")
+            if issubclass(cls, Kind) and len(kinds := get_args(cls.model_fields["type"].annotation)) == 1:
+                values = {"type": kinds[0]} | values
+            try:
+                return super().__call__(**values)
+            except ValidationError:  # not of the exact types: read like a file
+                return late("Section")(cls, values)
 
 
 class Section(BaseModel, metaclass=SectionType):

@@ -10,7 +10,6 @@ from typing import Any
 # function; these names are resolved at the call, only here.
 LATE = {
     "Robot._repr_html_": "cdpr.ui.report.pages.notebook:of_robot",
-    "Robot.load": "cdpr.scenario.loader:robot_of",
     "Robot.save": "cdpr.scenario.from_python:save_robot",
     "Robot.to_dict": "cdpr.scenario.from_python:robot_data",
     "Run._repr_html_": "cdpr.ui.report.pages.notebook:of_run",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
@@ -50,7 +50,7 @@ def ideal(model: str) -> bool:
 class Robot(Frozen):
     """Cable-driven parallel robot: a platform, m cables and n degrees of freedom.
 
-    `Robot.from_points` makes one from arrays, and `Robot.load` reads a file or an example.
+    `Robot.from_points` makes one from arrays, `cdpr.load_robot` from a file, an example or a dict.
 
     Args:
         platform: moving rigid body.
@@ -170,23 +170,13 @@ class Robot(Frozen):
         centre = 0.5 * (A.min(axis=0) + A.max(axis=0))
         return cls(body, cables, dof, name=name, home=centre if home is None else home)
 
-    @staticmethod
-    def load(source: str | os.PathLike[str] | Mapping[str, Any] | Robot) -> Robot:
-        """Return the robot of a file, an example or a dict with the keys of a robot file; a robot itself.
-
-        Raises:
-            ScenarioError: with all problems.
-        """
-        robot: Robot = late("Robot.load")(source)
-        return robot
-
     def to_dict(self) -> dict[str, Any]:
         """Return the robot as plain data with the keys of a robot file."""
         data: dict[str, Any] = late("Robot.to_dict")(self)
         return data
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the robot as YAML; `load` returns an equal robot.
+        """Write the robot as YAML; `cdpr.load_robot` returns an equal robot.
 
         Raises:
             OutputError: if it cannot be written.

@@ -35,8 +35,8 @@ HERE = Mark("")  # position of values given in Python
 SHARED = ("diameter", "axial_stiffness", "damping", "linear_density", "exit")
 
 
-def document_of(data: Mapping[str, Any]) -> Document:
-    """Return the document of a scenario's or robot's data; file names in it are relative to the working folder.
+def document_of(data: Mapping[str, Any], folder: str = "") -> Document:
+    """Return the document of a scenario's or robot's data; file names in it are relative to a folder.
 
     A scenario's robot may be a Robot, and its name that of an example.
 
@@ -52,9 +52,11 @@ def document_of(data: Mapping[str, Any]) -> Document:
             problems.append(f"{dotted(error.path)}: {error}")
     if problems:
         raise ScenarioError(problems)
-    if isinstance(robot := plain.get("robot"), str):
-        plain["robot"] = seen_from("", examples.resolve(robot, "robot")) if robot else robot
-    return Document(plain, "", values={(): HERE})
+    if isinstance(robot := plain.get("robot"), str) and robot and not os.path.exists(os.path.join(folder, robot)):
+        if (file := examples.resolve(robot, "robot")) == robot:
+            raise ScenarioError([f"robot: there is no file '{robot}'{examples.hint(robot, 'robot')}"])
+        plain["robot"] = seen_from(folder, file)
+    return Document(plain, "", folder, values={(): HERE})
 
 
 def robot_data(robot: Robot) -> dict[str, Any]:
@@ -132,7 +134,7 @@ def _cable(robot: Robot, cable: Cable) -> dict[str, Any]:
     row["length"] = {key: value for key, value in length.items() if value is not None} or None
     row["speed_max"] = cable.speed_max
     row["model"] = cable.model
-    row |= {key: getattr(cable, key) for key in SHARED[:-1]} | cable.own
+    row |= {key: getattr(cable, key) for key in SHARED[:-1]} | dict(cable.own)
     if not cable.damping and DAMPING not in chain_of(robot, cable).numbers:
         row["damping"] = None
     row["winch"] = None if cable.winch is None else _winch(cable.winch)
@@ -142,7 +144,7 @@ def _cable(robot: Robot, cable: Cable) -> dict[str, Any]:
 
 def _winch(winch: Winch) -> dict[str, float]:
     values = {each.name: getattr(winch, each.name) for each in fields(winch) if each.name != "own"}
-    return {key: value for key, value in values.items() if not math.isnan(value)} | winch.own
+    return {key: value for key, value in values.items() if not math.isnan(value)} | dict(winch.own)
 
 
 def _shape(shape: Shape) -> dict[str, Any]:

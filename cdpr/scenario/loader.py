@@ -24,10 +24,12 @@ from cdpr.scenario.scenario import Scenario, build_scenario
 from cdpr.scenario.source import Kind, check_kind, kind_of, open_document, stem
 
 Source = str | os.PathLike[str] | Mapping[str, Any]  # file, name of an example, or data with the keys of a file
+AnyScenario = Source | Scenario
+AnyRobot = Source | Scenario | Robot  # or the robot of a scenario
 
 
 def load_scenario(
-    path: Source | Scenario,
+    path: AnyScenario,
     *,
     text: str | None = None,
     files: Mapping[str, str] | None = None,
@@ -107,18 +109,30 @@ def load_robot(path: Source | Robot, *, text: str | None = None, overrides: Over
     return _robot(_open(path, "robot", problems, text), overrides, problems)
 
 
-def robot_of(source: Source | Robot | Scenario) -> Robot:
-    """Return the robot of a file, an example, data, a Scenario, or a Robot itself; files may be scenarios.
+def robot_or_scenario(source: AnyRobot) -> Robot | Scenario:
+    """Return the robot or scenario of a file, an example, data, or the object itself; robots come before scenarios.
 
     Raises:
         ScenarioError: with all problems.
     """
-    if isinstance(source, Robot):
+    if isinstance(source, Robot | Scenario):
         return source
-    if not isinstance(source, Scenario | Mapping):
-        source = examples.resolve(file_name(source), "robot")
-    loaded = source if isinstance(source, Scenario) else load_any(source)
-    return loaded if isinstance(loaded, Robot) else loaded.robot
+    if isinstance(source, Mapping):
+        return load_any(source)
+    if not isinstance(source, str | os.PathLike):
+        kind = f"a {type(source).__name__}"
+        raise ScenarioError([f"robot: expected a Robot, a file, an example's name, a dict or a Scenario, got {kind}"])
+    return load_any(examples.resolve(os.fspath(source), "robot"))
+
+
+def robot_of(source: AnyRobot) -> Robot:
+    """Return the robot of a file, an example, data or a Scenario, or the Robot itself; files may be scenarios.
+
+    Raises:
+        ScenarioError: with all problems.
+    """
+    loaded = source if type(source) is Robot else robot_or_scenario(source)
+    return loaded.robot if isinstance(loaded, Scenario) else loaded
 
 
 def file_name(path: object) -> str:
@@ -126,10 +140,8 @@ def file_name(path: object) -> str:
     if isinstance(path, (str, os.PathLike)):
         return os.fspath(path)
     kind = f"a {type(path).__name__}"
-    remedy = "Scenario(robot=..., simulation={'duration': ...}) makes a scenario of it; " * isinstance(path, Robot)
-    raise ScenarioError(
-        [f"expected a file, an example's name, a dict or a Scenario, got {kind}: {remedy}see load_scenario"]
-    )
+    remedy = "cdpr.Scenario(robot=robot, ...)" if isinstance(path, Robot) else "see load_scenario"
+    raise ScenarioError([f"expected a file, an example's name, a dict or a Scenario, got {kind}; {remedy}"])
 
 
 def _open(source: Source, kind: Kind | None, problems: Problems, text: str | None = None) -> Document:

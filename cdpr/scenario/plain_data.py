@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from cdpr.base.files import seen_from
 from cdpr.plugins import FileName
 from cdpr.scenario.check import Checked
+from cdpr.scenario.initial_from_home import forget
 from cdpr.scenario.schema import ScenarioSection
 
 
@@ -52,6 +53,23 @@ def plain_in(folder: str, sections: ScenarioSection, checked: Checked) -> dict[s
         if name in data["backend_options"]:
             data["backend_options"][name] |= _located(options, folder)
     return data
+
+
+def as_given(folder: str, sections: ScenarioSection, checked: Checked) -> dict[str, Any]:
+    """Return the given values as plain data, without defaults, with file names relative to a folder."""
+    document = checked.document.copy()
+    forget(document)
+    data: dict[str, Any] = _relocated(document.data, to_dict(sections, checked), plain_in(folder, sections, checked))
+    return data
+
+
+def _relocated(given: Any, here: Any, there: Any) -> Any:
+    """Return given data with the values that differ between two complete versions of them."""
+    if isinstance(given, dict) and isinstance(here, dict) and isinstance(there, dict):
+        return {key: _relocated(value, here.get(key), there.get(key)) for key, value in given.items()}
+    if isinstance(given, list) and isinstance(here, list) and isinstance(there, list):
+        return [_relocated(*each) for each in zip(given, here, there, strict=True)]
+    return there if isinstance(given, str) and here != there else given
 
 
 def dumped(section: BaseModel) -> dict[str, Any]:

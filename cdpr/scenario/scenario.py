@@ -2,44 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-
-from pydantic import BaseModel, ValidationError
+from typing import Any
 
 from cdpr.base import tolerances
-from cdpr.base.errors import PluginError
+from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
-from cdpr.base.problems import Problem
-from cdpr.cables import model_of
+from cdpr.base.nearest import did_you_mean
 from cdpr.config.document import Document, same
 from cdpr.config.overrides import Change, Overrides
 from cdpr.config.problems import Problems
 from cdpr.config.yaml_text import dump
-from cdpr.fmu.read.options import FMU
 from cdpr.model import Robot
-from cdpr.model.robot import Array, frozen_array, ideal
-from cdpr.model.shapes import Obstacle
-from cdpr.plugins.registry import Registry
-from cdpr.scenario import nominal, plausible
-from cdpr.scenario.actuator_schema import Actuators
-from cdpr.scenario.changes import Options
+from cdpr.plugins.registry import Registry, registry
+from cdpr.scenario import nominal
 from cdpr.scenario.check import Checked, check
 from cdpr.scenario.choices import choices
-from cdpr.scenario.event_checks import EventChecks, beyond
-from cdpr.scenario.events import ScenarioEvent, redirected
+from cdpr.scenario.content import Content
+from cdpr.scenario.event_checks import beyond
+from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.from_python import HERE, document_of, output_file, write
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
-from cdpr.scenario.plain_data import dumped, plain_in, to_dict
-from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation, SolverSection, World
+from cdpr.scenario.plain_data import as_given, dumped, plain_in, to_dict
+from cdpr.scenario.schema import ScenarioSection, Simulation, World
 from cdpr.scenario.source import change
-from cdpr.trajectory import Trajectory, of_tool
+
+Data = Mapping[str, Any]
 
 
-@dataclass(frozen=True, eq=False)
-class Scenario:
-    """Simulation setup, made by `load_scenario`. Two scenarios are equal if they describe the same run.
+@dataclass(frozen=True, eq=False, init=False)
+class Scenario(Content):
+    """Simulation setup. Two scenarios are equal if they describe the same run.
+
+    Arguments are the sections of a scenario file: objects of `cdpr.motions`, `cdpr.events` and `cdpr.scenario`, or
+    dicts with the keys of a file. `load_scenario` reads a file. File names are relative to the working folder.
+
+    Args:
+        robot: the robot: a Robot, a file, the name of an example, or a dict.
+        simulation: duration, steps and backend, such as {"duration": 2.0, "backend": "mujoco"}.
+        trajectory: desired motion; the start pose is held by default.
+        initial: state at time 0; at rest at the robot's home by default.
+        controller: type of the controller and its options, such as {"type": "computed_torque", "kp": 100.0}.
+        solver: type of the tension solver and its options.
+        events: events during the run.
+        world: gravity and obstacles.
+        name: name.
+        sections: further sections, such as limits="stop".
 
     Attributes:
         sections: all sections of the file, with defaults.
@@ -48,9 +60,13 @@ class Scenario:
         unused: dotted keys that are given but not used by a run.
         notes: remarks on the options of replaced controllers or solvers, a sentence each.
 
+    Raises:
+        ScenarioError: with all problems, each with the key of its value.
+
     Example:
         >>> import cdpr
-        >>> scenario = cdpr.load_scenario("caroca")
+        >>> move = cdpr.motions.Quintic(duration=1.0, to={"position": [0.2, 0.0, 1.0]})
+        >>> scenario = cdpr.Scenario(robot="caroca", simulation={"duration": 1.5}, trajectory=move)
         >>> scenario.robot
         <Robot caroca: 8 cables, 3R3T, platform of 150 kg>
         >>> faster = scenario.with_changes({"simulation.duration": 1.0})
@@ -58,12 +74,34 @@ class Scenario:
         1.0
     """
 
-    sections: ScenarioSection
-    robot: Robot
-    nominal: Robot | None
-    unused: tuple[str, ...]
-    notes: tuple[str, ...]
-    _checked: Checked = field(repr=False)
+    def __init__(
+        self,
+        *,
+        robot: Robot | Data | str | os.PathLike[str],
+        simulation: Simulation | Data,
+        trajectory: Motion | Data | None = None,
+        initial: Initial | Data | None = None,
+        controller: Data | None = None,
+        solver: Data | None = None,
+        events: Sequence[ScenarioEvent | Data] | None = None,
+        world: World | Data | None = None,
+        name: str = "scenario",
+        **sections: Any,
+    ) -> None:
+        given = {
+            "name": name,
+            "robot": robot,
+            "world": world,
+            "simulation": simulation,
+            "initial": initial,
+            "trajectory": trajectory,
+            "controller": controller,
+            "solver": solver,
+            "events": events,
+            **sections,
+        }
+        document = document_of({key: value for key, value in given.items() if value is not None})
+        vars(self).update(vars(build_scenario(document, (), [], registry(), Problems())))
 
     def __repr__(self) -> str:
         simulation = self.simulation
@@ -74,175 +112,6 @@ class Scenario:
         """Return the HTML display for notebooks."""
         html: str = late("Scenario._repr_html_")(self)
         return html
-
-    @property
-    def plugins(self) -> Registry:
-        """Available plugins."""
-        return self._checked.plugins
-
-    @property
-    def source(self) -> str:
-        """Scenario file."""
-        return self._document.source
-
-    @property
-    def controller_options(self) -> BaseModel:
-        """Options of the controller, an instance of its plugin's model."""
-        return self._checked.controller_options
-
-    @property
-    def solver_options(self) -> BaseModel:
-        """Options of the tension solver, an instance of its plugin's model."""
-        return self._checked.solver_options
-
-    @property
-    def _document(self) -> Document:
-        return self._checked.document
-
-    @property
-    def name(self) -> str:
-        """Name of the scenario; by default that of the file."""
-        return self.sections.name
-
-    @property
-    def world(self) -> World:
-        """Surroundings of the robot."""
-        return self.sections.world
-
-    @property
-    def gravity(self) -> Array:
-        """Acceleration of gravity, (3,), m/s^2, world frame."""
-        return frozen_array(self.sections.world.gravity)
-
-    @cached_property
-    def obstacles(self) -> tuple[Obstacle, ...]:
-        """Obstacles that cables should not touch."""
-        folder = self._document.folder
-        return tuple(each.build(i, folder) for i, each in enumerate(self.sections.world.obstacles, start=1))
-
-    @property
-    def simulation(self) -> Simulation:
-        """Backend, duration and time steps."""
-        return self.sections.simulation
-
-    @property
-    def initial(self) -> Initial:
-        """State of the platform at time 0."""
-        return self.sections.initial
-
-    @property
-    def trajectory(self) -> Motion:
-        """Desired motion, with missing poses set to the initial pose."""
-        return self.sections.trajectory
-
-    @cached_property
-    def planned(self) -> Trajectory:
-        """Desired motion without the effect of events."""
-        trajectory, tool = self.trajectory.make(), self.trajectory.tool
-        return trajectory if tool is None else of_tool(trajectory, self.robot.platform.tools[tool])
-
-    @cached_property
-    def desired(self) -> Trajectory:
-        """Desired motion with the effect of events; CdprError if an event makes it impossible."""
-        return redirected(self.planned, self.events, self.simulation.control_step)
-
-    @property
-    def controlled_dof(self) -> tuple[str, ...]:
-        """Degrees of freedom in which the cables exert the controller's wrench."""
-        return self.sections.controlled or self.robot.dof
-
-    @cached_property
-    def controlled_robot(self) -> Robot:
-        """Robot for the tension distribution: its `dof` are only the controlled ones."""
-        dof = self.controlled_dof
-        return self.robot if dof == self.robot.dof else replace(self.robot, dof=dof)
-
-    @cached_property
-    def nominal_differences(self) -> str:
-        """Differences of the nominal robot in one line; "" if there are none."""
-        robot, section = self.sections.robot, self.sections.believed
-        return "" if section is None else nominal.in_a_line(nominal.differences(robot, section))
-
-    @cached_property
-    def warnings(self) -> tuple[Problem, ...]:
-        """Values that are allowed but probably not intended, such as sizes in mm: see `cdpr.scenario.plausible`."""
-        sections, document, twin = self.sections, self._document, self._checked.twin
-        shortened = not document.mark(("simulation", "duration")).line
-        about = sections.robot, self.robot, nominal.ROBOT, document.data, sections, self._checked.motion, self.obstacles
-        setup = plausible.Setup(*about, lambda: self.desired, shortened)
-        found = plausible.warnings(setup, document)
-        if sections.believed is None or self.nominal is None or twin is None:
-            return found
-        thought = replace(setup, section=sections.believed, robot=self.nominal, data=twin.data)
-        return (*found, *nominal.only_nominal(plausible.warnings(thought, twin), found))
-
-    def doubts(self, events: Sequence[ScenarioEvent]) -> list[str]:
-        """Return the warnings on the target of the last of these events, which replace the scenario's events."""
-        relevant = [*(event for event in events[:-1] if event.goal() is None), *events[-1:]]
-        run = self.sections.model_copy(update={"events": relevant})
-        about = self.sections.robot, self.robot, nominal.ROBOT, self._document.data, run
-        path = "events", len(relevant) - 1
-        return [text for where, text in plausible.of_places(plausible.Setup(*about)) if where[:2] == path]
-
-    @property
-    def controller(self) -> ControllerSection:
-        """Type of the controller."""
-        return self.sections.controller
-
-    @property
-    def solver(self) -> SolverSection:
-        """Type of the tension solver, and its reaction to infeasible wrenches."""
-        return self.sections.solver
-
-    @property
-    def events(self) -> tuple[ScenarioEvent, ...]:
-        """Events of the run, with cables by name."""
-        return tuple(self.sections.events)
-
-    @property
-    def actuators(self) -> Actuators | None:
-        """FMU between commands and cables, or None."""
-        return self.sections.actuators
-
-    @property
-    def cable_model(self) -> str:
-        """Model that converts commands into tensions: the robot's, or "fmu"."""
-        return model_of(self.robot) if self.actuators is None else FMU
-
-    @property
-    def ideal_cables(self) -> bool:
-        """True if the tensions of all cables equal their commands."""
-        return ideal(self.cable_model)
-
-    @property
-    def log_every(self) -> int:
-        """Number of samples per logged sample; at most the whole run."""
-        log, steps = self.sections.log, self.simulation.steps
-        return 1 if log is None else max(1, min(round(log.step / self.simulation.control_step), steps))
-
-    def options(self) -> Options:
-        """Return the initial options of controller and solver, which can be changed."""
-        return self._checked.options()
-
-    def backend_options(self, name: str | None = None) -> BaseModel:
-        """Return the options of a backend (default: the selected one); PluginError if they are required but missing."""
-        name = name or self.simulation.backend
-        if name in self._checked.backend_options:
-            return self._checked.backend_options[name]
-        model = self.plugins.get("backend", name).info.options
-        try:
-            return model()
-        except ValidationError as error:
-            raise PluginError(f"backend '{name}' needs options: give them under backend_options.{name}") from error
-
-    def problems_with(self, events: Sequence[ScenarioEvent], new: ScenarioEvent) -> list[Problem]:
-        """Return the problems of `events` in place of the scenario's; all but `new` have been checked before.
-
-        Paths are relative to the section `events`.
-        """
-        problems = Problems()
-        EventChecks(self._document.copy(), problems, self.options()).run(events, new)
-        return problems.items
 
     def session_yaml(self, folder: str, events: Sequence[ScenarioEvent], duration: float) -> str:
         """Return YAML of the scenario with these events and duration (s), for a file in another folder.
@@ -272,9 +141,32 @@ class Scenario:
     def _text(self) -> str:
         return dump(to_dict(self.sections, self._checked))
 
-    def place(self, *path: str | int) -> str:
-        """Return file, line and column of the value at `path`."""
-        return str(self._document.mark(path))
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the scenario with its robot as YAML, with the given values only; it loads to an equal scenario.
+
+        Files of meshes, motions and options stay where they are.
+
+        Raises:
+            OutputError: if it cannot be written.
+        """
+        target = output_file(path)
+        write(target, dump(as_given(str(target.parent), self.sections, self._checked)))
+
+    def replace(self, **sections: Any) -> Scenario:
+        """Return a validated copy with other sections, such as trajectory=cdpr.motions.Hold().
+
+        Arguments are those of the constructor. `with_changes` changes single keys.
+
+        Raises:
+            ScenarioError: with all problems.
+        """
+        known = [*ScenarioSection.model_fields, nominal.ALTERNATIVE]
+        for key in sections:
+            if key not in known:
+                hint = did_you_mean(key, known)
+                raise CdprError(f"replace({key}=): unknown section: {hint}allowed: {', '.join(known)}")
+        plain = document_of(sections, self._document.folder).data
+        return self.with_changes([Change((key,), value, HERE) for key, value in plain.items()])
 
     def with_changes(
         self,
@@ -296,10 +188,10 @@ class Scenario:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
             return NotImplemented
-        return self.resolved_yaml() == other.resolved_yaml()
+        return self is other or self.yaml_in("") == other.yaml_in("")  # with comparable file names
 
     def __hash__(self) -> int:
-        return hash(self.resolved_yaml())
+        return hash((self.name, self.robot, self.simulation))
 
 
 def build_scenario(
@@ -339,7 +231,8 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
         "controlled": sections.controlled or robot.dof,
         "events": events,
     }
-    scenario = Scenario(
+    scenario = object.__new__(Scenario)
+    vars(scenario).update(
         sections=sections.model_copy(update=completed),
         robot=known.robot if known else robot.to_robot(document.folder, like.robot if like else None),
         nominal=section.to_robot(document.folder) if section else None,
