@@ -35,7 +35,7 @@ HERE = Mark("")  # position of values given in Python
 SHARED = ("diameter", "axial_stiffness", "damping", "linear_density", "exit")
 
 
-def document_of(data: Mapping[str, Any], folder: str = "") -> Document:
+def document_of(data: Mapping[str, Any], folder: str = "", *, study: bool = False) -> Document:
     """Return the document of a scenario's or robot's data; file names in it are relative to a folder.
 
     A scenario's robot may be a Robot, and its name that of an example.
@@ -52,7 +52,8 @@ def document_of(data: Mapping[str, Any], folder: str = "") -> Document:
             problems.append(f"{dotted(error.path)}: {error}")
     if problems:
         raise ScenarioError(problems)
-    if isinstance(robot := plain.get("robot"), str) and robot and not os.path.exists(os.path.join(folder, robot)):
+    robot = None if study else plain.get("robot")  # those of studies and designs are found like in their files
+    if isinstance(robot, str) and robot and not os.path.exists(os.path.join(folder, robot)):
         if (file := examples.resolve(robot, "robot")) == robot:
             raise ScenarioError([f"robot: there is no file '{robot}'{examples.hint(robot, 'robot')}"])
         plain["robot"] = seen_from(folder, file)

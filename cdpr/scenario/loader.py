@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 from cdpr.base.errors import ScenarioError
 from cdpr.base.problems import Problem
@@ -22,6 +22,8 @@ from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario, build_scenario
 from cdpr.scenario.source import Kind, check_kind, kind_of, open_document, stem
+
+Loaded = TypeVar("Loaded", Robot, Scenario)
 
 Source = str | os.PathLike[str] | Mapping[str, Any]  # file, name of an example, or data with the keys of a file
 AnyScenario = Source | Scenario
@@ -148,10 +150,22 @@ def _open(source: Source, kind: Kind | None, problems: Problems, text: str | Non
     """Return the document of a file, an example or data."""
     if not isinstance(source, Mapping):
         return open_document(file_name(source), kind, problems, text=text)
-    document = document_of(source)
+    document = document_of(source, study=kind in ("study", "design"))
     check_kind(document, kind, problems)
     document.data.setdefault("name", kind or kind_of(document) or "unnamed")
     return document
+
+
+def open_with(
+    source: Source, kind: Kind, key: str, load: Callable[[Any], Loaded], problems: Problems
+) -> tuple[Document, Loaded | None]:
+    """Return the document of a study or design, and what it refers to at `key`, if that is given in Python."""
+    found = source.get(key) if isinstance(source, Mapping) else None
+    loaded = None
+    if isinstance(source, Mapping) and isinstance(found, Mapping | Robot | Scenario):
+        loaded = load(found)
+        source = {**source, key: loaded.name}
+    return _open(source, kind, problems), loaded
 
 
 def load_any(

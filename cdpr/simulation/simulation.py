@@ -38,7 +38,7 @@ class Simulation(Branches):
     """Closed loop that is stepped by its user; `simulate` runs one to its end.
 
     Args:
-        scenario: scenario file, or result of `load_scenario`.
+        scenario: a Scenario, a file, the name of an example, or a dict with the keys of a scenario file.
         backend: name or class of the backend that replaces the scenario's; a class need not be installed, and may hold
             `Options`, the model of its options, and `properties`.
         solver: tension solver, likewise.

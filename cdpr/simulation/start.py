@@ -10,13 +10,14 @@ from cdpr.log.run_folder import RunFolder, folder_name
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Role, registry
 from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.loader import AnyScenario
 from cdpr.simulation.disk_space import check_room
 from cdpr.simulation.header import make_header
 from cdpr.simulation.runner import Runner
 
 
 def chosen_scenario(
-    scenario: str | os.PathLike[str] | Scenario,
+    scenario: AnyScenario,
     backend: str | type[Backend] | None,
     solver: str | type[TensionSolver] | None,
     controller: str | type[Controller] | None,
@@ -40,7 +41,7 @@ def chosen_scenario(
 
 
 def attempt(
-    scenario: str | os.PathLike[str] | Scenario,
+    scenario: AnyScenario,
     backend: str | type[Backend] | None,
     solver: str | type[TensionSolver] | None,
     controller: str | type[Controller] | None,

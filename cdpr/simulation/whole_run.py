@@ -9,12 +9,12 @@ from typing import Any
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.plugins import Backend, Controller, TensionSolver
-from cdpr.scenario import Scenario
+from cdpr.scenario.loader import AnyScenario
 from cdpr.simulation.start import attempt
 
 
 def simulate(
-    scenario: str | os.PathLike[str] | Scenario,
+    scenario: AnyScenario,
     *,
     backend: str | type[Backend] | None = None,
     solver: str | type[TensionSolver] | None = None,
@@ -27,7 +27,7 @@ def simulate(
     """Simulate a scenario and return the run.
 
     Args:
-        scenario: scenario file, or result of `load_scenario`.
+        scenario: a Scenario, a file, the name of an example, or a dict with the keys of a scenario file.
         backend: name or class of the backend that replaces the scenario's; a class need not be installed, and may hold
             `Options`, the model of its options, and `properties`.
         solver: tension solver, likewise.

@@ -16,10 +16,11 @@ from cdpr.analysis.compare.refinement import Measured
 from cdpr.analysis.compare.refinement import refine as measure_orders
 from cdpr.analysis.compare.runs import Progress, Runs
 from cdpr.base.temporary import TemporaryFolder
+from cdpr.config.overrides import Overrides
 from cdpr.config.problems import judged
 from cdpr.log.run_folder import claim, folder_name
 from cdpr.log.run_json import to_json
-from cdpr.scenario import load_scenario
+from cdpr.scenario.loader import AnyScenario, load_scenario
 from cdpr.scenario.repeatable import check_repeatable
 
 RUNS = "runs"
@@ -44,9 +45,9 @@ class Comparison:
 
 
 def compare_scenario(
-    path: str | os.PathLike[str],
+    path: AnyScenario,
     *,
-    changes: Sequence[str] = (),
+    changes: Overrides = (),
     strict: bool = False,
     backends: Sequence[str] | None = None,
     solvers: Sequence[str] | None = None,
@@ -60,8 +61,8 @@ def compare_scenario(
     """Run a scenario on several engines and judge them.
 
     Args:
-        path: scenario file.
-        changes: overrides, `key=value`, as after --set.
+        path: scenario file, name of an example, dict or Scenario.
+        changes: overrides, as in `load_scenario`.
         strict: treat warnings as errors, before anything runs.
         backends: engines; all installed ones by default. The judge always runs.
         solvers: tension solvers instead of the scenario's; engines are compared with each of them.
@@ -86,7 +87,7 @@ def compare_scenario(
         >>> cdpr.compare_scenario("remote_plant", changes=["simulation.duration=0.02"], backends=["remote"])
         <Comparison of remote_plant: differences not judged>
     """
-    scenario = load_scenario(path, overrides=list(changes))
+    scenario = load_scenario(path, overrides=changes)
     for note in (*scenario.notes, *judged(scenario.warnings, strict=strict)):
         say(note)
     check_repeatable(scenario, "a comparison")

@@ -20,25 +20,27 @@ from cdpr.config.document import Document
 from cdpr.config.overrides import marked_changes
 from cdpr.config.problems import Problems
 from cdpr.config.validation import report_nulls, validate
+from cdpr.config.yaml_text import dump
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.model.rotations import held_upright
 from cdpr.model.shapes import Obstacle
 from cdpr.scenario import examples
-from cdpr.scenario.loader import file_name, load_robot
-from cdpr.scenario.source import open_document, stem
+from cdpr.scenario.loader import Source, load_robot, open_with
+from cdpr.scenario.source import stem
 
 COLUMNS = ("number", "feasible", "violation", "refused", "goal")  # columns of the table, reserved names
 # Command options in messages, and the corresponding keys of a figure.
 OPTIONS = {"set --axial-stiffness": "set the figure axial_stiffness", "set --cable-diameter": "set the figure diameter"}
 
 
-def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None) -> Design:
+def load_design(path: Source, *, evaluations: int | None = None) -> Design:
     """Load a design's study file and check all of it.
 
     Args:
-        path: the study file.
+        path: the design's file, name of an example, or data with the keys of such a file, whose robot may be a Robot or
+            a dict.
         evaluations: number of evaluations instead of the file's.
 
     Returns:
@@ -57,7 +59,7 @@ def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None)
     if evaluations is not None and not 1 <= evaluations <= MAX_EVALUATIONS:
         raise CdprError(f"evaluations: expected a whole number from 1 to {MAX_EVALUATIONS}, got {evaluations!r}")
     problems = Problems()
-    document = open_document(file_name(path), "design", problems)
+    document, robot = open_with(path, "design", "robot", load_robot, problems)
     section = validate(DesignFile, document.data, document, problems)
     report_nulls(document.data, (), document, problems)
     problems.raise_any()
@@ -65,7 +67,7 @@ def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None)
     if evaluations is not None:
         optimizer = section.optimizer.model_copy(update={"evaluations": evaluations})
         section = section.model_copy(update={"optimizer": optimizer})
-    return _Reader(document, section, problems).design()
+    return _Reader(document, section, problems, robot).design()
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ class _Reader:
     document: Document
     section: DesignFile
     problems: Problems
+    robot: Robot | None  # given in Python
 
     def design(self) -> Design:
         section, problems = self.section, self.problems
@@ -103,6 +106,8 @@ class _Reader:
 
     def _robot_file(self) -> tuple[str, str]:
         name = self.section.robot
+        if self.robot is not None:
+            return f"{name}.yaml", dump(self.robot.to_dict())
         file = examples.beside(self.document.folder, name, "robot")
         if os.path.isabs(name):
             self._add(("robot",), "expected a file name relative to this file")

@@ -8,16 +8,16 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdpr.analysis.distribution.distributions import check_robot, check_unit
+from cdpr.analysis.distribution.distributions import check_unit
 from cdpr.base.errors import CdprError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
 from cdpr.mechanics.properties import check_lengths
-from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.frozen import Frozen
 from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array, frozen_array
+from cdpr.scenario.loader import AnyRobot, robot_of
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 from cdpr.tension.problem import Problem
 
@@ -62,7 +62,7 @@ class Admissible(Frozen):
 
 
 def admissible(
-    robot: Robot,
+    robot: AnyRobot,
     pose: ArrayLike,
     wrench: ArrayLike | None = None,
     *,
@@ -75,7 +75,7 @@ def admissible(
     Bruckmann, IEEE Trans. Robotics 31, 2015) or, for r = 3, intersections of three limits that satisfy all others.
 
     Args:
-        robot: geometry, limits and degrees of freedom.
+        robot: geometry, limits and degrees of freedom: a Robot, a file, the name of an example, a dict or a Scenario.
         pose: (7,), position (m) and quaternion w, x, y, z of the platform.
         wrench: (6,), wrench of the cables on the platform at its origin (N, N m, world axes); by default the one that
             balances `gravity` at rest.
@@ -95,7 +95,7 @@ def admissible(
         >>> found.feasible, found.redundancy, found.range.shape
         (True, 2, (8, 2))
     """
-    check_robot(robot)
+    robot = robot_of(robot)
     at = checked(pose, (7,), "pose", finite=True).copy()
     check_unit(at[None], "pose")
     at[3:] /= np.linalg.norm(at[3:])

@@ -28,6 +28,7 @@ from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
+from cdpr.scenario.loader import AnyRobot, robot_of
 from cdpr.tension import Status
 from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import StageSolver, TensionStage
@@ -63,7 +64,7 @@ class Distribution:
 
 
 def distribute(
-    robot: Robot,
+    robot: AnyRobot,
     poses: ArrayLike,
     wrenches: ArrayLike | None = None,
     *,
@@ -82,7 +83,7 @@ def distribute(
     For solvers with memory, each row is a first step.
 
     Args:
-        robot: geometry, limits and degrees of freedom.
+        robot: geometry, limits and degrees of freedom: a Robot, a file, the name of an example, a dict or a Scenario.
         poses: (7,) or (K, 7), position (m) and quaternion w, x, y, z of the platform.
         wrenches: (6,) or (K, 6), wrenches of the cables on the platform at its origin (N, N m, world axes); by default
             the wrenches that balance `gravity` at rest.
@@ -112,7 +113,7 @@ def distribute(
         >>> many.feasible
         array([ True, False])
     """
-    check_robot(robot)
+    robot = robot_of(robot)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
         raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {jobs!r}")
     if isinstance(solver, str) and gravity is DOWN:
@@ -165,13 +166,6 @@ def _check_statuses(codes: Array, solver: object) -> None:
     if len(unknown):
         name = solver if isinstance(solver, str) else type(solver).__name__
         raise PluginError(f"solver '{name}' returned {unknown[0]:g}, which is not a cdpr.tension.Status")
-
-
-def check_robot(robot: object) -> None:
-    """Raise CdprError if `robot` is not a Robot."""
-    if not isinstance(robot, Robot):
-        remedy = "; cdpr.load_robot reads one from a file" if isinstance(robot, (str, os.PathLike)) else ""
-        raise CdprError(f"robot: expected a cdpr.model.Robot, got a {type(robot).__name__}{remedy}")
 
 
 def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tuple[TensionSolver, bool]:

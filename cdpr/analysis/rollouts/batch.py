@@ -41,7 +41,7 @@ class Batch:
     present time, and the decisions of the last complete sample, as in a `Simulation`.
 
     Args:
-        scenario: scenario file, or result of `load_scenario`.
+        scenario: a Scenario, a file, the name of an example, or a dict with the keys of a scenario file.
         lanes: number of lanes.
         vary: values by dotted key, one for each lane, as for `rollout`; by default all lanes are equal.
         seed: seed of the distributions in `vary`.

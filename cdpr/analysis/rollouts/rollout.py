@@ -32,6 +32,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.classes import PluginFile
 from cdpr.plugins.registry import plugin_files, use_files
 from cdpr.scenario import Scenario
+from cdpr.scenario.loader import AnyScenario
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import chosen_plugins
@@ -53,7 +54,7 @@ Progress = Callable[[int, int], None]
 
 
 def rollout(
-    scenario: str | os.PathLike[str] | Scenario,
+    scenario: AnyScenario,
     n: int,
     *,
     vary: Mapping[str, Any],
@@ -72,7 +73,7 @@ def rollout(
     """Run a scenario n times with some keys varied; on `reference` each case has the bits of `simulate`.
 
     Args:
-        scenario: scenario file, or result of `load_scenario`.
+        scenario: a Scenario, a file, the name of an example, or a dict with the keys of a scenario file.
         n: number of cases.
         vary: by dotted key, an array (n, ...) or a list of n values, or a distribution: {"uniform": [lowest, highest]},
             {"normal": [mean, standard deviation]}, {"log_uniform": [lowest, highest]}, as a study's `random`.

@@ -22,10 +22,10 @@ from cdpr.config.document import Document
 from cdpr.config.overrides import Change, Overrides, read_overrides
 from cdpr.config.problems import MAX_PROBLEMS, Problems
 from cdpr.config.validation import report_nulls, validate
-from cdpr.scenario import Scenario, examples, load_scenario, nominal
-from cdpr.scenario.loader import file_name
+from cdpr.scenario import Scenario, examples, nominal
+from cdpr.scenario.loader import Source, load_scenario, open_with
 from cdpr.scenario.repeatable import check_repeatable
-from cdpr.scenario.source import open_document, stem
+from cdpr.scenario.source import stem
 from cdpr.simulation.header import plugins_of, versions_of
 
 SEED: Path = ("simulation", "seed")
@@ -99,7 +99,7 @@ class Grid:
 
 
 def load_study(
-    path: str | os.PathLike[str],
+    path: Source,
     *,
     overrides: Overrides = (),
     progress: Progress = lambda done, total: None,
@@ -108,7 +108,8 @@ def load_study(
     """Load a study and check all its cases.
 
     Args:
-        path: the study file.
+        path: study file, name of an example, or data with the keys of a study file, whose scenario may be a Scenario or
+            a dict.
         overrides: changes of the scenario in all cases, as in `load_scenario`, applied after the study's own `changes`.
             They cannot change keys that an axis varies.
         progress: called with the number of checked cases and their total.
@@ -128,12 +129,12 @@ def load_study(
         <Study thesis_belief: 128 cases>
     """
     problems = Problems()
-    document = open_document(file_name(path), "study", problems)
+    document, scenario = open_with(path, "study", "scenario", load_scenario, problems)
     section = validate(StudyFile, document.data, document, problems)
     report_nulls(document.data, (), document, problems)
     problems.raise_any()
     assert section is not None
-    grids = list(_grids(section, document, read_overrides(overrides, problems), problems))
+    grids = list(_grids(section, document, scenario, read_overrides(overrides, problems), problems))
     total = sum(grid.size for grid in grids)
     if total > MAX_COUNT:
         problems.add(document.mark(("axes",)), (), f"{total} cases; at most {MAX_COUNT} are allowed")
@@ -144,10 +145,12 @@ def load_study(
     return Study(name, document.source, section.keep, tuple(grids), cases, tuple(notes))
 
 
-def _grids(section: StudyFile, document: Document, given: list[Change], problems: Problems) -> Iterator[Grid]:
+def _grids(
+    section: StudyFile, document: Document, scenario: Scenario | None, given: list[Change], problems: Problems
+) -> Iterator[Grid]:
     """Yield the parts of a study, with the changes `given` added; errors are collected in `problems`."""
     reader = Reader(document, problems, section.seed)
-    loaded: dict[str, Scenario] = {}
+    loaded: dict[str, Scenario] = {} if scenario is None else {scenario.name: scenario}
     names: set[str] = set()
     for i, block in enumerate(section.blocks or [Block(name="study")]):
         path: Path = ("blocks", i) if section.blocks else ()
@@ -169,7 +172,7 @@ def _grids(section: StudyFile, document: Document, given: list[Change], problems
             problems.add(document.mark(place), place, "required but not given: scenario file, relative to this file")
         elif os.path.isabs(file):
             problems.add(document.mark(place), place, "expected a file name relative to this file")
-        elif text := _unreadable(found := examples.beside(document.folder, file, "scenario")):
+        elif file not in loaded and (text := _unreadable(found := examples.beside(document.folder, file, "scenario"))):
             near = "" if os.path.lexists(found) else examples.hint(file, "scenario")
             problems.add(document.mark(place), place, f"{text}{near}")
         else:

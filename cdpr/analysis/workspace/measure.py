@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdpr.analysis.distribution.distributions import check_robot, check_unit
+from cdpr.analysis.distribution.distributions import check_unit
 from cdpr.analysis.workspace.required import FORMS, NOTHING, Required
 from cdpr.base.errors import CdprError
 from cdpr.base.threads import in_threads
@@ -139,16 +139,15 @@ def pose_question(
     Raises:
         CdprError: if an argument is invalid.
     """
-    check_robot(robot)
     if mode not in get_args(Mode):
         raise CdprError(f"mode: expected one of {', '.join(get_args(Mode))}, got {mode!r}")
     if length is not None and not 0.0 < length < math.inf:
         raise CdprError(f"length: expected a length above 0 m, got {length!r}")
     low, high = robot.tension_min, robot.tension_max
-    if not np.isfinite([low, high]).all():
-        raise CdprError("robot: a workspace requires finite limits of all tensions")
     if mode == "closure":  # stronger cables can exceed their limits
         low, high = np.zeros(robot.m), np.ones(robot.m)
+    if not np.isfinite([low, high]).all():
+        raise CdprError("robot: a workspace requires finite limits of all tensions: give tension_max")
     arm = robot.characteristic_length if length is None else float(length)
     return PoseQuestion(
         lines=line_table(robot),

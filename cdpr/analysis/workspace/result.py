@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import os
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cdpr.analysis.workspace import answers, schema
 from cdpr.analysis.workspace.accumulator import figures, tally, total
@@ -26,6 +26,7 @@ from cdpr.analysis.workspace.octree import CellResults, octree
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.rays import Rays, rays
 from cdpr.analysis.workspace.regions import MOST_CELLS, Region
+from cdpr.analysis.workspace.regions import region as region_of
 from cdpr.analysis.workspace.turns import Turns, check_turns, turns
 from cdpr.base.checksums import check_archive, seal_archive, validated
 from cdpr.base.errors import CdprError, LogError
@@ -35,6 +36,8 @@ from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.arrays import shape_text
 from cdpr.model.robot import Array
+from cdpr.scenario import Scenario
+from cdpr.scenario.loader import AnyRobot, robot_or_scenario
 
 FORMAT = "cdpr workspace 5"
 Method = Literal["grid", "octree", "hull", "rays", "turns", "certify"]
@@ -217,11 +220,15 @@ def _of_folder(path: Path) -> Workspace:
 
 
 def workspace(
-    robot: Robot,
+    robot: AnyRobot,
     kind: str,
-    region: Region,
+    region: Region | None = None,
     question: Question | None = None,
     *,
+    lower: ArrayLike | None = None,
+    upper: ArrayLike | None = None,
+    cells: int | Sequence[int] | None = None,
+    orientations: ArrayLike | None = None,
     over: Over = "all",
     method: Method = "grid",
     undecided: float = UNDECIDED,
@@ -234,9 +241,13 @@ def workspace(
     """Find the cells of a region that are inside a workspace.
 
     Args:
-        robot: the robot.
-        kind: key of `cdpr.analysis.workspace.kinds.KINDS`.
-        region: positions and attitudes.
+        robot: a Robot, a file, the name of an example, a dict or a Scenario, whose gravity and obstacles apply.
+        kind: key of `cdpr.analysis.workspace.kinds.KINDS`, such as "static", "wrench-feasible" or "stiffness".
+        region: positions and attitudes, from `cdpr.analysis.workspace.region`; made from the next four by default.
+        lower: lowest corner, (3,), m; that of the frame by default.
+        upper: highest corner, likewise.
+        cells: cells along x, y, z, or along the longest side; 40 by default.
+        orientations: (4,) or (k, 4), quaternions w, x, y, z; that of home by default.
         question: parameters of the kind; its parts may be given by name instead, such as `required=box([50, 50, 50, 5,
             5, 5])`: see `Question`.
         over: "all" or "any" attitudes of the region must be inside.
@@ -252,10 +263,28 @@ def workspace(
         progress: called with the number of finished cells and their total.
         options: parts of the question.
 
+    Returns:
+        The results of all cells, with `volume`, `summary()` and `save()`.
+
     Raises:
         CdprError: if an argument is invalid.
+
+    Example:
+        >>> import cdpr
+        >>> cdpr.workspace("caroca", "static", cells=8)
+        <Workspace static of caroca: 55.7 m^3>
     """
     chosen = kind_of(kind)
+    if isinstance(loaded := robot_or_scenario(robot), Scenario):
+        known = {"gravity": loaded.gravity, "obstacles": loaded.obstacles}
+        options = {key: known[key] for key in known if key == "gravity" or key in chosen.takes} | options
+        loaded = loaded.robot
+    robot = loaded
+    limits: dict[str, Any] = {"lower": lower, "upper": upper, "cells": cells, "orientations": orientations}
+    if region is None:
+        region = region_of(robot, **limits)
+    elif any(each is not None for each in limits.values()):
+        raise CdprError("region: give either a region, or lower, upper, cells and orientations")
     whole = checked_question(chosen, robot, question, over, options)
     if method not in METHODS:
         raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
