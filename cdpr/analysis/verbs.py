@@ -17,7 +17,7 @@ from cdpr.base.errors import CdprError
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.model import Robot
-from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario import load_scenario
 from cdpr.scenario.loader import AnyScenario, Source
 
 
@@ -60,14 +60,13 @@ def size(
 
 def _duty(what: Any, i: int | None, overrides: Mapping[str, Any] | None) -> Duty:
     if isinstance(what, str | os.PathLike) and (os.path.isdir(what) or Path(what).suffix == ".mcap"):
-        return Duty.of_run(load_run(what), os.fspath(what))
+        return Duty.of_run(load_run(os.fspath(what)), os.fspath(what))
     if isinstance(what, Run):
         return Duty.of_run(what, what.header.scenario)
     scenario = load_scenario(what, overrides=overrides or {})
-    name = os.fspath(what) if isinstance(what, str | os.PathLike) else scenario.name
-    return Duty.of_scenario(
-        scenario, name if i is None or not isinstance(what, Mapping | Scenario) else f"{name} [{i}]"
-    )
+    if isinstance(what, str | os.PathLike):
+        return Duty.of_scenario(scenario, os.fspath(what))
+    return Duty.of_scenario(scenario, scenario.name if i is None else f"{scenario.name} [{i}]")
 
 
 def design(

@@ -23,6 +23,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
+from cdpr.scenario.loader import AnyScenario
 from cdpr.simulation.branches import Branches
 from cdpr.simulation.header import make_header
 from cdpr.simulation.live import ExclusiveAccess
@@ -64,7 +65,7 @@ class Simulation(Branches):
 
     def __init__(
         self,
-        scenario: str | os.PathLike[str] | Scenario,
+        scenario: AnyScenario,
         *,
         backend: str | type[Backend] | None = None,
         solver: str | type[TensionSolver] | None = None,

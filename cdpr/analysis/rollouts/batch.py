@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from threading import Lock
@@ -26,6 +25,7 @@ from cdpr.native.arrays import MASKED, masked
 from cdpr.native.operations import LANES
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
+from cdpr.scenario.loader import AnyScenario
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.branches import Snapshot
 from cdpr.simulation.live import ExclusiveAccess
@@ -74,7 +74,7 @@ class Batch:
 
     def __init__(
         self,
-        scenario: str | os.PathLike[str] | Scenario,
+        scenario: AnyScenario,
         lanes: int,
         *,
         vary: Mapping[str, Any] | None = None,

@@ -295,8 +295,8 @@ def workspace(
     def at(positions: Array) -> CellResults:
         return evaluate_positions(robot, chosen, whole, region, over, positions, jobs)
 
-    def evaluate(cells: NDArray[np.int64]) -> CellResults:
-        return at(region.positions(cells))
+    def evaluate(numbers: NDArray[np.int64]) -> CellResults:
+        return at(region.positions(numbers))
 
     detail: Detail | None = None
     edge, report = whole.at_least or 0.0, progress if method in ("grid", "octree") else _silent
@@ -311,9 +311,9 @@ def workspace(
         (value, limit, inside, boundary), evaluated = octree(evaluate, region, edge, chosen.slope_of(robot), report)
     else:
         pieces = []
-        for cells in region.pieces():
-            pieces.append(evaluate(cells))
-            report(int(cells[-1]) + 1, region.cells)
+        for numbers in region.pieces():
+            pieces.append(evaluate(numbers))
+            report(int(numbers[-1]) + 1, region.cells)
         value, limit, inside, boundary = (np.concatenate(each) for each in zip(*pieces, strict=True))
     if method == "hull":
         cells_ = CellResults(value, limit, inside, boundary)
@@ -325,7 +325,7 @@ def workspace(
 
         detail = turns(held, region, about, inside, progress)
     if isinstance(detail, Proofs):
-        proved = np.concatenate([detail.at(region.positions(cells)) for cells in region.pieces()])
+        proved = np.concatenate([detail.at(region.positions(piece)) for piece in region.pieces()])
         inside, boundary = proved == INSIDE, proved == NEITHER
     elif isinstance(detail, Rays):
         inside = detail.at_cells()
