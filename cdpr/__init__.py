@@ -10,6 +10,9 @@ Example:
     >>> robot = cdpr.load_robot("caroca")
     >>> cdpr.distribute(robot, robot.home).status
     <Status.OK: 0>
+
+`simulate`, `rollout`, `distribute`, `admissible`, `workspace`, `size`, `design`, `study`, `compare`, `view` and
+`export` accept an object, a file, the name of an example, or a dict with the keys of a file.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from cdpr.base.version import VERSION as __version__  # noqa: N811 - as in other
 _HOME = {
     "BackendDied": "cdpr.base.errors",
     "Batch": "cdpr.analysis.rollouts.batch",
+    "Cable": "cdpr.model.cable",
     "CdprError": "cdpr.base.errors",
     "CollisionDetected": "cdpr.base.errors",
     "Diverged": "cdpr.base.errors",
@@ -33,6 +37,7 @@ _HOME = {
     "MissingPackageError": "cdpr.base.errors",
     "OutputError": "cdpr.base.errors",
     "PlantEnded": "cdpr.base.errors",
+    "Platform": "cdpr.model.platform",
     "PluginError": "cdpr.base.errors",
     "Robot": "cdpr.model.robot",
     "Run": "cdpr.log.run",
@@ -42,23 +47,34 @@ _HOME = {
     "SimulationStopped": "cdpr.base.errors",
     "SolverFailed": "cdpr.base.errors",
     "admissible": "cdpr.analysis.distribution",
+    "compare": "cdpr.analysis.verbs",
     "compare_scenario": "cdpr.analysis.compare.job",
+    "design": "cdpr.analysis.verbs",
     "distribute": "cdpr.analysis.distribution",
+    "events": "cdpr.scenario",
+    "export": "cdpr.formats.write.export",
     "get_include": "cdpr.native",
+    "import_file": "cdpr.formats.read.import_files",
     "load_design": "cdpr.analysis.design",
     "load_robot": "cdpr.scenario.loader",
     "load_run": "cdpr.log.reader",
     "load_scenario": "cdpr.scenario.loader",
     "load_study": "cdpr.analysis.study",
+    "motions": "cdpr.scenario",
     "rollout": "cdpr.analysis.rollouts.rollout",
     "run_design": "cdpr.analysis.design",
     "run_study": "cdpr.analysis.study",
     "simulate": "cdpr.simulation.whole_run",
+    "size": "cdpr.analysis.verbs",
+    "study": "cdpr.analysis.verbs",
+    "view": "cdpr.ui.report.view",
+    "workspace": "cdpr.analysis.workspace.result",
 }
 
 __all__ = [
     "BackendDied",
     "Batch",
+    "Cable",
     "CdprError",
     "CollisionDetected",
     "Diverged",
@@ -71,6 +87,7 @@ __all__ = [
     "MissingPackageError",
     "OutputError",
     "PlantEnded",
+    "Platform",
     "PluginError",
     "Robot",
     "Run",
@@ -82,34 +99,38 @@ __all__ = [
     "__version__",
     "admissible",
     "analysis",
-    "compare_scenario",
+    "compare",
+    "design",
     "distribute",
+    "events",
+    "export",
     "get_include",
-    "load_design",
+    "import_file",
     "load_robot",
     "load_run",
     "load_scenario",
-    "load_study",
     "mechanics",
     "model",
+    "motions",
     "plugins",
     "rollout",
-    "run_design",
-    "run_study",
     "simulate",
+    "size",
+    "study",
     "tension",
     "testing",
     "trajectory",
+    "view",
+    "workspace",
 ]
 
 if TYPE_CHECKING:
     from cdpr import analysis, mechanics, model, plugins, tension, testing, trajectory
-    from cdpr.analysis.compare.job import compare_scenario
-    from cdpr.analysis.design import load_design, run_design
     from cdpr.analysis.distribution import admissible, distribute
     from cdpr.analysis.rollouts.batch import Batch
     from cdpr.analysis.rollouts.rollout import rollout
-    from cdpr.analysis.study import load_study, run_study
+    from cdpr.analysis.verbs import compare, design, size, study
+    from cdpr.analysis.workspace.result import workspace
     from cdpr.base.errors import (
         BackendDied,
         CdprError,
@@ -129,13 +150,16 @@ if TYPE_CHECKING:
         SimulationStopped,
         SolverFailed,
     )
+    from cdpr.formats.read.import_files import import_file
+    from cdpr.formats.write.export import export
     from cdpr.log.reader import load_run
     from cdpr.log.run import Run
-    from cdpr.model import Robot
+    from cdpr.model import Cable, Platform, Robot
     from cdpr.native import get_include
-    from cdpr.scenario import Scenario, load_robot, load_scenario
+    from cdpr.scenario import Scenario, events, load_robot, load_scenario, motions
     from cdpr.simulation.simulation import Simulation
     from cdpr.simulation.whole_run import simulate
+    from cdpr.ui.report.view import view
 else:
     from cdpr.base.lazy import lazily
 

@@ -118,6 +118,10 @@ def _tidy(node: Any, *, without_null: bool) -> Any:
     if isinstance(node.get("unit"), str) and "description" in node:
         node["description"] = f"{node['description']} [{node['unit']}]"
     if without_null:
+        kind = node.get("properties", {}).get("type", {})
+        if "const" in kind and "default" not in kind:  # chosen by its type
+            given = [*node.get("required", ()), "type"]
+            node["required"] = [key for key in node["properties"] if key in given]
         if "default" in node and node["default"] is None:
             del node["default"]
         forms = [form for form in node.get("anyOf", []) if form != {"type": "null"}]

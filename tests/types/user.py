@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from types import ModuleType
 from typing import Any, assert_type
 
@@ -47,12 +48,26 @@ def robots(file: str) -> Array:
     return cdpr.distribute(robot, pose).tension
 
 
+def built() -> cdpr.Scenario:
+    corners = np.zeros((8, 3))
+    robot = cdpr.Robot.from_points(corners, 0.1 * corners, mass=20.0)
+    other = robot.replace(platform=cdpr.Platform(30.0, [1.0, 1.0, 1.0]), cables=[cdpr.Cable([0, 0, 3], [0, 0, 0])])
+    assert_type(other, cdpr.Robot)
+    move = cdpr.motions.Quintic(duration=2.0, to=cdpr.motions.Knot(position=(0.0, 0.0, 1.0)))
+    push = cdpr.events.Wrench(time=0.5, duration=0.1, force=(100.0, 0.0, 0.0))
+    return cdpr.Scenario(robot=other, simulation={"duration": 2.5}, trajectory=move, events=[push])
+
+
 def analyses(file: str) -> None:
     assert_type(cdpr.load_scenario(file), cdpr.Scenario)
-    comparison = cdpr.compare_scenario(file, backends=["dart"])
+    comparison = cdpr.compare(file, backends=["dart"])
     assert_type(comparison, cdpr.analysis.compare.Comparison)
-    study = cdpr.load_study(file)
-    assert_type(study, cdpr.analysis.study.Study)
+    assert_type(cdpr.study(file, "out"), cdpr.analysis.study.Results)
+    assert_type(cdpr.design(file, "out"), cdpr.analysis.design.Designed)
+    assert_type(cdpr.size([file, "runs/one"]), cdpr.analysis.sizing.Sizing)
+    assert_type(cdpr.workspace(file, "static", cells=10).volume, float)
+    assert_type(cdpr.view(file), Path)
+    assert_type(cdpr.export(file, "mjcf"), Path)
     module: ModuleType = cdpr.trajectory
     print(module)
 

@@ -272,7 +272,7 @@ def workspace(
     Example:
         >>> import cdpr
         >>> cdpr.workspace("caroca", "static", cells=8)
-        <Workspace static of caroca: 55.7 m^3>
+        <Workspace static of caroca: 98 m^3>
     """
     chosen = kind_of(kind)
     if isinstance(loaded := robot_or_scenario(robot), Scenario):

@@ -1,4 +1,10 @@
-"""Events of a run, one module per type, and their table. To add a type, write its module and list it here."""
+"""Events of a run, one module per type, and their table. To add a type, write its module and list it here.
+
+Example:
+    >>> import cdpr
+    >>> cdpr.events.Wrench(time=0.5, duration=0.1, force=[100.0, 0.0, 0.0]).force
+    (100.0, 0.0, 0.0)
+"""
 
 from __future__ import annotations
 
@@ -12,7 +18,17 @@ __all__ = [
     "EVENTS",
     "MAX_EVENTS",
     "AnyEvent",
+    "CableBreak",
+    "CableJam",
+    "Contact",
+    "EmergencyStop",
+    "ExternalCommand",
     "ScenarioEvent",
+    "SetOption",
+    "Sine",
+    "Target",
+    "TensionLimits",
+    "Wrench",
     "broken",
     "first_sample",
     "guarding",

@@ -16,7 +16,8 @@ class Contact(ScenarioEvent):
     """Smallest clearance of the cables at or below a threshold, checked at each sample."""
 
     type: Literal["contact"] = Field(
-        description="cables touch, or come too near to, each other, their platform or one of world.obstacles"
+        default_factory=lambda: "contact",
+        description="cables touch, or come too near to, each other, their platform or one of world.obstacles",
     )
     time: NonNegative = Field(
         0.0, description="start of the monitoring: the first sample at or after this time", json_schema_extra=unit("s")

@@ -21,7 +21,8 @@ class ExternalCommand(ScenarioEvent):
 
     files: ClassVar[tuple[str, ...]] = ("file",)
     type: Literal["outside"] = Field(
-        description="wrenches or tensions from a file, in place of the answers of controller or solver"
+        default_factory=lambda: "outside",
+        description="wrenches or tensions from a file, in place of the answers of controller or solver",
     )
     time: NonNegative = Field(0.0, description="time to which the file's times are added", json_schema_extra=unit("s"))
     file: str = Field(

@@ -78,7 +78,9 @@ class CableBreak(CableFault):
     fate: ClassVar[str] = "broken"
     left: ClassVar[float | None] = 0.0
 
-    type: Literal["cable_break"] = Field(description="a cable breaks: its tension is 0 from then on")
+    type: Literal["cable_break"] = Field(
+        default_factory=lambda: "cable_break", description="a cable breaks: its tension is 0 from then on"
+    )
 
     def possible(self, fate: str) -> bool:
         """Return True if the event can happen to a cable in this state; a jammed cable may break."""
@@ -95,8 +97,9 @@ class CableJam(CableFault):
     left: ClassVar[float | None] = None
 
     type: Literal["cable_jam"] = Field(
+        default_factory=lambda: "cable_jam",
         description="a cable's tension freezes at that of the sample before; it stays so whatever is commanded, also "
-        "without power, until the cable breaks"
+        "without power, until the cable breaks",
     )
     time: Positive = Field(
         description="time of the event: it acts from the first sample at or after this time",

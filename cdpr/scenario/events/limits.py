@@ -21,7 +21,9 @@ class TensionLimits(CableEvent):
 
     changes_limits: ClassVar[bool] = True
 
-    type: Literal["limits"] = Field(description="the tension limits of one cable or of all change")
+    type: Literal["limits"] = Field(
+        default_factory=lambda: "limits", description="the tension limits of one cable or of all change"
+    )
     cable: str | int | None = Field(None, description="name of the cable, or its number from 1; default: all")
     min: Number | None = Field(
         None, description="lowest admissible tension; default: unchanged", json_schema_extra=unit("N")

@@ -77,14 +77,17 @@ class Load(ScenarioEvent):
 class Wrench(Load):
     """Constant wrench: a push if it has a duration, otherwise a step; from time 0 on a constant load."""
 
-    type: Literal["wrench"] = Field(description="a constant force and moment on the platform")
+    type: Literal["wrench"] = Field(
+        default_factory=lambda: "wrench", description="a constant force and moment on the platform"
+    )
 
 
 class Sine(Load):
     """Sinusoidal wrench: force and moment times sin(2 pi frequency (t - begin) + phase)."""
 
     type: Literal["sine"] = Field(
-        description="a force and moment on the platform that swing as a sine; sampled, and held over each control step"
+        default_factory=lambda: "sine",
+        description="a force and moment on the platform that swing as a sine; sampled, and held over each control step",
     )
     frequency: Positive = Field(
         description="frequency, less than half of the control rate", json_schema_extra=unit("Hz")

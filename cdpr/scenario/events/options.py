@@ -18,7 +18,9 @@ from cdpr.scenario.events.event import Action, EventActions, ScenarioEvent, firs
 class SetOption(ScenarioEvent):
     """Change of a controller or solver option, if its plugin declares it changeable."""
 
-    type: Literal["set"] = Field(description="an option of controller or solver gets another value")
+    type: Literal["set"] = Field(
+        default_factory=lambda: "set", description="an option of controller or solver gets another value"
+    )
     key: str = Field(description="option, such as controller.kp; the plugin must allow changes during a run")
     value: Any = Field(description="its value from then on")
 

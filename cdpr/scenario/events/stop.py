@@ -19,7 +19,9 @@ class EmergencyStop(ScenarioEvent):
 
     overrides: ClassVar[bool] = True
 
-    type: Literal["emergency_stop"] = Field(description="the robot is stopped")
+    type: Literal["emergency_stop"] = Field(
+        default_factory=lambda: "emergency_stop", description="the robot is stopped"
+    )
     category: int = Field(
         2,
         ge=0,

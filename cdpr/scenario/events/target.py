@@ -26,8 +26,9 @@ class Target(ScenarioEvent):
     """
 
     type: Literal["target"] = Field(
+        default_factory=lambda: "target",
         description="the desired motion leaves what it was going to do, goes to a pose without a jump in position, "
-        "velocity or acceleration, and stays there"
+        "velocity or acceleration, and stays there",
     )
     position: Position = Field(
         INITIAL,

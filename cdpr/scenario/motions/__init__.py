@@ -1,4 +1,10 @@
-"""Desired motions, one module per type, and their table. To add a type, write its module and list it here."""
+"""Desired motions, one module per type, and their table. To add a type, write its module and list it here.
+
+Example:
+    >>> import cdpr
+    >>> cdpr.motions.Quintic(duration=2.0, to={"position": [0.2, 0.0, 1.0]}).to.position
+    (0.2, 0.0, 1.0)
+"""
 
 from __future__ import annotations
 

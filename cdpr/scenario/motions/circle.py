@@ -25,7 +25,7 @@ ON_THE_WAY = 12  # places per turn that are checked
 class Circle(Motion):
     """Circle or arc from rest to rest; its end is held."""
 
-    type: Literal["circle"] = Field(description="round a centre, from rest to rest")
+    type: Literal["circle"] = Field(default_factory=lambda: "circle", description="round a centre, from rest to rest")
     start: NonNegative = begins()
     duration: Positive = Field(description="duration of all turns", json_schema_extra=unit("s"))
     position: Position = Field(
@@ -125,7 +125,9 @@ class Circle(Motion):
 class Helix(Circle):
     """Circle that climbs along its axis."""
 
-    type: Literal["helix"] = Field(description="round an axis and along it, from rest to rest")  # type: ignore[assignment]
+    type: Literal["helix"] = Field(
+        default_factory=lambda: "helix", description="round an axis and along it, from rest to rest"
+    )  # type: ignore[assignment]
     pitch: Number = Field(
         description="way along the normal per turn; backwards for negative turns", json_schema_extra=unit("m")
     )

@@ -31,7 +31,9 @@ class Csv(Motion):
 
     files: ClassVar[tuple[str, ...]] = ("file",)
 
-    type: Literal["csv"] = Field(description="a smooth path through the rows of a CSV file")
+    type: Literal["csv"] = Field(
+        default_factory=lambda: "csv", description="a smooth path through the rows of a CSV file"
+    )
     start: NonNegative = begins("time to which the file's times are added")
     file: str = Field(
         min_length=1,

@@ -37,7 +37,9 @@ class Gcode(Motion):
 
     files: ClassVar[tuple[str, ...]] = ("file",)
 
-    type: Literal["gcode"] = Field(description="along the lines and arcs of a G-code file")
+    type: Literal["gcode"] = Field(
+        default_factory=lambda: "gcode", description="along the lines and arcs of a G-code file"
+    )
     start: NonNegative = begins()
     file: str = Field(
         min_length=1,

@@ -47,7 +47,9 @@ class AngularLimits(Section):
 class JerkLimited(Motion):
     """Straight moves from stop to stop, as fast as the limits allow; the last pose is held."""
 
-    type: Literal["jerk_limited"] = Field(description="straight moves from stop to stop, as fast as limits allow")
+    type: Literal["jerk_limited"] = Field(
+        default_factory=lambda: "jerk_limited", description="straight moves from stop to stop, as fast as limits allow"
+    )
     start: NonNegative = begins()
     from_: Pose = Field(Pose(), alias="from", description="start; default: the initial pose")
     points: list[Stop] = Field(min_length=1, description="poses to stop at, in their order")

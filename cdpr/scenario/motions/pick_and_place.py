@@ -18,7 +18,9 @@ from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, pos
 class PickAndPlace(Motion):
     """Motion up, across and down with continuous acceleration; its end is held."""
 
-    type: Literal["pick_and_place"] = Field(description="an arch: up, across and down as one smooth motion")
+    type: Literal["pick_and_place"] = Field(
+        default_factory=lambda: "pick_and_place", description="an arch: up, across and down as one smooth motion"
+    )
     start: NonNegative = begins()
     duration: Positive = Field(
         description="time that the motion takes: one half to rise, one to sink", json_schema_extra=unit("s")

@@ -26,7 +26,9 @@ class Knot(Pose):
 class Quintic(Motion):
     """Single move by polynomials of degree five; its end is held."""
 
-    type: Literal["quintic"] = Field(description="one move by polynomials of degree five")
+    type: Literal["quintic"] = Field(
+        default_factory=lambda: "quintic", description="one move by polynomials of degree five"
+    )
     start: NonNegative = begins()
     duration: Positive = Field(description="duration of the move", json_schema_extra=unit("s"))
     from_: Knot = Field(Knot(), alias="from", description="beginning of the move; default: the initial pose at rest")

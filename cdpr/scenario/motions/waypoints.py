@@ -43,7 +43,9 @@ class Waypoint(Section):
 class Waypoints(Motion):
     """Smooth path through poses at given times; the last pose is held."""
 
-    type: Literal["waypoints"] = Field(description="a smooth path through several poses")
+    type: Literal["waypoints"] = Field(
+        default_factory=lambda: "waypoints", description="a smooth path through several poses"
+    )
     start: NonNegative = begins()
     points: list[Waypoint] = Field(
         min_length=1,
