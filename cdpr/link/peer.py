@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import BackendDied
+from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.link.options import PeerOptions
 from cdpr.link.transport import Program, Transport, check_program, connected, parsed
 from cdpr.model.robot import Array, Robot
@@ -43,7 +44,7 @@ def greeting_of(role: str, robot: Robot, gravity: Array) -> dict[str, Any]:
         "dof": list(robot.dof),
         "cables": [cable.name for cable in robot.cables],
         "tension_min": robot.tension_min.tolist(),
-        "tension_max": robot.tension_max.tolist(),
+        "tension_max": np.minimum(robot.tension_max, MAX_MAGNITUDE).tolist(),
         "mass": robot.platform.mass,
         "inertia": robot.platform.inertia.tolist(),
         "center_of_mass": robot.platform.center_of_mass.tolist(),

@@ -108,6 +108,9 @@ def pictures(
     return Pictures(subject, time, position, orientation, tension, state, where, how, force)
 
 
+MOST = 1e6  # N, above all tensions of robots
+
+
 def weight_range(subject: Subject, weight: float) -> tuple[float, float]:
     """Return an estimated range of cable tensions (N) for a logarithmic colour ramp, before a run is known.
 
@@ -116,6 +119,7 @@ def weight_range(subject: Subject, weight: float) -> tuple[float, float]:
     a thousandth of the largest limit.
     """
     lowest, highest = float(subject.tension_min.min()), float(subject.tension_max.max())
+    highest = min(highest, MOST)
     each = weight / len(subject.cables)
     low, high = (each / 4.0, 32.0 * each) if each > 0.0 else (1e-3 * highest, highest)
     low = max(low, min(lowest, highest / 2.0))
@@ -124,7 +128,7 @@ def weight_range(subject: Subject, weight: float) -> tuple[float, float]:
 
 def _states(subject: Subject, time: Array, tension: Array, command: Array, limits_until: float) -> NDArray[np.int8]:
     state = np.full(tension.shape, State.TAUT, np.int8)
-    near = AT_LIMIT * subject.tension_max
+    near = AT_LIMIT * np.where(np.isfinite(subject.tension_max), subject.tension_max, 0.0)
     known = (time < limits_until)[:, None]
     with np.errstate(invalid="ignore"):  # comparisons with NaN are False
         state[known & (command <= subject.tension_min + near)] = State.LOWEST

@@ -59,8 +59,8 @@ def test_the_shortest_scenario_and_all_defaults():
 
 def test_invalid_file_names_are_reported():
     for loader in (load_scenario, load_robot):
-        with pytest.raises(ScenarioError, match="expected a file name, not dict"):
-            loader({"robot": "caroca.yaml"})
+        with pytest.raises(ScenarioError, match="expected a file, an example's name, a dict or a Scenario, got a list"):
+            loader(["caroca.yaml"])
 
 
 def test_the_physics_step_follows_the_control_step():

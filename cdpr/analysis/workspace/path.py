@@ -25,9 +25,9 @@ def along(
 ) -> dict[str, dict[str, Any]]:
     """Return the smallest values along a motion as plain data by name, each with its time and its limit.
 
-    "margin" is the static capacity margin, N. "clearance", m, assumes diameters that the robot does not specify, and
-    states so. "stiffness", N/m with moments divided by the characteristic length, requires the axial stiffness of all
-    cables.
+    "margin" is the static capacity margin, N, if all tension limits are finite. "clearance", m, assumes diameters that
+    the robot does not specify, and states so. "stiffness", N/m with moments divided by the characteristic length,
+    requires the axial stiffness of all cables.
 
     Args:
         robot: the robot.
@@ -49,9 +49,10 @@ def along(
 def _forces(robot: Robot, time: Array, poses: Array, gravity: Array) -> dict[str, dict[str, Any]]:
     """Return margin and stiffness as in `along`."""
     question, found = Question(gravity=gravity), {}
-    measured = answers.margin(robot, poses, question)
-    names = dict(enumerate(directions(robot)))
-    found["margin"] = _least(time, measured.value, [names.get(n, "") for n in measured.limit.tolist()])
+    if np.isfinite(robot.tension_max).all():
+        measured = answers.margin(robot, poses, question)
+        names = dict(enumerate(directions(robot)))
+        found["margin"] = _least(time, measured.value, [names.get(n, "") for n in measured.limit.tolist()])
     if all(cable.axial_stiffness is not None for cable in robot.cables):
         found["stiffness"] = _least(time, answers.stiff(robot, poses, question).value, [""] * len(time))
     return {name: least for name, least in found.items() if least is not None}

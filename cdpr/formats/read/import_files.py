@@ -110,9 +110,20 @@ def import_file(
         tension: lowest and highest tension, N, for cables without limits.
         seconds: limit of CPU time; the file is read in a separate process.
 
+    Returns:
+        Names and contents of the robot and scenario files, what was left out, and warnings; nothing is written.
+
     Raises:
         CdprError: with file and line, if the format is unknown, the file is invalid or not representable, or reading
             takes too long. This includes FormatError.
+
+    Example:
+        >>> import cdpr
+        >>> try:
+        ...     cdpr.import_file("no_such_file.xml")
+        ... except cdpr.CdprError as error:
+        ...     print(int(error.exit_code))
+        2
     """
     file = Path(path)
     choice = _choice(cable_set, trajectory, tension)

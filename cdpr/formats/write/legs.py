@@ -16,6 +16,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from cdpr.base.errors import FormatError
+from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.formats.write import sdf_parts as sdf
 from cdpr.formats.write.export_model import Solid, Subject, colour, only_ideal, words
 from cdpr.mechanics.properties import check_lengths
@@ -92,7 +93,7 @@ def _leg(model: ET.Element, cable: Cable, ends: tuple[Array, Array], longest: fl
     sdf.turning(universal, "axis2", np.array([0.0, 1.0, 0.0]))
     slide = sdf.joint(model, f"{name}_slide", "prismatic", f"{name}_lower", f"{name}_upper")
     reach = sdf.turning(slide, "axis", np.array([0.0, 0.0, 1.0]), -length, longest - length)
-    sdf.text(reach, "effort", words([cable.tension_max]))
+    sdf.text(reach, "effort", words([min(cable.tension_max, MAX_MAGNITUDE)]))
     return f"{name}_upper"
 
 

@@ -13,6 +13,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from cdpr.base.errors import FormatError
+from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.formats.write.export_model import (
     FRAME,
     PLATFORM,
@@ -69,7 +70,7 @@ def write(subject: Subject, options: Options) -> str:
             spatial.set("range", words([cable.length_min or 0.0, cable.length_max]))
         for end in ("frame", "platform"):
             ET.SubElement(spatial, "site", site=f"{cable.name}_{end}")
-        low, high = cable.tension_min, cable.tension_max
+        low, high = cable.tension_min, min(cable.tension_max, MAX_MAGNITUDE)
         limits = words([low, high if high > low else np.nextafter(high, np.inf)])  # MuJoCo rejects empty ranges
         actuator = {"name": cable.name, "tendon": cable.name, "gear": "-1", "ctrllimited": "true", "ctrlrange": limits}
         ET.SubElement(actuators, "motor", actuator)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -70,7 +71,7 @@ class Drawing:
             "bytes": arrays.text(),
             "duration": simulation.steps * simulation.control_step,
             "step": simulation.control_step,
-            "limits": {"tension_min": list(header.tension_min), "tension_max": list(header.tension_max)},
+            "limits": in_json(header.tension_min, header.tension_max),
             "base": self._base(),
         }
 
@@ -142,3 +143,9 @@ class Drawing:
 
 def _short(values: Array) -> Any:
     return json_values(np.round(values, DECIMALS))
+
+
+def in_json(low: Sequence[float], high: Sequence[float]) -> dict[str, list[float | None]]:
+    """Return tension limits, N, for the page; None for infinite ones, which have no JSON form."""
+    both = {"tension_min": low, "tension_max": high}
+    return {name: [each if math.isfinite(each) else None for each in values] for name, values in both.items()}

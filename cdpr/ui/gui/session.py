@@ -33,7 +33,7 @@ from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
 from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast
-from cdpr.ui.gui.drawing import Drawing
+from cdpr.ui.gui.drawing import Drawing, in_json
 from cdpr.ui.gui.editor.fields import shown
 from cdpr.ui.gui.editor.files import named
 from cdpr.ui.gui.scratch import scratch
@@ -215,7 +215,7 @@ class SimulationSession:
         entries += [Event(first * self.period, status.name.lower(), MEANING[status]) for status, first in self._spans]
         yield from sorted(entries, key=attrgetter("time"))
 
-    def _in_force(self, events: list[ScenarioEvent]) -> dict[str, list[float]]:
+    def _in_force(self, events: list[ScenarioEvent]) -> dict[str, list[float | None]]:
         """Return the current tension limits, N, after these events."""
         header = self._drawing.header
         low, high = list(header.tension_min), list(header.tension_max)
@@ -226,7 +226,7 @@ class SimulationSession:
                 if event.cable in (None, name):
                     low[i] = low[i] if event.min is None else event.min
                     high[i] = high[i] if event.max is None else event.max
-        return {"tension_min": low, "tension_max": high}
+        return in_json(low, high)
 
     def _acting(self) -> Iterator[tuple[int, Wrench]]:
         """Yield the pushes that can be released."""

@@ -95,7 +95,7 @@ class Disturb {
 
   load({ limits }) {
     if (!limits) return;
-    const one = (values) => { const all = [...new Set([values].flat())]; return all.length === 1 ? String(all[0]) : ""; };
+    const one = (values) => { const all = [...new Set([values].flat())]; return all.length === 1 ? String(all[0] ?? "") : ""; };
     this.least.inputs[0].value = one(limits.tension_min);
     this.most.inputs[0].value = one(limits.tension_max);
   }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -167,11 +168,12 @@ def tension_panel(run: Run, height: float) -> Panel:
 
 
 def tension_limits(run: Run, cables: Sequence[int]) -> tuple[Limit, ...]:
-    """Return the tension limits of these cables, counted from 0."""
+    """Return the finite tension limits of these cables, counted from 0."""
     head = run.header
     first = " at first" if limits_change({event.kind for event in run.events}) else ""
     both = (("t_min", head.tension_min), ("t_max", head.tension_max))
-    return tuple(_limit(name + first, cables, values) for name, values in both)
+    finite = [(name, values, [i for i in cables if math.isfinite(values[i])]) for name, values in both]
+    return tuple(_limit(name + first, limited, values) for name, values, limited in finite if limited)
 
 
 def _limit(name: str, cables: Sequence[int], values: Sequence[float]) -> Limit:

@@ -7,6 +7,7 @@ from typing import Any
 
 from cdpr.mechanics.contacts import passing
 from cdpr.ui.report.text.aligned import condition_number, row, table, turned, unrounded, vector
+from cdpr.ui.report.text.distributions import highest
 from cdpr.ui.report.text.least import least_of
 
 CONSTRAINTS = {
@@ -83,7 +84,7 @@ def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]
             cable["name"],
             vector(cable["frame_m"]),
             vector(cable["platform_m"]),
-            f"{cable['tension_min_N']:g} to {cable['tension_max_N']:g}",
+            f"{cable['tension_min_N']:g} to {highest(cable):g}",
             f"{length:.4f}",
             tension if isinstance(tension, str) else f"{tension:.5g}",
         ]

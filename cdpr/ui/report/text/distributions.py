@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -47,13 +48,17 @@ def no_picture(figures: dict[str, Any]) -> str | None:
 
 
 def _limits(cables: list[dict[str, Any]]) -> str:
-    texts = [f"{cable['tension_min_N']:g} to {cable['tension_max_N']:g}" for cable in cables]
+    texts = [f"{cable['tension_min_N']:g} to {highest(cable):g}" for cable in cables]
     if len(set(texts)) == 1:
         return f"{texts[0]} N, all cables"
-    lowest, highest = (
-        f([cable[key] for cable in cables]) for f, key in ((min, "tension_min_N"), (max, "tension_max_N"))
-    )
-    return f"{lowest:g} to {highest:g} N, not the same for all cables"
+    low, high = min(cable["tension_min_N"] for cable in cables), max(map(highest, cables))
+    return f"{low:g} to {high:g} N, not the same for all cables"
+
+
+def highest(cable: dict[str, Any]) -> float:
+    """Return a cable's highest tension, N; infinite limits have no JSON form."""
+    value = cable["tension_max_N"]
+    return math.inf if value is None else float(value)
 
 
 def _feasible(figures: dict[str, Any]) -> str:
@@ -126,7 +131,7 @@ def _tensions(figures: dict[str, Any]) -> Iterator[str]:
 def _tension(t: float | None, cable: dict[str, Any]) -> str:
     if t is None:
         return "NaN!"
-    below, above = cable["tension_min_N"] - t, t - cable["tension_max_N"]
+    below, above = cable["tension_min_N"] - t, t - highest(cable)
     if max(below, above) > LIMIT_TOLERANCE:
         mark = "!"
     else:
