@@ -67,7 +67,7 @@ def _relocated(given: Any, here: Any, there: Any) -> Any:
     """Return given data with the values that differ between two complete versions of them."""
     if isinstance(given, dict) and isinstance(here, dict) and isinstance(there, dict):
         return {key: _relocated(value, here.get(key), there.get(key)) for key, value in given.items()}
-    if isinstance(given, list) and isinstance(here, list) and isinstance(there, list):
+    if isinstance(given, list) and isinstance(here, list) and isinstance(there, list) and len(given) == len(here):
         return [_relocated(*each) for each in zip(given, here, there, strict=True)]
     return there if isinstance(given, str) and here != there else given
 
