@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -260,7 +261,8 @@ def _named(cables: Any, unilateral: bool) -> tuple[Cable, ...]:
             raise CdprError(f"Robot(cables=)[{i}]: {text}; rigid legs: unilateral=False")
         if cable.name in (other.name for other in named[:i]):
             raise CdprError(f"Robot(cables=)[{i}]: '{cable.name}' is the name of another cable; names must differ")
-    return tuple(named)
+    unchanged = type(cables) is tuple and all(map(operator.is_, cables, named))  # loops are reused if it is the same
+    return cables if unchanged else tuple(named)
 
 
 def _directions(dof: Any) -> tuple[str, ...]:

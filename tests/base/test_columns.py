@@ -329,6 +329,6 @@ def test_the_example_of_the_documentation():
 def test_late_bindings_work(name):
     holder, _, method = name.partition(".")
     assert callable(late(name))
-    assert callable(getattr(getattr(cdpr, holder), method))
+    assert not method or callable(getattr(getattr(cdpr, holder), method))
     module, _, _ = LATE[name].partition(":")
     assert import_module(module).__file__ is not None

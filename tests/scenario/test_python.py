@@ -210,7 +210,9 @@ def test_every_robot_is_accepted_everywhere(tmp_path):
     for verb in (lambda: cdpr.distribute(3, robot.home), lambda: cdpr.workspace([], "static")):
         assert message(verb).startswith("robot: expected a Robot, a file, an example's name, a dict or a Scenario, got")
     assert "Scenario, got a Robot; cdpr.Scenario(robot=robot, ...)" in message(lambda: cdpr.simulate(robot))
-    assert "there is no file 'caroc', and no example" in message(lambda: cdpr.distribute("caroc", robot.home))
+    assert "and no example has that name: did you mean 'caroca'?" in message(
+        lambda: cdpr.distribute("caroc", robot.home)
+    )
 
 
 def test_infinite_limits_in_files(tmp_path):

@@ -105,7 +105,7 @@ def test_it_is_frozen(found):
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (("caroca.yaml", AT), "robot: .* got a str"),
+        ((["caroca.yaml"], AT), "robot: .* got a list"),
         ((None, [AT]), r"pose: the shape must be \(7,\), got \(1, 7\)"),
         ((None, [np.nan, *AT[1:]]), "pose: all numbers must be finite"),
         ((None, [0.0] * 7), r"pose: expected a quaternion of norm 1, got norm 0"),

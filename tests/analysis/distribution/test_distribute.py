@@ -172,9 +172,9 @@ def test_wrong_settings_are_reported(robot, named, text):
         distribute(robot, AT, **named)
 
 
-def test_a_path_is_no_robot():
-    with pytest.raises(CdprError, match=r"robot: .* got a str; cdpr.load_robot reads one from a file"):
-        distribute("scenarios/robots/caroca.yaml", AT)
+def test_a_list_is_no_robot():
+    with pytest.raises(CdprError, match=r"robot: expected a Robot, a file, .* got a list"):
+        distribute(["scenarios/robots/caroca.yaml"], AT)
 
 
 def test_a_solver_of_another_robot_is_reported(robot):

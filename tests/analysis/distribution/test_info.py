@@ -176,7 +176,7 @@ def test_home_where_the_file_has_none():
 )
 def test_why_there_are_no_static_tensions(anchors, limits, reason):
     robot = make_robot(np.hstack([anchors, np.zeros((2, 3))]), mass=10.0, limits=limits)
-    robot = type(robot)(robot.name, robot.platform, robot.cables, dof=("x", "z"))
+    robot = robot.replace(dof=("x", "z"))
     pose = describe_pose(robot, np.array([0.0, 0, 0, 1, 0, 0, 0]), GRAVITY, MinimumNorm(robot, QpOptions()).solve)
     assert pose["static_tension_N"] is None
     assert re.search(reason, pose["static_problem"])
