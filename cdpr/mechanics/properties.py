@@ -9,14 +9,11 @@ from cdpr.base.errors import CdprError
 from cdpr.mechanics.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
 from cdpr.model import rotations
 from cdpr.model.rank import significant
-from cdpr.model.robot import Array, Robot
+from cdpr.model.robot import LEVEL, Array, Robot
 
 # Components of a direction below this share of its largest component are round-off: the rank is determined with
 # RANK_TOLERANCE only.
 ROUNDED = 1e-6
-
-# Anchors are at one level if their heights differ by less than this share of their extent.
-LEVEL = 0.1
 
 
 def check_lengths(robot: Robot, pose: Array) -> None:

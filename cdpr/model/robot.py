@@ -26,6 +26,7 @@ from cdpr.native.arrays import real
 __all__ = [
     "COMMANDED",
     "DOF_NAMES",
+    "LEVEL",
     "Array",
     "Cable",
     "CableExit",
@@ -38,6 +39,9 @@ __all__ = [
 ]
 
 COMMANDED = "ideal"  # default cable model, whose tensions equal the commands
+
+# Anchors are at one level if their heights differ by less than this share of their extent.
+LEVEL = 0.1
 
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -138,7 +142,8 @@ class Robot(Frozen):
             center_of_mass: (3,), m, from the platform's origin, platform axes.
             tension_min: lowest admissible tension, N, a number or (m,).
             tension_max: highest admissible tension, N, a number or (m,).
-            home: reference pose, (3,) or (7,); by default upright at the centre of the box around the frame's points.
+            home: reference pose, (3,) or (7,); by default upright at the centre of the box around the frame's points,
+                lowered by a quarter of their extent if all are at one level, where cables cannot lift.
             dof: free directions of the platform.
             name: name.
 
@@ -168,7 +173,9 @@ class Robot(Frozen):
                 raise CdprError(f"{at('inertia')}: required, because the points of the platform are on one line")
             body = Platform(mass, tensor, center_of_mass)
         cables = [Cable(a, b, *limits) for a, b, *limits in zip(A, B, low, high, strict=True)]
-        centre = 0.5 * (A.min(axis=0) + A.max(axis=0))
+        centre, size = 0.5 * (A.min(axis=0) + A.max(axis=0)), np.ptp(A, axis=0)
+        if "z" in dof and size[2] < LEVEL * np.linalg.norm(size):
+            centre[2] -= 0.25 * np.linalg.norm(size)
         return cls(body, cables, dof, name=name, home=centre if home is None else home)
 
     def to_dict(self) -> dict[str, Any]:

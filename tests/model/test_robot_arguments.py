@@ -24,7 +24,8 @@ def built(**changes):
 
 def test_defaults():
     robot = built()
-    assert robot.home.tolist() == [0.5, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0]
+    assert robot.home.tolist() == [0.5, 0.0, 3.0 - 0.25 * 5.0, 1.0, 0.0, 0.0, 0.0]  # anchors at one level
+    assert built(frame=[*FRAME[:7], [2.5, 1.5, 1.0]]).home.tolist() == [0.5, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0]
     assert np.allclose(np.diag(robot.platform.inertia), [0.16 + 0.04, 0.36 + 0.04, 0.36 + 0.16])  # m / 12 (b^2 + c^2)
     assert (set(robot.tension_min), set(robot.tension_max)) == ({0.0}, {math.inf})
     assert [cable.name for cable in robot.cables] == [f"cable_{i}" for i in range(1, 9)]
