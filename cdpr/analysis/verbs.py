@@ -14,6 +14,7 @@ from cdpr.analysis.sizing import Duty, Sizing, sizing, with_one_broken
 from cdpr.analysis.sizing.sizes import SAFETY
 from cdpr.analysis.study import Results, Study, load_study, run_study
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.model import Robot
@@ -101,6 +102,7 @@ def design(
         ...     print(cdpr.design("design_box", f"{folder}/out", evaluations=2))
         <Designed design_box: 2 candidates, 1 feasible>
     """
+    _check_jobs(jobs, "design")
     if not isinstance(what, Design):
         what = load_design(what, evaluations=evaluations)
     elif evaluations is not None:
@@ -142,11 +144,17 @@ def study(
         ...     print(cdpr.study(gains, f"{folder}/out", overrides={"simulation.duration": 0.02}))
         <Results of study: 2 finished>
     """
+    _check_jobs(jobs, "study")
     if not isinstance(what, Study):
         what = load_study(what, overrides=overrides or {})
     elif overrides:
         raise CdprError("study(overrides=): a loaded study cannot be changed; give its file")
     return run_study(what, out, jobs=jobs, timeout=timeout, progress=progress)
+
+
+def _check_jobs(jobs: object, verb: str) -> None:
+    if not isinstance(jobs, int) or isinstance(jobs, bool) or jobs < 1:
+        raise CdprError(f"{verb}(jobs=): expected a whole number from 1 on, got {shown(jobs)}")
 
 
 def compare(

@@ -18,7 +18,7 @@ from pydantic import BaseModel
 from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.base.files import seen_from
 from cdpr.base.problems import Mark, dotted
-from cdpr.cables import chain_of
+from cdpr.cables import MODELS
 from cdpr.cables.elastic import DAMPING
 from cdpr.config.document import Document
 from cdpr.config.overrides import NotPlainError, plain_value
@@ -136,7 +136,8 @@ def _cable(robot: Robot, cable: Cable) -> dict[str, Any]:
     row["speed_max"] = cable.speed_max
     row["model"] = cable.model
     row |= {key: getattr(cable, key) for key in SHARED[:-1]} | dict(cable.own)
-    if not cable.damping and DAMPING not in chain_of(robot, cable).numbers:
+    chain = MODELS.get(cable.model or robot.cable_model)  # None for an unknown one, which the checks report
+    if not cable.damping and (chain is None or DAMPING not in chain.numbers):
         row["damping"] = None
     row["winch"] = None if cable.winch is None else _winch(cable.winch)
     row["exit"] = cable.exit.model_dump(mode="json") if isinstance(cable.exit, BaseModel) else None

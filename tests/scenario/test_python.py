@@ -7,6 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
+import yaml
 from conftest import ROOT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -229,3 +230,42 @@ def test_infinite_limits_in_files(tmp_path):
     assert cdpr.view(robot, tmp_path / "robot.html").read_text()
     assert "inf" not in cdpr.export(robot, "mjcf", tmp_path / "robot.xml").read_text().partition("<actuator>")[2]
     assert message(lambda: cdpr.workspace(robot, "static", cells=3)).endswith("give tension_max")
+
+
+VERBS = {
+    "size(safety)": (lambda: cdpr.size("caroca", safety="x"), "safety: expected a number from 1 on, got 'x'"),
+    "size": (lambda: cdpr.size(5), "expected a file, an example's name, a dict or a Scenario, got a int"),
+    "design": (lambda: cdpr.design("design_box", "out", jobs="x"), "design(jobs=): expected a whole number from 1 on"),
+    "study": (lambda: cdpr.study("thesis_belief", "out", jobs=0), "study(jobs=): expected a whole number from 1 on"),
+    "study{}": (lambda: cdpr.study({"scenario": "caroca", "axes": 3}, "out"), "axes: expected a list, got 3"),
+    "compare": (lambda: cdpr.compare(built()), "compare(what=): expected a scenario or a list of runs, got a Robot"),
+    "workspace": (lambda: cdpr.workspace("caroca", "static", 3), "region: expected a cdpr.analysis.workspace.Region"),
+    "export": (lambda: cdpr.export("caroca", "mjc"), "export(to=): expected one of mjcf, sdf, urdf, ros2, native"),
+    "export-option": (lambda: cdpr.export("caroca", "urdf", style="x"), "export(style=): urdf has no options"),
+    "import": (lambda: cdpr.import_file(5), "import_file(path=): expected a file name, got 5"),
+    "view": (lambda: cdpr.view("caroca", "x.txt"), "view(out=): 'x.txt': expected the name of a new page"),
+    "view-pose": (lambda: cdpr.view("caroca", "x.html", pose=[1]), "view(pose=): the shape must be (7,), got (1,)"),
+    "save": (lambda: built().save(5), "save(path=): expected the name of a file that ends in .yaml, got 5"),
+    "model": (lambda: scenario(robot=built().replace(cable_model="soft")), "robot.cable.model: expected one of ideal"),
+}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_wrong_arguments_of_verbs(verb, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call, text = VERBS[verb]
+    assert message(call).startswith(text)
+    assert not list(tmp_path.iterdir())
+
+
+def test_studies_and_designs_of_objects(tmp_path):
+    one = scenario(name="mine")
+    masses = {"scenario": one, "axes": [{"key": "robot.platform.mass", "values": [10.0, 12.0]}]}
+    assert cdpr.study(masses, tmp_path / "study").counts == {"finished": 2}
+    assert cdpr.rollout(one, 2, vary={"robot": [built(10.0), built(12.0)]}).status.tolist() == ["finished"] * 2
+    assert cdpr.size([one, cdpr.simulate(one)]).cables == tuple(cable.name for cable in one.robot.cables)
+    file = examples.find("design_box", "design").path
+    given = yaml.safe_load(file.read_text())
+    given["robot"] = cdpr.load_robot(file.parent / given["robot"])
+    found = cdpr.design(given, tmp_path / "design", evaluations=2)
+    assert found.rows[0].figures == cdpr.design("design_box", tmp_path / "other", evaluations=2).rows[0].figures

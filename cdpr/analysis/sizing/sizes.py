@@ -92,7 +92,7 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
     """
     if not duties:
         raise CdprError("expected at least one scenario or run")
-    if not 1.0 <= safety < math.inf:
+    if not isinstance(safety, int | float) or not 1.0 <= safety < math.inf:
         raise CdprError(f"safety: expected a number from 1 on, got {safety!r}")
     first = duties[0].robot
     names = tuple(cable.name for cable in first.cables)

@@ -30,6 +30,7 @@ from cdpr.analysis.workspace.regions import region as region_of
 from cdpr.analysis.workspace.turns import Turns, check_turns, turns
 from cdpr.base.checksums import check_archive, seal_archive, validated
 from cdpr.base.errors import CdprError, LogError
+from cdpr.base.problems import shown
 from cdpr.log.files import unwritable
 from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.properties import home_pose
@@ -283,6 +284,8 @@ def workspace(
     limits: dict[str, Any] = {"lower": lower, "upper": upper, "cells": cells, "orientations": orientations}
     if region is None:
         region = region_of(robot, **limits)
+    elif not isinstance(region, Region):
+        raise CdprError(f"region: expected a cdpr.analysis.workspace.Region, got {shown(region)}")
     elif any(each is not None for each in limits.values()):
         raise CdprError("region: give either a region, or lower, upper, cells and orientations")
     whole = checked_question(chosen, robot, question, over, options)

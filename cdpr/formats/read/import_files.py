@@ -125,6 +125,8 @@ def import_file(
         ...     print(int(error.exit_code))
         2
     """
+    if not isinstance(path, str | os.PathLike):
+        raise CdprError(f"import_file(path=): expected a file name, got {path!r}")
     file = Path(path)
     choice = _choice(cable_set, trajectory, tension)
 
