@@ -9,10 +9,21 @@ Example:
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cdpr.base.kinds import Kinds
+from cdpr.base.lazy import lazily
 from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, guarding, redirected
+
+if TYPE_CHECKING:
+    from cdpr.scenario.events.contact import Contact
+    from cdpr.scenario.events.external_command import ExternalCommand
+    from cdpr.scenario.events.faults import CableBreak, CableJam
+    from cdpr.scenario.events.limits import TensionLimits
+    from cdpr.scenario.events.loads import Sine, Wrench
+    from cdpr.scenario.events.options import SetOption
+    from cdpr.scenario.events.stop import EmergencyStop
+    from cdpr.scenario.events.target import Target
 
 __all__ = [
     "EVENTS",
@@ -64,3 +75,8 @@ def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) 
     """Return the indices of `cables` that break, and the times (s) of the first samples after it."""
     breaks = [event for event in events if isinstance(event, CableEvent) and event.breaks]
     return tuple((cables.index(str(event.cable)), first_sample(event.time, step) * step) for event in breaks)
+
+
+if not TYPE_CHECKING:  # imported when first used
+    _homes = (home.partition(":") for home in EVENTS.homes.values())
+    __getattr__ = lazily(__name__, {name: module for module, _, name in _homes})
