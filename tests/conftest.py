@@ -83,7 +83,7 @@ def make_robot(
         mass, frozen_array(np.diag([2.0, 3.0, 4.0]) if inertia is None else inertia), frozen_array(center_of_mass)
     )
     cables = tuple(Cable(row[:3], row[3:], *limits) for row in anchors)
-    return Robot(platform, cables, name="test")
+    return Robot(platform, cables, name="test", unilateral=limits[0] >= 0.0)
 
 
 def crossed_box(rng: np.random.Generator, m: int) -> np.ndarray:

@@ -10,7 +10,6 @@ import pytest
 from conftest import ROOT, crossed_box, make_robot, moved, random_state
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 from scipy.optimize import brentq
 
 from cdpr.base.errors import CdprError, PluginError, ScenarioError
@@ -162,7 +161,7 @@ def test_the_pose_comes_back_from_the_lengths(seed):
 
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 0.0), (0.0, float("nan"), 1.0)])
 def test_no_axis_no_pulley(axis):
-    with pytest.raises(ValidationError):
+    with pytest.raises(CdprError, match=r"^Pulley\(axis=\)"):
         Pulley(radius=0.1, axis=axis)
 
 
