@@ -15,7 +15,8 @@ PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
 def copy_of_program(folder):
     """Return the folder, with a copy of the program, a function that adds to it, and one that calls it there."""
     for name in PACKAGES:
-        shutil.copytree(ROOT / name, folder / name)  # with what is compiled of it, which is valid there, too
+        # With what is compiled of it, which is valid there, too; links lead to headers of the copy.
+        shutil.copytree(ROOT / name, folder / name, symlinks=True)
 
     def add(file, text, table, **lines):
         """Write the file, and into the table what follows on certain words."""
