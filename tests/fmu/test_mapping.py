@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import crossed_box, make_robot
 from fmu_cases import PLANT, signals, variable
 from mapping_cases import ROBOT, about, names, plant, refused
 

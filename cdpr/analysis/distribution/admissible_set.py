@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.analysis.distribution.distributions import check_unit
+from cdpr.analysis.distribution.source import robot_and_gravity
 from cdpr.base.errors import CdprError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
@@ -17,7 +18,7 @@ from cdpr.model.arrays import checked
 from cdpr.model.frozen import Frozen
 from cdpr.model.rank import RANK_TOLERANCE
 from cdpr.model.robot import Array, frozen_array
-from cdpr.scenario.loader import AnyRobot, robot_of
+from cdpr.scenario.loader import AnyRobot
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 from cdpr.tension.problem import Problem
 
@@ -66,7 +67,7 @@ def admissible(
     pose: ArrayLike,
     wrench: ArrayLike | None = None,
     *,
-    gravity: ArrayLike = (0.0, 0.0, -9.81),
+    gravity: ArrayLike | None = None,
 ) -> Admissible:
     """Return all tensions that balance one wrench at one pose.
 
@@ -75,11 +76,12 @@ def admissible(
     Bruckmann, IEEE Trans. Robotics 31, 2015) or, for r = 3, intersections of three limits that satisfy all others.
 
     Args:
-        robot: geometry, limits and degrees of freedom: a Robot, a file, the name of an example, a dict or a Scenario.
+        robot: geometry, limits and degrees of freedom: a Robot, a file, the name of an example, a dict or a Scenario,
+            whose controlled directions and gravity apply.
         pose: (7,), position (m) and quaternion w, x, y, z of the platform.
         wrench: (6,), wrench of the cables on the platform at its origin (N, N m, world axes); by default the one that
             balances `gravity` at rest.
-        gravity: (3,), m/s^2, world.
+        gravity: (3,), m/s^2, world; by default the scenario's, or the earth's.
 
     Returns:
         The set of tensions with its corners, ranges, margin and sensitivity; see `Admissible`.
@@ -95,7 +97,7 @@ def admissible(
         >>> found.feasible, found.redundancy, found.range.shape
         (True, 2, (8, 2))
     """
-    robot = robot_of(robot)
+    robot, gravity = robot_and_gravity(robot, gravity)
     at = checked(pose, (7,), "pose", finite=True).copy()
     check_unit(at[None], "pose")
     at[3:] /= np.linalg.norm(at[3:])

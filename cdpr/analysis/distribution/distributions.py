@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from cdpr.analysis.distribution.batch import Batch, Rows
 from cdpr.analysis.distribution.single import distribute_single
+from cdpr.analysis.distribution.source import DOWN, robot_and_gravity
 from cdpr.base import tolerances
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import CdprError, PluginError
@@ -28,7 +29,7 @@ from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
-from cdpr.scenario.loader import AnyRobot, robot_of
+from cdpr.scenario.loader import AnyRobot
 from cdpr.tension import Status
 from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import StageSolver, TensionStage
@@ -38,7 +39,6 @@ from cdpr.tension.status_array import StatusArray
 CHUNK = 4096
 
 CODES = frozenset(map(float, Status))
-DOWN = (0.0, 0.0, -9.81)  # m/s^2
 
 # Number of rows from which solving eight at once saves more than binding its operations costs.
 MANY = 512
@@ -70,7 +70,7 @@ def distribute(
     *,
     solver: str | TensionSolver = SOLVER,
     options: Mapping[str, Any] | None = None,
-    gravity: ArrayLike = DOWN,
+    gravity: ArrayLike | None = None,
     tension_min: ArrayLike | None = None,
     tension_max: ArrayLike | None = None,
     jobs: int | None = None,
@@ -83,13 +83,14 @@ def distribute(
     For solvers with memory, each row is a first step.
 
     Args:
-        robot: geometry, limits and degrees of freedom: a Robot, a file, the name of an example, a dict or a Scenario.
+        robot: geometry, limits and degrees of freedom: a Robot, a file, the name of an example, a dict or a Scenario,
+            whose controlled directions and gravity apply.
         poses: (7,) or (K, 7), position (m) and quaternion w, x, y, z of the platform.
         wrenches: (6,) or (K, 6), wrenches of the cables on the platform at its origin (N, N m, world axes); by default
             the wrenches that balance `gravity` at rest.
         solver: name of an installed solver, or a solver object for this robot.
         options: options of a solver given by name.
-        gravity: (3,), m/s^2, world.
+        gravity: (3,), m/s^2, world; by default the scenario's, or the earth's.
         tension_min: (m,) or (K, m), N, lowest tensions instead of the robot's.
         tension_max: (m,) or (K, m), N, highest tensions instead of the robot's.
         jobs: threads for a compiled solver, at least 1, by default one per core; the result is the same. Others use
@@ -113,7 +114,7 @@ def distribute(
         >>> many.feasible
         array([ True, False])
     """
-    robot = robot_of(robot)
+    robot, gravity = robot_and_gravity(robot, gravity)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
         raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {jobs!r}")
     if isinstance(solver, str) and gravity is DOWN:

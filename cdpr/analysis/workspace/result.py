@@ -250,13 +250,12 @@ def workspace(
         cells: cells along x, y, z, or along the longest side; 40 by default.
         orientations: (4,) or (k, 4), quaternions w, x, y, z; that of home by default.
         question: parameters of the kind; its parts may be given by name instead, such as `required=box([50, 50, 50, 5,
-            5, 5])`: see `Question`.
+            5, 5])`: see `Question`. A given question replaces gravity and obstacles of a Scenario.
         over: "all" or "any" attitudes of the region must be inside.
         method: "grid" evaluates all cells, "octree" only the decisive ones (`cdpr.analysis.workspace.octree`). In
-        addition to
-            the cells, "hull" finds the boundary from a point inside (`.hull`), "rays" the free intervals along lines
-            (`.rays`), "turns" the reachable rotations of the platform (`.turns`), and "certify" proves boxes of any
-            size to be inside or outside (`.certify`).
+            addition to the cells, "hull" finds the boundary from a point inside (`.hull`), "rays" the free intervals
+            along lines (`.rays`), "turns" the reachable rotations of the platform (`.turns`), and "certify" proves
+            boxes of any size to be inside or outside (`.certify`).
         undecided: share of the box that "certify" may leave undecided.
         n_rays: minimum number of rays of "hull".
         about: world axis of "turns": "rx", "ry" or "rz".
@@ -277,7 +276,7 @@ def workspace(
     """
     chosen = kind_of(kind)
     if isinstance(loaded := robot_or_scenario(robot), Scenario):
-        known = {"gravity": loaded.gravity, "obstacles": loaded.obstacles}
+        known = {"gravity": loaded.gravity, "obstacles": loaded.obstacles} if question is None else {}
         options = {key: known[key] for key in known if key == "gravity" or key in chosen.takes} | options
         loaded = loaded.robot
     robot = loaded

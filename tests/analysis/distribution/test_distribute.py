@@ -322,3 +322,23 @@ def test_pulleys_count(robot, count):
     assert (found.status == Status.OK).all()
     np.testing.assert_allclose(found.tension, expected.tension, atol=1e-9)
     assert np.abs(found.tension - distribute(robot, at).tension).max() > 0.1
+
+
+def test_a_scenario_gives_gravity_and_controlled_directions():
+    moon = cdpr.load_scenario("caroca", overrides={"world.gravity": [0, 0, -1.62]})
+    pose = moon.robot.home
+    expected = cdpr.distribute(moon.robot, pose, gravity=[0, 0, -1.62])
+    assert (cdpr.distribute(moon, pose).tension == expected.tension).all()
+    assert (cdpr.distribute(moon, pose, gravity=[0, 0, -9.81]).tension == cdpr.distribute("caroca", pose).tension).all()
+    assert (cdpr.admissible(moon, pose).wrench == cdpr.admissible(moon.robot, pose, gravity=[0, 0, -1.62]).wrench).all()
+    forces = cdpr.load_scenario("caroca", overrides={"controlled": ["x", "y", "z"]})
+    expected = cdpr.distribute(forces.controlled_robot, pose)
+    assert (cdpr.distribute(forces, pose).tension == expected.tension).all()
+    assert (expected.tension != cdpr.distribute("caroca", pose).tension).any()
+
+
+def test_a_question_replaces_the_gravity_of_a_scenario():
+    moon = cdpr.load_scenario("caroca", overrides={"world.gravity": [0, 0, -1.62]})
+    asked = cdpr.analysis.workspace.Question(gravity=(0.0, 0.0, -9.81))
+    found = cdpr.workspace(moon, "static", question=asked, cells=4)
+    assert (found.value == cdpr.workspace("caroca", "static", question=asked, cells=4).value).all()
