@@ -269,3 +269,8 @@ def test_studies_and_designs_of_objects(tmp_path):
     given["robot"] = cdpr.load_robot(file.parent / given["robot"])
     found = cdpr.design(given, tmp_path / "design", evaluations=2)
     assert found.rows[0].figures == cdpr.design("design_box", tmp_path / "other", evaluations=2).rows[0].figures
+
+
+def test_motions_and_events_are_listed():
+    assert set(dir(cdpr.motions)) >= {"Hold", "Quintic", "Gcode"}
+    assert set(dir(cdpr.events)) >= {"Wrench", "CableBreak"}

@@ -18,6 +18,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
+from cdpr.scenario.loader import AnyRobot, robot_of
 
 Mode = Literal["margin", "closure", "payload"]
 
@@ -80,7 +81,7 @@ class Measured:
 
 
 def measure(
-    robot: Robot,
+    robot: AnyRobot,
     poses: ArrayLike,
     mode: Mode = "margin",
     required: Required = NOTHING,
@@ -92,7 +93,7 @@ def measure(
     """Return a measure of the cables' capacity at poses (K, 7), position (m) and quaternion w, x, y, z.
 
     Args:
-        robot: geometry, limits, mass and degrees of freedom.
+        robot: geometry, limits, mass and degrees of freedom: a Robot, a file, an example's name, a dict or a Scenario.
         poses: poses of the platform's origin.
         mode: "margin", the signed distance from the required set to the nearest facet of the available wrenches
             (Gouttefarde and Krut, ARK 2010); "closure", the ability to pull against each other in all directions;
@@ -107,6 +108,7 @@ def measure(
     """
     given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
     check_unit(given, "poses")
+    robot = robot_of(robot)
     question, count = pose_question(robot, mode, required, gravity, length)._asdict(), len(given)
     value, scale, direction = np.empty(count), np.empty(count), np.empty((count, robot.n))
     status, limit = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)

@@ -80,3 +80,6 @@ def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) 
 if not TYPE_CHECKING:  # imported when first used
     _homes = (home.partition(":") for home in EVENTS.homes.values())
     __getattr__ = lazily(__name__, {name: module for module, _, name in _homes})
+
+    def __dir__() -> list[str]:
+        return __all__

@@ -71,3 +71,6 @@ AnyMotion = Annotated[Motion, MOTIONS]
 if not TYPE_CHECKING:  # imported when first used
     _homes = (home.partition(":") for home in MOTIONS.homes.values())
     __getattr__ = lazily(__name__, {name: module for module, _, name in _homes} | _PARTS)
+
+    def __dir__() -> list[str]:
+        return __all__
