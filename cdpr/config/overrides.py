@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import BaseModel
+
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import Section
 from cdpr.base.problems import Mark, Path, shown
@@ -139,6 +141,8 @@ def plain_value(value: Any, path: Path = ()) -> Any:
         raise NotPlainError(path[:2], f"nested more than {MAX_DEPTH} deep")
     if isinstance(value, Section | Robot):
         return value.to_dict()
+    if isinstance(value, BaseModel):  # options of a plugin
+        return value.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
     if hasattr(value, "tolist"):  # NumPy array or scalar
         if masked(value):
             raise NotPlainError(path, MASKED)

@@ -12,6 +12,7 @@ from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import Mark
 from cdpr.config.document import Document, same
 from cdpr.config.overrides import Change, Overrides
 from cdpr.config.problems import Problems
@@ -19,12 +20,12 @@ from cdpr.config.yaml_text import dump
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import nominal
-from cdpr.scenario.check import Checked, check
+from cdpr.scenario.check import Checked, check, split
 from cdpr.scenario.choices import choices
 from cdpr.scenario.content import Content
 from cdpr.scenario.event_checks import beyond
 from cdpr.scenario.events import ScenarioEvent
-from cdpr.scenario.from_python import HERE, document_of, output_file, write
+from cdpr.scenario.from_python import document_of, output_file, write
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.plain_data import as_given, dumped, plain_in, to_dict
@@ -166,7 +167,8 @@ class Scenario(Content):
                 hint = did_you_mean(key, known)
                 raise CdprError(f"replace({key}=): unknown section: {hint}allowed: {', '.join(known)}")
         plain = document_of(sections, self._document.folder).data
-        return self.with_changes([Change((key,), value, HERE) for key, value in plain.items()])
+        mark = Mark("")  # a new object: the options of replaced sections are told from those before by their marks
+        return self.with_changes([Change((key,), value, mark) for key, value in plain.items()])
 
     def with_changes(
         self,
@@ -224,7 +226,11 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
         unused = [f"robot.{key}" for key in robot.unused(sections.actuators is not None)]
     names = [cable.name for cable in robot.cables]
     events = [event.named(names) for event in checked.events]
+    _, options = split(document.data)
     completed = {
+        "controller": sections.controller.with_options(options.get("controller", {})),
+        "solver": sections.solver.with_options(options.get("solver", {})),
+        "backend_options": document.data.get("backend_options") or {},
         "robot": robot,
         "believed": section,
         "trajectory": trajectory,
