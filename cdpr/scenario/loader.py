@@ -18,10 +18,11 @@ from cdpr.scenario import examples, plausible
 from cdpr.scenario.checks import remember
 from cdpr.scenario.choices import choices
 from cdpr.scenario.from_python import document_of
+from cdpr.scenario.named_files import files_of_robot
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario, build_scenario
-from cdpr.scenario.source import Kind, check_kind, kind_of, open_document, stem
+from cdpr.scenario.source import Kind, accept_absolute, check_kind, kind_of, open_document, stem
 
 Loaded = TypeVar("Loaded", Robot, Scenario)
 
@@ -198,6 +199,7 @@ def _robot(
     document.data.setdefault("name", stem(document.source))
     for change in read_overrides(overrides, problems):
         apply(document, change, problems)
+    accept_absolute(document, list(files_of_robot(document.data)))
     section = validate(RobotSection, document.data, document, problems)
     if section is not None:
         remember(section, document)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import yaml
 
 import cdpr
 from cdpr.scenario import examples
@@ -65,3 +66,107 @@ def test_options_given_with_another_plugin_are_kept():
     other = one.replace(controller={"type": "pid", "kp": 55.0})
     assert other.controller_options.kp == 55.0
     assert not other.unused
+
+
+TETRAHEDRON = "v 0 0 0\nv {0} 0 0\nv 0 {0} 0\nv 0 0 {0}\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+MOTION = "t,x,y,z\n0,0,0,1.2\n0.01,0,0,1.2\n0.02,0,0,1.2\n"
+
+
+@pytest.fixture
+def folders(tmp_path, monkeypatch):
+    """Folders `one`, which is the working folder, and `two`, with files of the same names but other content."""
+    for i, name in enumerate(("one", "two"), start=1):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "mesh.obj").write_text(TETRAHEDRON.format(0.1 * i))
+        (tmp_path / name / "p.csv").write_text(MOTION)
+        (tmp_path / name / "rob.yaml").write_text(yaml.safe_dump(_with_mesh("mesh.obj")))
+        scenario(name=name).save(tmp_path / name / "scenario.yaml")
+    monkeypatch.chdir(tmp_path / "one")
+    return tmp_path
+
+
+def _with_mesh(file):
+    data = built().to_dict()
+    data["platform"]["shape"] = {"mesh": file}
+    return data
+
+
+def test_a_mesh_stays_with_its_robot(folders):
+    robot = cdpr.load_robot("rob.yaml")
+    assert robot.platform.shape.file == str(folders / "one" / "mesh.obj")
+    other = cdpr.load_scenario(folders / "two" / "scenario.yaml")
+    scenarios = [
+        other.replace(robot=robot),
+        other.with_changes({"robot": robot}),
+        cdpr.load_scenario(folders / "two" / "scenario.yaml", overrides={"robot": robot}),
+        cdpr.Scenario(robot=robot, simulation=SHORT),
+        cdpr.Scenario(robot=robot.to_dict(), simulation=SHORT),
+    ]
+    assert {each.robot.platform.shape.file for each in scenarios} == {robot.platform.shape.file}
+    scenarios[0].save(folders / "three" / "saved.yaml")
+    assert cdpr.load_scenario(folders / "three" / "saved.yaml").robot == robot
+    assert "/" + "one/mesh.obj" in (folders / "three" / "saved.yaml").read_text()
+    assert str(folders) not in (folders / "three" / "saved.yaml").read_text()
+    assert cdpr.load_robot(robot.to_dict()) == robot
+    robot.save(folders / "three" / "robot.yaml")
+    assert cdpr.load_robot(folders / "three" / "robot.yaml") == robot
+
+
+def test_files_of_a_scenario_do_not_depend_on_the_working_folder_later(folders, monkeypatch):
+    obstacle = {"mesh": "mesh.obj", "position": [0.0, 5.0, 0.0]}
+    one = scenario(
+        robot="rob.yaml", trajectory=cdpr.motions.Csv(file="p.csv"), world={"obstacles": [obstacle]}, name="mine"
+    )
+    rows = cdpr.simulate(one.replace()).rows
+    monkeypatch.chdir(folders / "two")
+    (folders / "two" / "p.csv").unlink()
+    assert np.max(one.obstacles[0].shape.corners) == 0.1
+    one.save(folders / "three" / "saved.yaml")
+    loaded = cdpr.load_scenario(folders / "three" / "saved.yaml")
+    assert loaded == one
+    for each in (one, loaded, one.with_changes({"name": "other"}), one.replace(robot=built(name="other"))):
+        assert np.array_equal(cdpr.simulate(each).rows, rows)
+    assert np.array_equal(cdpr.simulate(one, out=folders / "run").rows, rows)
+    assert np.array_equal(cdpr.simulate(folders / "run" / "scenario.yaml").rows, rows)
+    masses = {"scenario": one, "axes": [{"key": "robot.platform.mass", "values": [10.0, 12.0]}]}
+    assert cdpr.study(masses, folders / "study").counts == {"finished": 2}
+
+
+def test_absolute_file_names_are_for_python_only(folders, monkeypatch):
+    robot, motion = folders / "two" / "rob.yaml", cdpr.motions.Csv(file=folders / "two" / "p.csv")
+    one = scenario(robot=robot, trajectory=motion)
+    assert one.robot.platform.shape.file == str(folders / "two" / "mesh.obj")
+    other = cdpr.load_scenario("scenario.yaml").replace(robot=str(robot), trajectory=motion)
+    assert one.replace(name="one", robot=one.robot.replace(name="x")) == other.replace(robot=other.robot.replace(name="x"))
+    assert one.with_changes({"trajectory.file": str(folders / "one" / "p.csv")}).trajectory.file == "p.csv"
+    file = folders / "scenario.yaml"
+    file.write_text(yaml.safe_dump({"robot": str(robot), "simulation": SHORT}))
+    assert "expected a file name relative to this file" in message(lambda: cdpr.load_scenario(file))
+    assert "expected a file name relative to this file" in message(
+        lambda: one.with_changes([f"trajectory.file={folders / 'one' / 'p.csv'}"])
+    )
+    masses = [{"key": "robot.platform.mass", "values": [10.0]}]
+    study = {"scenario": str(folders / "two" / "scenario.yaml"), "axes": masses}
+    assert cdpr.study(study, folders / "study").counts == {"finished": 1}
+    file = examples.find("design_box", "design").path
+    design = yaml.safe_load(file.read_text())
+    design["robot"] = str((file.parent / design["robot"]).resolve())
+    assert len(cdpr.design(design, folders / "design", evaluations=1).rows) == 2
+    design["robot"] = cdpr.load_robot(design["robot"])
+    shape = cdpr.load_robot(robot).platform.shape
+    design["robot"] = design["robot"].replace(platform=design["robot"].platform.replace(shape=shape))
+    loaded = cdpr.load_design(design, evaluations=1)
+    monkeypatch.chdir(folders)
+    assert loaded.candidate(None).platform.shape == shape
+
+
+def test_a_robot_saved_in_a_linked_folder_finds_its_mesh(folders):
+    (folders / "deep" / "down").mkdir(parents=True)
+    (folders / "link").symlink_to(folders / "deep" / "down")
+    robot = cdpr.load_robot("rob.yaml")
+    one = scenario(robot=robot)
+    robot.save(folders / "link" / "saved.yaml")
+    one.save(folders / "link" / "scenario.yaml")
+    assert cdpr.load_robot(folders / "link" / "saved.yaml") == robot
+    assert cdpr.load_scenario(folders / "link" / "scenario.yaml").robot == robot
+    assert cdpr.load_scenario(folders / "link" / "scenario.yaml") == one
