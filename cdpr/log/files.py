@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import secrets
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,8 @@ from cdpr.base.errors import OutputError
 from cdpr.base.locks import Lock, lock, open_to_lock
 
 GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
+TEMPORARY = ".tmp"  # end of the names of incomplete files
+NAME_LENGTH = 40  # characters of the final name in them: file systems limit names to 255 bytes
 LOCK_SECONDS = 10.0  # s that a new run waits for a repair to inspect its folder, which takes milliseconds
 
 
@@ -42,7 +45,7 @@ def create(path: Path, content: str | bytes) -> None:
         FileExistsError: if it exists.
         OSError: if it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = temporary_of(path)
     try:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
         try:
@@ -63,6 +66,16 @@ def replace_markup(path: Path, text: str) -> None:
     replace(path, text.encode(errors="xmlcharrefreplace"))
 
 
+def temporary_of(path: Path) -> Path:
+    """Return a new name in the folder of a file, for its content until it is complete: another one in each call."""
+    return path.with_name(f"{path.name[:NAME_LENGTH]}.{secrets.token_hex(6)}{TEMPORARY}")
+
+
+def is_temporary_of(name: str, path: Path) -> bool:
+    """Return True if `name` is that of incomplete content of a file, such as of a killed process."""
+    return name.startswith(f"{path.name[:NAME_LENGTH]}.") and name.endswith(TEMPORARY)
+
+
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """Open a temporary file that is renamed to `path` after it was written.
@@ -70,11 +83,11 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     Raises:
         OutputError: if it cannot be written.
     """
-    temporary = path.with_name(f"{path.name}.tmp")
+    temporary = temporary_of(path)
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):  # a device: the file would replace it
             raise OutputError(f"{path}: cannot be written: it is not a regular file")
-        with temporary.open("wb") as file:
+        with temporary.open("xb") as file:
             yield file
         os.replace(temporary, path)
     except OSError as error:
