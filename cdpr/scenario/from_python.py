@@ -21,7 +21,7 @@ from cdpr.base.problems import Mark, dotted
 from cdpr.cables import MODELS
 from cdpr.cables.elastic import DAMPING
 from cdpr.config.document import Document
-from cdpr.config.overrides import NotPlainError, plain_value
+from cdpr.config.overrides import NotPlainError, plain_key, plain_value
 from cdpr.config.yaml_text import dump
 from cdpr.log.files import make_folder, replace
 from cdpr.model import Cable, Robot, Winch
@@ -49,9 +49,9 @@ def document_of(data: Mapping[str, Any], folder: str | None = None, *, study: bo
     problems = []
     for key, value in data.items():
         try:
-            plain[str(key)] = plain_value(value, (str(key),))
+            plain[plain_key(key)] = plain_value(value, (key,))
         except NotPlainError as error:
-            problems.append(f"{dotted(error.path)}: {error}")
+            problems.append(f"{dotted(error.path)}{': ' if error.path else ''}{error}")
     if problems:
         raise ScenarioError(problems)
     robot = None if study else plain.get("robot")  # those of studies and designs are found like in their files

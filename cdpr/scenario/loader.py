@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from cdpr.base.errors import ScenarioError
+from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.base.problems import Problem
 from cdpr.config.document import Document
 from cdpr.config.overrides import Overrides, apply, read_overrides
@@ -73,6 +73,7 @@ def load_scenario(
         >>> scenario.simulation.duration
         2.0
     """
+    _refuse_texts("load_scenario", path, text=text, files=files if isinstance(path, Scenario) else None)
     if isinstance(path, Scenario):
         return path.with_changes(overrides, backend=backend, solver=solver, controller=controller, plugins=plugins)
     problems = Problems()
@@ -104,6 +105,7 @@ def load_robot(path: Source | Robot, *, text: str | None = None, overrides: Over
         >>> robot.tension_max.shape
         (8,)
     """
+    _refuse_texts("load_robot", path, text=text)
     if isinstance(path, Robot):
         if not overrides:
             return path
@@ -145,6 +147,14 @@ def file_name(path: object) -> str:
     kind = f"a {type(path).__name__}"
     remedy = "cdpr.Scenario(robot=robot, ...)" if isinstance(path, Robot) else "see load_scenario"
     raise ScenarioError([f"expected a file, an example's name, a dict or a Scenario, got {kind}; {remedy}"])
+
+
+def _refuse_texts(verb: str, source: object, **texts: object) -> None:
+    """Raise CdprError if texts are given in place of files, but the source is no file."""
+    for name, value in texts.items():
+        if value is not None and isinstance(source, Mapping | Robot | Scenario):
+            kind = "dict" if isinstance(source, Mapping) else type(source).__name__
+            raise CdprError(f"{verb}({name}=): replaces the text of a file, got a {kind} in place of a file name")
 
 
 def _open(source: Source, kind: Kind | None, problems: Problems, text: str | None = None) -> Document:

@@ -101,7 +101,8 @@ class Scenario(Content):
             "events": events,
             **sections,
         }
-        document = document_of({key: value for key, value in given.items() if value is not None})
+        left_out = {key for key, value in given.items() if value is None and key in ScenarioSection.model_fields}
+        document = document_of({key: value for key, value in given.items() if key not in left_out})
         vars(self).update(vars(build_scenario(document, (), [], registry(), Problems())))
 
     def __repr__(self) -> str:
@@ -166,6 +167,8 @@ class Scenario(Content):
             if key not in known:
                 hint = did_you_mean(key, known)
                 raise CdprError(f"replace({key}=): unknown section: {hint}allowed: {', '.join(known)}")
+        if nominal.ALTERNATIVE in sections and nominal.KEY in sections:
+            raise CdprError(f"replace({nominal.ALTERNATIVE}=): {nominal.ANOTHER}: remove one of them")
         plain = document_of(sections, self._document.folder).data
         mark = Mark("")  # a new object: the options of replaced sections are told from those before by their marks
         return self.with_changes([Change((key,), value, mark) for key, value in plain.items()])

@@ -170,3 +170,33 @@ def test_a_robot_saved_in_a_linked_folder_finds_its_mesh(folders):
     assert cdpr.load_robot(folders / "link" / "saved.yaml") == robot
     assert cdpr.load_scenario(folders / "link" / "scenario.yaml").robot == robot
     assert cdpr.load_scenario(folders / "link" / "scenario.yaml") == one
+
+
+UNUSED = {
+    "trajectry: unknown key 'trajectry': did you mean 'trajectory'?": lambda: scenario(trajectry=None),
+    "nominal: another spelling of 'believed', which is given: remove one of them": lambda: scenario(
+        nominal={"platform": {"mass": 13.0}}, believed={"platform": {"mass": 14.0}}
+    ),
+    "replace(nominal=): another spelling of 'believed', which is given: remove one of them": lambda: scenario().replace(
+        nominal={"platform": {"mass": 13.0}}, believed={"platform": {"mass": 14.0}}
+    ),
+    "load_scenario(text=): replaces the text of a file, got a dict": lambda: cdpr.load_scenario({}, text="["),
+    "load_scenario(text=): replaces the text of a file, got a Scenario": lambda: cdpr.load_scenario(
+        scenario(), text="["
+    ),
+    "load_scenario(files=): replaces the text of a file, got a Scenario": lambda: cdpr.load_scenario(
+        scenario(), files={"a": "["}
+    ),
+    "load_robot(text=): replaces the text of a file, got a Robot": lambda: cdpr.load_robot(built(), text="["),
+    "controller: expected texts as keys, got 1": lambda: scenario(controller={1: 2, "1": 3}),
+    "expected texts as keys, got null": lambda: cdpr.load_scenario({None: 3}),
+    "overrides: robot.platform.tools: expected texts as keys, got 1": lambda: scenario().with_changes(
+        {"robot.platform.tools": {1: [0, 0, 0]}}
+    ),
+    "Quintic(to=): expected texts as keys, got 3": lambda: cdpr.motions.Quintic(duration=1, to={3: 4}),
+}
+
+
+@pytest.mark.parametrize("text", UNUSED)
+def test_nothing_is_ignored(text):
+    assert message(UNUSED[text]).startswith(text)
