@@ -193,7 +193,10 @@ def compare(
         >>> cdpr.compare("remote_plant", overrides={"simulation.duration": 0.02}, backends=["remote"])
         <Comparison of remote_plant: differences not judged>
     """
-    if isinstance(what, Sequence) and not isinstance(what, str):
+    for name, names in {"backends": backends, "solvers": solvers}.items():
+        if names is not None and not (isinstance(names, list | tuple) and all(isinstance(each, str) for each in names)):
+            raise CdprError(f"compare({name}=): expected a list of names, got {shown(names)}")
+    if isinstance(what, Sequence) and not isinstance(what, str | bytes):
         options = {"overrides": overrides, "backends": backends, "solvers": solvers, "out": out}
         for name, value in options.items():
             if value:

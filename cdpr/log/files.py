@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import secrets
 import weakref
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from typing import BinaryIO
 
 from cdpr.base.errors import OutputError
 from cdpr.base.locks import Lock, lock, open_to_lock
+from cdpr.base.problems import shown
 
 GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
 TEMPORARY = ".tmp"  # end of the names of incomplete files
@@ -26,6 +28,27 @@ def is_name(name: object) -> bool:
         return b"\0" not in os.fsencode(name)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         return False
+
+
+def output_path(name: object, place: str, kind: str = "file") -> Path:
+    """Return the path of a file or folder to write, given at `place` of a call.
+
+    Raises:
+        OutputError: if `name` is no valid name.
+    """
+    if not isinstance(name, str | os.PathLike) or not is_name(name):
+        raise OutputError(f"{place}: expected the name of a {kind}, got {shown(name)}")
+    path = Path(name)
+    try:
+        path.exists()  # raises if the name is too long
+    except OSError as error:
+        raise unwritable(path, error) from error
+    return path
+
+
+def name_from(text: str) -> str:
+    """Return a file name, without folder and ending, from a name: other characters become underscores."""
+    return re.sub(r"[^\w.-]+", "_", text).lstrip(".-")[:64] or "unnamed"
 
 
 def replace(path: Path, content: str | bytes) -> None:

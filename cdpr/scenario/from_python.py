@@ -23,7 +23,7 @@ from cdpr.cables.elastic import DAMPING
 from cdpr.config.document import Document
 from cdpr.config.overrides import NotPlainError, plain_key, plain_value
 from cdpr.config.yaml_text import dump
-from cdpr.log.files import make_folder, replace
+from cdpr.log.files import make_folder, output_path, replace
 from cdpr.model import Cable, Robot, Winch
 from cdpr.model.robot import COMMANDED, DOF_NAMES, Array
 from cdpr.model.shapes import Cylinder, Frame, Mesh, Shape
@@ -121,7 +121,7 @@ def output_file(path: str | os.PathLike[str]) -> Path:
     """Return the path of a YAML file to write; raise CdprError for another name."""
     if not isinstance(path, str | os.PathLike) or Path(path).suffix not in (".yaml", ".yml"):
         raise CdprError(f"save(path=): expected the name of a file that ends in .yaml, got {path!r}")
-    return Path(path)
+    return output_path(path, "save(path=)")
 
 
 def write(target: Path, text: str) -> None:

@@ -26,6 +26,14 @@ from cdpr.scenario.source import Kind, accept_absolute, check_kind, kind_of, ope
 
 Loaded = TypeVar("Loaded", Robot, Scenario)
 
+# What to write for an object in the place of a file of a kind.
+REMEDIES = {
+    ("scenario", "Robot"): "cdpr.Scenario(robot=robot, ...)",
+    ("robot", "Scenario"): "use scenario.robot",
+    ("study", "Scenario"): 'cdpr.study({"scenario": scenario, "axes": [...]}, out)',
+    ("design", "Robot"): 'cdpr.design({"robot": robot, "vary": [...], ...}, out)',
+}
+
 Source = str | os.PathLike[str] | Mapping[str, Any]  # file, name of an example, or data with the keys of a file
 AnyScenario = Source | Scenario
 AnyRobot = Source | Scenario | Robot  # or the robot of a scenario
@@ -140,13 +148,15 @@ def robot_of(source: AnyRobot) -> Robot:
     return loaded.robot if isinstance(loaded, Scenario) else loaded
 
 
-def file_name(path: object) -> str:
-    """Return a file name; raise ScenarioError if `path` is not one."""
+def file_name(path: object, kind: Kind | None = "scenario") -> str:
+    """Return the name of a file of this kind; raise ScenarioError if `path` is not one."""
     if isinstance(path, (str, os.PathLike)):
         return os.fspath(path)
-    kind = f"a {type(path).__name__}"
-    remedy = "cdpr.Scenario(robot=robot, ...)" if isinstance(path, Robot) else "see load_scenario"
-    raise ScenarioError([f"expected a file, an example's name, a dict or a Scenario, got {kind}; {remedy}"])
+    given = f"a {type(path).__name__}"
+    own = {"scenario": " or a Scenario", "robot": " or a Robot"}.get(kind or "", "")
+    allowed = f"a file, an example's name, a dict{own}" if own else "a file, an example's name or a dict"
+    remedy = REMEDIES.get((kind or "", type(path).__name__), f"see load_{kind or 'scenario'}")
+    raise ScenarioError([f"expected {allowed}, got {given}; {remedy}"])
 
 
 def _refuse_texts(verb: str, source: object, **texts: object) -> None:
@@ -160,7 +170,7 @@ def _refuse_texts(verb: str, source: object, **texts: object) -> None:
 def _open(source: Source, kind: Kind | None, problems: Problems, text: str | None = None) -> Document:
     """Return the document of a file, an example or data."""
     if not isinstance(source, Mapping):
-        return open_document(file_name(source), kind, problems, text=text)
+        return open_document(file_name(source, kind), kind, problems, text=text)
     document = document_of(source, study=kind in ("study", "design"))
     check_kind(document, kind, problems)
     document.data.setdefault("name", kind or kind_of(document) or "unnamed")
@@ -193,7 +203,7 @@ def load_any(
     """
     problems = Problems()
     document = _open(path, None, problems)
-    if kind_of(document) == "robot":
+    if kind_of(document) == "robot" or (isinstance(path, Mapping) and kind_of(document) is None):
         return _robot(document, overrides, problems, warnings)
     scenario = build_scenario(document, overrides, [], plugins or registry(), problems)
     if notes is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
@@ -15,12 +14,13 @@ from cdpr.config.document import Document
 from cdpr.config.overrides import Change, Overrides, apply, read_overrides
 from cdpr.config.problems import Problems
 from cdpr.config.yaml_nodes import parse
+from cdpr.log.files import name_from
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import examples, nominal
 from cdpr.scenario.choices import with_choices
 from cdpr.scenario.initial_from_home import INITIAL, begin_at_home, forget
-from cdpr.scenario.option_migration import Replacement
 from cdpr.scenario.named_files import files_of_scenario
+from cdpr.scenario.option_migration import Replacement
 from cdpr.scenario.robot_schema import RobotSection
 
 Kind = Literal["robot", "scenario", "study", "design"]
@@ -181,5 +181,4 @@ def _parse(content: bytes, file: str) -> tuple[Document | None, Problems]:
 
 def stem(path: str) -> str:
     """Return a valid name from a file name."""
-    stem = os.path.splitext(os.path.basename(path))[0]
-    return re.sub(r"[^\w.-]+", "_", stem).lstrip(".-")[:64] or "unnamed"
+    return name_from(os.path.splitext(os.path.basename(path))[0])

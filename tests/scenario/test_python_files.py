@@ -137,7 +137,8 @@ def test_absolute_file_names_are_for_python_only(folders, monkeypatch):
     one = scenario(robot=robot, trajectory=motion)
     assert one.robot.platform.shape.file == str(folders / "two" / "mesh.obj")
     other = cdpr.load_scenario("scenario.yaml").replace(robot=str(robot), trajectory=motion)
-    assert one.replace(name="one", robot=one.robot.replace(name="x")) == other.replace(robot=other.robot.replace(name="x"))
+    renamed = [each.replace(name="same", robot=each.robot.replace(name="same")) for each in (one, other)]
+    assert renamed[0] == renamed[1]
     assert one.with_changes({"trajectory.file": str(folders / "one" / "p.csv")}).trajectory.file == "p.csv"
     file = folders / "scenario.yaml"
     file.write_text(yaml.safe_dump({"robot": str(robot), "simulation": SHORT}))
