@@ -82,7 +82,8 @@ def design(
     """Optimise a robot: evaluate candidates of its varied keys, and write the result.
 
     Args:
-        what: file of a design, name of an example, dict with the keys of such a file, or result of `load_design`.
+        what: file of a design, name of an example, dict with the keys of such a file, or result of `load_design`. File
+            names in a dict are absolute or relative to the working folder.
         out: folder; new, empty, or with a part of this design if `resume` is set.
         evaluations: number of evaluations instead of the file's.
         jobs: number of threads; the result does not depend on it.
@@ -123,7 +124,7 @@ def study(
 
     Args:
         what: study file, name of an example, dict with the keys of a study file, or result of `load_study`. The
-            scenario in a dict may be a Scenario or a dict.
+            scenario in a dict may be a Scenario or a dict; file names are absolute or relative to the working folder.
         out: its folder; finished cases in it are not run again.
         overrides: values of the scenario by dotted key, in all cases.
         jobs: number of worker processes.

@@ -40,7 +40,8 @@ class Scenario(Content):
     """Simulation setup. Two scenarios are equal if they describe the same run.
 
     Arguments are the sections of a scenario file: objects of `cdpr.motions`, `cdpr.events` and `cdpr.scenario`, or
-    dicts with the keys of a file. `load_scenario` reads a file. File names are relative to the working folder.
+    dicts with the keys of a file. `load_scenario` reads a file. File names are absolute, or relative to the
+    working folder at the time of the call.
 
     Args:
         robot: the robot: a Robot, a file, the name of an example, or a dict.
@@ -146,7 +147,7 @@ class Scenario(Content):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the scenario with its robot as YAML, with the given values only; it loads to an equal scenario.
 
-        Files of meshes, motions and options stay where they are.
+        Files of meshes, motions and options stay where they are; their names become relative to the saved file.
 
         Raises:
             OutputError: if it cannot be written.
@@ -157,7 +158,8 @@ class Scenario(Content):
     def replace(self, **sections: Any) -> Scenario:
         """Return a validated copy with other sections, such as trajectory=cdpr.motions.Hold().
 
-        Arguments are those of the constructor. `with_changes` changes single keys.
+        Arguments are those of the constructor, but file names are absolute or relative to the scenario's folder: the
+        file's or, of a scenario built in Python, the working folder at that time. `with_changes` changes single keys.
 
         Raises:
             ScenarioError: with all problems.
