@@ -25,7 +25,7 @@ from cdpr.scenario.choices import choices
 from cdpr.scenario.content import Content
 from cdpr.scenario.event_checks import beyond
 from cdpr.scenario.events import ScenarioEvent
-from cdpr.scenario.from_python import document_of, output_file, write
+from cdpr.scenario.from_python import document_of, output_file, working_folder, write
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.plain_data import as_given, dumped, plain_in, to_dict
@@ -220,6 +220,7 @@ def build_scenario(
 def _build(checked: Checked, before: Scenario | None) -> Scenario:
     """Return the scenario of valid sections; what has not changed comes from the one `before`."""
     document, sections, unchanged = checked.document, checked.sections, checked.unchanged
+    document.folder = os.path.join(working_folder(), document.folder)  # after the checks, whose messages name files
     known = before if "robot" in unchanged else None
     like = before if before and _same_but_platform(document, before._document) else None
     robot = sections.robot.named(like.sections.robot if like else None)

@@ -132,6 +132,19 @@ def test_files_of_a_scenario_do_not_depend_on_the_working_folder_later(folders, 
     assert cdpr.study(masses, folders / "study").counts == {"finished": 2}
 
 
+def test_files_of_a_loaded_scenario_do_not_depend_on_the_working_folder_later(folders, monkeypatch):
+    scenario(robot="rob.yaml", trajectory=cdpr.motions.Csv(file="p.csv")).save("loaded.yaml")
+    one = cdpr.load_scenario("loaded.yaml")
+    text = one.resolved_yaml()
+    rows = cdpr.simulate(one).rows
+    monkeypatch.chdir(folders / "two")
+    one.save(folders / "three" / "saved.yaml")
+    for each in (one.with_changes({"name": "other"}), cdpr.load_scenario(folders / "three" / "saved.yaml")):
+        assert each.robot.platform.shape.file == str(folders / "one" / "mesh.obj")
+        assert np.array_equal(cdpr.simulate(each).rows, rows)
+    assert one.resolved_yaml() == text
+
+
 def test_absolute_file_names_are_for_python_only(folders, monkeypatch):
     robot, motion = folders / "two" / "rob.yaml", cdpr.motions.Csv(file=folders / "two" / "p.csv")
     one = scenario(robot=robot, trajectory=motion)
