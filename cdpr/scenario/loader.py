@@ -26,7 +26,7 @@ from cdpr.scenario.source import Kind, accept_absolute, check_kind, kind_of, ope
 
 Loaded = TypeVar("Loaded", Robot, Scenario)
 
-# What to write for an object in the place of a file of a kind.
+# Remedies for an object in place of a file, by kind of file and class of the object.
 REMEDIES = {
     ("scenario", "Robot"): "cdpr.Scenario(robot=robot, ...)",
     ("robot", "Scenario"): "use scenario.robot",

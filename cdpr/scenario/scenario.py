@@ -172,7 +172,7 @@ class Scenario(Content):
         if nominal.ALTERNATIVE in sections and nominal.KEY in sections:
             raise CdprError(f"replace({nominal.ALTERNATIVE}=): {nominal.ANOTHER}: remove one of them")
         plain = document_of(sections, self._document.folder).data
-        mark = Mark("")  # a new object: the options of replaced sections are told from those before by their marks
+        mark = Mark("")  # a new object, because `Replacement` recognises old options by the identity of their marks
         return self.with_changes([Change((key,), value, mark) for key, value in plain.items()])
 
     def with_changes(
