@@ -82,7 +82,8 @@ def design(
     """Optimise a robot: evaluate candidates of its varied keys, and write the result.
 
     Args:
-        what: file of a design, name of an example, dict with the keys of such a file, or result of `load_design`.
+        what: file of a design, name of an example, dict with the keys of such a file, or result of `load_design`. File
+            names in a dict are absolute or relative to the working folder.
         out: folder; new, empty, or with a part of this design if `resume` is set.
         evaluations: number of evaluations instead of the file's.
         jobs: number of threads; the result does not depend on it.
@@ -123,7 +124,7 @@ def study(
 
     Args:
         what: study file, name of an example, dict with the keys of a study file, or result of `load_study`. The
-            scenario in a dict may be a Scenario or a dict.
+            scenario in a dict may be a Scenario or a dict; file names are absolute or relative to the working folder.
         out: its folder; finished cases in it are not run again.
         overrides: values of the scenario by dotted key, in all cases.
         jobs: number of worker processes.
@@ -193,7 +194,10 @@ def compare(
         >>> cdpr.compare("remote_plant", overrides={"simulation.duration": 0.02}, backends=["remote"])
         <Comparison of remote_plant: differences not judged>
     """
-    if isinstance(what, Sequence) and not isinstance(what, str):
+    for name, names in {"backends": backends, "solvers": solvers}.items():
+        if names is not None and not (isinstance(names, list | tuple) and all(isinstance(each, str) for each in names)):
+            raise CdprError(f"compare({name}=): expected a list of names, got {shown(names)}")
+    if isinstance(what, Sequence) and not isinstance(what, str | bytes):
         options = {"overrides": overrides, "backends": backends, "solvers": solvers, "out": out}
         for name, value in options.items():
             if value:

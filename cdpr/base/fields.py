@@ -56,6 +56,10 @@ class Kind(Section):
 
     type: str
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the given values as plain data, with the keys of a file; `type` also if it is the default."""
+        return {"type": self.type} | super().to_dict()
+
     @classmethod
     def kind(cls) -> str:
         """Return the value of `type` of this kind."""

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import BaseModel
+
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import Section
 from cdpr.base.problems import Mark, Path, shown
@@ -139,6 +141,8 @@ def plain_value(value: Any, path: Path = ()) -> Any:
         raise NotPlainError(path[:2], f"nested more than {MAX_DEPTH} deep")
     if isinstance(value, Section | Robot):
         return value.to_dict()
+    if isinstance(value, BaseModel):  # options of a plugin
+        return value.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
     if hasattr(value, "tolist"):  # NumPy array or scalar
         if masked(value):
             raise NotPlainError(path, MASKED)
@@ -152,10 +156,17 @@ def plain_value(value: Any, path: Path = ()) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping):
-        return {str(key): plain_value(item, (*path, str(key))) for key, item in value.items()}
+        return {plain_key(key, path): plain_value(item, (*path, key)) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain_value(item, (*path, i)) for i, item in enumerate(value)]
     raise NotPlainError(path, f"expected a number, a text, a list or a mapping, got {type(value).__name__}")
+
+
+def plain_key(key: object, path: Path = ()) -> str:
+    """Return a key of the mapping at `path`; raise NotPlainError if it is no text."""
+    if not isinstance(key, str):
+        raise NotPlainError(path, f"expected texts as keys, got {shown(key)}")
+    return str(key)
 
 
 def brief(value: object) -> str:

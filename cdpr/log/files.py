@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
+import secrets
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,8 +14,11 @@ from typing import BinaryIO
 
 from cdpr.base.errors import OutputError
 from cdpr.base.locks import Lock, lock, open_to_lock
+from cdpr.base.problems import shown
 
 GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
+TEMPORARY = ".tmp"  # end of the names of incomplete files
+NAME_LENGTH = 40  # characters of the final name in them: file systems limit names to 255 bytes
 LOCK_SECONDS = 10.0  # s that a new run waits for a repair to inspect its folder, which takes milliseconds
 
 
@@ -23,6 +28,27 @@ def is_name(name: object) -> bool:
         return b"\0" not in os.fsencode(name)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         return False
+
+
+def output_path(name: object, place: str, kind: str = "file") -> Path:
+    """Return the path of a file or folder to write, given at `place` of a call.
+
+    Raises:
+        OutputError: if `name` is no valid name.
+    """
+    if not isinstance(name, str | os.PathLike) or not is_name(name):
+        raise OutputError(f"{place}: expected the name of a {kind}, got {shown(name)}")
+    path = Path(name)
+    try:
+        path.exists()  # raises if the name is too long
+    except OSError as error:
+        raise unwritable(path, error) from error
+    return path
+
+
+def name_from(text: str) -> str:
+    """Return a file name, without folder and ending, from a name: other characters become underscores."""
+    return re.sub(r"[^\w.-]+", "_", text).lstrip(".-")[:64] or "unnamed"
 
 
 def replace(path: Path, content: str | bytes) -> None:
@@ -42,7 +68,7 @@ def create(path: Path, content: str | bytes) -> None:
         FileExistsError: if it exists.
         OSError: if it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = temporary_of(path)
     try:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
         try:
@@ -63,6 +89,16 @@ def replace_markup(path: Path, text: str) -> None:
     replace(path, text.encode(errors="xmlcharrefreplace"))
 
 
+def temporary_of(path: Path) -> Path:
+    """Return a new name in the folder of a file, for its content until it is complete: another one in each call."""
+    return path.with_name(f"{path.name[:NAME_LENGTH]}.{secrets.token_hex(6)}{TEMPORARY}")
+
+
+def is_temporary_of(name: str, path: Path) -> bool:
+    """Return True if `name` is that of incomplete content of a file, such as of a killed process."""
+    return name.startswith(f"{path.name[:NAME_LENGTH]}.") and name.endswith(TEMPORARY)
+
+
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """Open a temporary file that is renamed to `path` after it was written.
@@ -70,11 +106,11 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     Raises:
         OutputError: if it cannot be written.
     """
-    temporary = path.with_name(f"{path.name}.tmp")
+    temporary = temporary_of(path)
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):  # a device: the file would replace it
             raise OutputError(f"{path}: cannot be written: it is not a regular file")
-        with temporary.open("wb") as file:
+        with temporary.open("xb") as file:
             yield file
         os.replace(temporary, path)
     except OSError as error:

@@ -140,12 +140,12 @@ def locate(path: str | Path) -> tuple[Path, Path | None]:
     if not isinstance(path, str | os.PathLike):
         raise LogError(f"expected the folder of a run, or a log, got {path!r}")
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         log = path / LOG_NAME
         if not log.exists():
             raise LogError(f"{path}: contains no {LOG_NAME}; give the folder of a run, or a log")
         return log, path
-    if not path.exists():
+    if not os.path.exists(path):
         raise LogError(f"{path}: no such file or folder; give the folder of a run, or a log")
     return path, path.parent if path.name == LOG_NAME else None
 

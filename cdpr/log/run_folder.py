@@ -14,7 +14,7 @@ import numpy as np
 
 from cdpr.base.errors import OutputError
 from cdpr.log import run_json
-from cdpr.log.files import Reserved, beside, is_name, replace, require_process, unwritable
+from cdpr.log.files import Reserved, beside, output_path, replace, require_process, unwritable
 from cdpr.log.header import Header
 from cdpr.log.run import Run
 
@@ -125,9 +125,7 @@ def folder_name(out: object) -> Path:
     Raises:
         OutputError: if `out` is no file name.
     """
-    if not isinstance(out, str | os.PathLike) or not is_name(out):
-        raise OutputError(f"out: expected the name of a folder, got {out!r}")
-    return Path(out)
+    return output_path(out, "out", "folder")
 
 
 def next_folder(path: Path) -> Path:

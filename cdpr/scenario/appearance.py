@@ -73,7 +73,8 @@ class ShapeSection(Section):
             return Cylinder(self.cylinder.radius, self.cylinder.height)
         assert self.mesh is not None
         path = os.path.join(folder, self.mesh)
-        return Mesh(os.path.abspath(path), *box_around(path))
+        above, name = os.path.split(path)  # `..` refers to the parent of a link's target
+        return Mesh(os.path.join(os.path.realpath(above), name), *box_around(path))
 
 
 class ObstacleSection(Section):

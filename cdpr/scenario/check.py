@@ -72,8 +72,8 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
     If the document is a copy of that of `before`, unchanged sections are not validated again.
     """
     unchanged = frozenset[str]() if before is None or problems.items else _unchanged(document, before.document)
-    data, options = _split(document.data)
-    old, _ = _split(before.document.data) if before else ({}, {})
+    data, options = split(document.data)
+    old, _ = split(before.document.data) if before else ({}, {})
     for each in (data, old):
         if each.get(nominal.KEY) is not None:
             del each[nominal.KEY]
@@ -128,7 +128,7 @@ def _nominal(document: Document, problems: Problems) -> tuple[RobotSection | Non
     twin = None if ("robot",) in found.unreadable else nominal.nominal_document(document, found)
     sections = None
     if twin is not None:
-        data, _ = _split(twin.data)
+        data, _ = split(twin.data)
         sections = validate(ScenarioSection, data, twin, found)
         if sections is not None:
             remember(sections, twin)
@@ -150,7 +150,7 @@ def _options(
     return Options(chosen, {"controller": controller, "solver": solver}, document.folder)
 
 
-def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+def split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """Separate the plugins' options, which are validated by the plugins' models."""
     own = dict(data)
     options: dict[str, dict[str, Any]] = {}

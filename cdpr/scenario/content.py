@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -58,6 +59,11 @@ class Content:
     def source(self) -> str:
         """Scenario file."""
         return self._document.source
+
+    @property
+    def origin(self) -> str:
+        """Scenario file or, if it was built in Python, the folder of its files: `load_scenario(origin, text=...)`."""
+        return self.source or os.path.join(self._document.folder, "")
 
     @property
     def controller_options(self) -> BaseModel:

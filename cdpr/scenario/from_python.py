@@ -21,9 +21,9 @@ from cdpr.base.problems import Mark, dotted
 from cdpr.cables import MODELS
 from cdpr.cables.elastic import DAMPING
 from cdpr.config.document import Document
-from cdpr.config.overrides import NotPlainError, plain_value
+from cdpr.config.overrides import NotPlainError, plain_key, plain_value
 from cdpr.config.yaml_text import dump
-from cdpr.log.files import make_folder, replace
+from cdpr.log.files import make_folder, output_path, replace
 from cdpr.model import Cable, Robot, Winch
 from cdpr.model.robot import COMMANDED, DOF_NAMES, Array
 from cdpr.model.shapes import Cylinder, Frame, Mesh, Shape
@@ -35,21 +35,23 @@ HERE = Mark("")  # position of values given in Python
 SHARED = ("diameter", "axial_stiffness", "damping", "linear_density", "exit")
 
 
-def document_of(data: Mapping[str, Any], folder: str = "", *, study: bool = False) -> Document:
+def document_of(data: Mapping[str, Any], folder: str | None = None, *, study: bool = False) -> Document:
     """Return the document of a scenario's or robot's data; file names in it are relative to a folder.
 
-    A scenario's robot may be a Robot, and its name that of an example.
+    By default that is the present working folder, also if it changes later. A scenario's robot may be a Robot, and its
+    name that of an example.
 
     Raises:
         ScenarioError: if a value is no plain data.
     """
+    folder = working_folder() if folder is None else folder
     plain: dict[str, Any] = {}
     problems = []
     for key, value in data.items():
         try:
-            plain[str(key)] = plain_value(value, (str(key),))
+            plain[plain_key(key)] = plain_value(value, (key,))
         except NotPlainError as error:
-            problems.append(f"{dotted(error.path)}: {error}")
+            problems.append(f"{dotted(error.path)}{': ' if error.path else ''}{error}")
     if problems:
         raise ScenarioError(problems)
     robot = None if study else plain.get("robot")  # those of studies and designs are found like in their files
@@ -60,10 +62,19 @@ def document_of(data: Mapping[str, Any], folder: str = "", *, study: bool = Fals
     return Document(plain, "", folder, values={(): HERE})
 
 
+def working_folder() -> str:
+    """Return the working folder; "" if it was deleted."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
 def robot_data(robot: Robot) -> dict[str, Any]:
     """Return a robot as plain data of a robot file, in world axes; without values equal to the defaults.
 
-    The same bits are read back. Of the frame's outline the box around it is kept.
+    The same bits are read back. Of the frame's outline the box around it is kept. The file of a mesh has its absolute
+    name, which scenarios built in Python accept.
     """
     platform = robot.platform
     xx, xy, xz, _, yy, yz, _, _, zz = platform.inertia.ravel().tolist()
@@ -93,19 +104,24 @@ def robot_data(robot: Robot) -> dict[str, Any]:
 
 def save_robot(robot: Robot, path: str | os.PathLike[str]) -> None:
     """Write a robot as YAML; see `Robot.save`."""
+    target = output_file(path)
+    write(target, dump(data_for(robot, target.parent)))
+
+
+def data_for(robot: Robot, folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the data of a robot file in a folder."""
     data = robot_data(robot)
     shape = data["platform"].get("shape", {})
-    target = output_file(path)
     if "mesh" in shape:
-        shape["mesh"] = seen_from(target.parent, shape["mesh"])
-    write(target, dump(data))
+        shape["mesh"] = seen_from(folder, shape["mesh"])
+    return data
 
 
 def output_file(path: str | os.PathLike[str]) -> Path:
     """Return the path of a YAML file to write; raise CdprError for another name."""
     if not isinstance(path, str | os.PathLike) or Path(path).suffix not in (".yaml", ".yml"):
         raise CdprError(f"save(path=): expected the name of a file that ends in .yaml, got {path!r}")
-    return Path(path)
+    return output_path(path, "save(path=)")
 
 
 def write(target: Path, text: str) -> None:
@@ -152,7 +168,7 @@ def _winch(winch: Winch) -> dict[str, float]:
 def _shape(shape: Shape) -> dict[str, Any]:
     if isinstance(shape, Cylinder):
         return {"cylinder": {"radius": shape.radius, "height": shape.height}}
-    return {"mesh": seen_from("", shape.file)} if isinstance(shape, Mesh) else shape.outline
+    return {"mesh": os.path.abspath(shape.file)} if isinstance(shape, Mesh) else shape.outline
 
 
 def _frame(frame: Frame) -> dict[str, Any]:

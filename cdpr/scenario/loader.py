@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from cdpr.base.errors import ScenarioError
+from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.base.problems import Problem
 from cdpr.config.document import Document
 from cdpr.config.overrides import Overrides, apply, read_overrides
@@ -18,12 +18,21 @@ from cdpr.scenario import examples, plausible
 from cdpr.scenario.checks import remember
 from cdpr.scenario.choices import choices
 from cdpr.scenario.from_python import document_of
+from cdpr.scenario.named_files import files_of_robot
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario, build_scenario
-from cdpr.scenario.source import Kind, check_kind, kind_of, open_document, stem
+from cdpr.scenario.source import Kind, accept_absolute, check_kind, kind_of, open_document, stem
 
 Loaded = TypeVar("Loaded", Robot, Scenario)
+
+# Remedies for an object in place of a file, by kind of file and class of the object.
+REMEDIES = {
+    ("scenario", "Robot"): "cdpr.Scenario(robot=robot, ...)",
+    ("robot", "Scenario"): "use scenario.robot",
+    ("study", "Scenario"): 'cdpr.study({"scenario": scenario, "axes": [...]}, out)',
+    ("design", "Robot"): 'cdpr.design({"robot": robot, "vary": [...], ...}, out)',
+}
 
 Source = str | os.PathLike[str] | Mapping[str, Any]  # file, name of an example, or data with the keys of a file
 AnyScenario = Source | Scenario
@@ -72,6 +81,7 @@ def load_scenario(
         >>> scenario.simulation.duration
         2.0
     """
+    _refuse_texts("load_scenario", path, text=text, files=files if isinstance(path, Scenario) else None)
     if isinstance(path, Scenario):
         return path.with_changes(overrides, backend=backend, solver=solver, controller=controller, plugins=plugins)
     problems = Problems()
@@ -103,6 +113,7 @@ def load_robot(path: Source | Robot, *, text: str | None = None, overrides: Over
         >>> robot.tension_max.shape
         (8,)
     """
+    _refuse_texts("load_robot", path, text=text)
     if isinstance(path, Robot):
         if not overrides:
             return path
@@ -137,19 +148,29 @@ def robot_of(source: AnyRobot) -> Robot:
     return loaded.robot if isinstance(loaded, Scenario) else loaded
 
 
-def file_name(path: object) -> str:
-    """Return a file name; raise ScenarioError if `path` is not one."""
+def file_name(path: object, kind: Kind | None = "scenario") -> str:
+    """Return the name of a file of this kind; raise ScenarioError if `path` is not one."""
     if isinstance(path, (str, os.PathLike)):
         return os.fspath(path)
-    kind = f"a {type(path).__name__}"
-    remedy = "cdpr.Scenario(robot=robot, ...)" if isinstance(path, Robot) else "see load_scenario"
-    raise ScenarioError([f"expected a file, an example's name, a dict or a Scenario, got {kind}; {remedy}"])
+    given = f"a {type(path).__name__}"
+    own = {"scenario": " or a Scenario", "robot": " or a Robot"}.get(kind or "", "")
+    allowed = f"a file, an example's name, a dict{own}" if own else "a file, an example's name or a dict"
+    remedy = REMEDIES.get((kind or "", type(path).__name__), f"see load_{kind or 'scenario'}")
+    raise ScenarioError([f"expected {allowed}, got {given}; {remedy}"])
+
+
+def _refuse_texts(verb: str, source: object, **texts: object) -> None:
+    """Raise CdprError if texts are given in place of files, but the source is no file."""
+    for name, value in texts.items():
+        if value is not None and isinstance(source, Mapping | Robot | Scenario):
+            kind = "dict" if isinstance(source, Mapping) else type(source).__name__
+            raise CdprError(f"{verb}({name}=): replaces the text of a file, got a {kind} in place of a file name")
 
 
 def _open(source: Source, kind: Kind | None, problems: Problems, text: str | None = None) -> Document:
     """Return the document of a file, an example or data."""
     if not isinstance(source, Mapping):
-        return open_document(file_name(source), kind, problems, text=text)
+        return open_document(file_name(source, kind), kind, problems, text=text)
     document = document_of(source, study=kind in ("study", "design"))
     check_kind(document, kind, problems)
     document.data.setdefault("name", kind or kind_of(document) or "unnamed")
@@ -182,7 +203,7 @@ def load_any(
     """
     problems = Problems()
     document = _open(path, None, problems)
-    if kind_of(document) == "robot":
+    if kind_of(document) == "robot" or (isinstance(path, Mapping) and kind_of(document) is None):
         return _robot(document, overrides, problems, warnings)
     scenario = build_scenario(document, overrides, [], plugins or registry(), problems)
     if notes is not None:
@@ -198,6 +219,7 @@ def _robot(
     document.data.setdefault("name", stem(document.source))
     for change in read_overrides(overrides, problems):
         apply(document, change, problems)
+    accept_absolute(document, list(files_of_robot(document.data)))
     section = validate(RobotSection, document.data, document, problems)
     if section is not None:
         remember(section, document)

@@ -18,6 +18,7 @@ from cdpr.scenario.robot_schema import RobotSection
 
 KEY = "believed"
 ALTERNATIVE = "nominal"  # accepted spelling of KEY in files and changes
+ANOTHER = f"another spelling of '{KEY}', which is given"
 ROBOT: Path = ("robot",)
 CABLES: Path = ("robot", "cables")
 
@@ -46,8 +47,8 @@ def rename_alternative(document: Document, problems: Problems) -> None:
         return
     if KEY in document.data:
         mark = document.key_mark((ALTERNATIVE,))
-        text = f"another spelling of '{KEY}', which is given at {document.key_mark((KEY,))}: remove one of them"
-        problems.add(mark, (ALTERNATIVE,), text)
+        place = str(document.key_mark((KEY,)))
+        problems.add(mark, (ALTERNATIVE,), f"{ANOTHER}{place and ' at '}{place}: remove one of them")
         document.drop((ALTERNATIVE,))
         return
     document.rename(ALTERNATIVE, KEY)

@@ -46,7 +46,7 @@ class Replacement:
     def _given_options(self, role: Role) -> _Before:
         given = self._document.data.get(role)
         options = [key for key in given if key not in CORE_KEYS[role]] if isinstance(given, dict) else []
-        return _Before(role, self._type(role), {key: self._document.keys.get((role, key)) for key in options})
+        return _Before(role, self._type(role), {key: self._document.key_mark((role, key)) for key in options})
 
     def _type(self, role: Role) -> Any:
         name = self._document.get((role, "type"))
@@ -67,7 +67,7 @@ class Replacement:
 
     def _settle(self, before: _Before, name: str, given: dict[str, Any], model: type[PluginOptions]) -> None:
         document, role = self._document, before.role
-        old = [key for key, mark in before.marks.items() if key in given and document.keys.get((role, key)) is mark]
+        old = [key for key, mark in before.marks.items() if key in given and document.key_mark((role, key)) is mark]
         for key in old:
             document.drop((role, key))
             document.dropped.append(dotted((role, key)))

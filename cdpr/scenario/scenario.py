@@ -12,6 +12,7 @@ from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import Mark
 from cdpr.config.document import Document, same
 from cdpr.config.overrides import Change, Overrides
 from cdpr.config.problems import Problems
@@ -19,12 +20,12 @@ from cdpr.config.yaml_text import dump
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import nominal
-from cdpr.scenario.check import Checked, check
+from cdpr.scenario.check import Checked, check, split
 from cdpr.scenario.choices import choices
 from cdpr.scenario.content import Content
 from cdpr.scenario.event_checks import beyond
 from cdpr.scenario.events import ScenarioEvent
-from cdpr.scenario.from_python import HERE, document_of, output_file, write
+from cdpr.scenario.from_python import document_of, output_file, working_folder, write
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.plain_data import as_given, dumped, plain_in, to_dict
@@ -39,7 +40,8 @@ class Scenario(Content):
     """Simulation setup. Two scenarios are equal if they describe the same run.
 
     Arguments are the sections of a scenario file: objects of `cdpr.motions`, `cdpr.events` and `cdpr.scenario`, or
-    dicts with the keys of a file. `load_scenario` reads a file. File names are relative to the working folder.
+    dicts with the keys of a file. `load_scenario` reads a file. File names are absolute, or relative to the
+    working folder at the time of the call.
 
     Args:
         robot: the robot: a Robot, a file, the name of an example, or a dict.
@@ -100,7 +102,8 @@ class Scenario(Content):
             "events": events,
             **sections,
         }
-        document = document_of({key: value for key, value in given.items() if value is not None})
+        left_out = {key for key, value in given.items() if value is None and key in ScenarioSection.model_fields}
+        document = document_of({key: value for key, value in given.items() if key not in left_out})
         vars(self).update(vars(build_scenario(document, (), [], registry(), Problems())))
 
     def __repr__(self) -> str:
@@ -144,7 +147,7 @@ class Scenario(Content):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the scenario with its robot as YAML, with the given values only; it loads to an equal scenario.
 
-        Files of meshes, motions and options stay where they are.
+        Files of meshes, motions and options stay where they are; their names become relative to the saved file.
 
         Raises:
             OutputError: if it cannot be written.
@@ -155,7 +158,8 @@ class Scenario(Content):
     def replace(self, **sections: Any) -> Scenario:
         """Return a validated copy with other sections, such as trajectory=cdpr.motions.Hold().
 
-        Arguments are those of the constructor. `with_changes` changes single keys.
+        Arguments are those of the constructor, but file names are absolute or relative to the scenario's folder: the
+        file's or, of a scenario built in Python, the working folder at that time. `with_changes` changes single keys.
 
         Raises:
             ScenarioError: with all problems.
@@ -165,8 +169,11 @@ class Scenario(Content):
             if key not in known:
                 hint = did_you_mean(key, known)
                 raise CdprError(f"replace({key}=): unknown section: {hint}allowed: {', '.join(known)}")
+        if nominal.ALTERNATIVE in sections and nominal.KEY in sections:
+            raise CdprError(f"replace({nominal.ALTERNATIVE}=): {nominal.ANOTHER}: remove one of them")
         plain = document_of(sections, self._document.folder).data
-        return self.with_changes([Change((key,), value, HERE) for key, value in plain.items()])
+        mark = Mark("")  # a new object, because `Replacement` recognises old options by the identity of their marks
+        return self.with_changes([Change((key,), value, mark) for key, value in plain.items()])
 
     def with_changes(
         self,
@@ -213,6 +220,7 @@ def build_scenario(
 def _build(checked: Checked, before: Scenario | None) -> Scenario:
     """Return the scenario of valid sections; what has not changed comes from the one `before`."""
     document, sections, unchanged = checked.document, checked.sections, checked.unchanged
+    document.folder = os.path.join(working_folder(), document.folder)  # after the checks, whose messages name files
     known = before if "robot" in unchanged else None
     like = before if before and _same_but_platform(document, before._document) else None
     robot = sections.robot.named(like.sections.robot if like else None)
@@ -224,7 +232,11 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
         unused = [f"robot.{key}" for key in robot.unused(sections.actuators is not None)]
     names = [cable.name for cable in robot.cables]
     events = [event.named(names) for event in checked.events]
+    _, options = split(document.data)
     completed = {
+        "controller": sections.controller.with_options(options.get("controller", {})),
+        "solver": sections.solver.with_options(options.get("solver", {})),
+        "backend_options": document.data.get("backend_options") or {},
         "robot": robot,
         "believed": section,
         "trajectory": trajectory,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, PrivateAttr
 
 from cdpr.base.defaults import BACKEND, CONTROLLER, SOLVER
 from cdpr.base.fields import Name, Positive, Section, Vector3, unit
@@ -74,13 +74,29 @@ class Log(Section):
     )
 
 
-class ControllerSection(Section):
+class PluginSection(Section):
+    """Section with the options of a plugin next to its own keys; those of a scenario's section are kept."""
+
+    _options: dict[str, Any] = PrivateAttr(default_factory=dict)
+
+    def with_options(self, options: dict[str, Any]) -> Self:
+        """Return a copy with these options, as they were given."""
+        section = self.model_copy()
+        section._options = options
+        return section
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the given values and options as plain data, with the keys of a file."""
+        return self._options | super().to_dict()
+
+
+class ControllerSection(PluginSection):
     """Controller; its options are next to `type` and validated by the plugin's model."""
 
     type: str = Field(CONTROLLER, description="controller, any installed one; its options are keys of this section")
 
 
-class SolverSection(Section):
+class SolverSection(PluginSection):
     """Tension solver; its options are next to these keys and validated by the plugin's model."""
 
     type: str = Field(SOLVER, description="tension solver, any installed one; its options are keys of this section")

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import os
-import re
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Literal
 
-from cdpr.base.files import UnreadableError, read
-from cdpr.base.problems import Mark, shown
+from cdpr.base.files import UnreadableError, read, seen_from
+from cdpr.base.problems import Mark, Path, shown
 from cdpr.config.document import Document
 from cdpr.config.overrides import Change, Overrides, apply, read_overrides
 from cdpr.config.problems import Problems
 from cdpr.config.yaml_nodes import parse
+from cdpr.log.files import name_from
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import examples, nominal
 from cdpr.scenario.choices import with_choices
 from cdpr.scenario.initial_from_home import INITIAL, begin_at_home, forget
+from cdpr.scenario.named_files import files_of_scenario
 from cdpr.scenario.option_migration import Replacement
 from cdpr.scenario.robot_schema import RobotSection
 
@@ -105,8 +107,17 @@ def change(
             document.filled.clear()
         apply(document, each, problems)
     replacement.settle()
+    accept_absolute(document, list(files_of_scenario(document.data, plugins)))
     _include_robot(document, problems)
     begin_at_home(document, problems)
+
+
+def accept_absolute(document: Document, names: Iterable[tuple[Path, str]]) -> None:
+    """Make absolute file names that are given in Python relative to the document's folder; files must not have any."""
+    for path, name in names:
+        mark = document.mark(path)
+        if os.path.isabs(name) and not mark.line and not mark.source.startswith("--"):
+            document.own(path[:-1])[path[-1]] = seen_from(document.folder, name)
 
 
 def _include_robot(document: Document, problems: Problems) -> None:
@@ -114,6 +125,9 @@ def _include_robot(document: Document, problems: Problems) -> None:
     name: Any = document.data.get("robot")
     if name is None or isinstance(name, dict):
         return
+    if isinstance(name, str):
+        accept_absolute(document, [(("robot",), name)])
+        name = document.data["robot"]
     other = Problems()
     robot = _read_robot(name, document, other)
     for problem in other.items:
@@ -167,5 +181,4 @@ def _parse(content: bytes, file: str) -> tuple[Document | None, Problems]:
 
 def stem(path: str) -> str:
     """Return a valid name from a file name."""
-    stem = os.path.splitext(os.path.basename(path))[0]
-    return re.sub(r"[^\w.-]+", "_", stem).lstrip(".-")[:64] or "unnamed"
+    return name_from(os.path.splitext(os.path.basename(path))[0])

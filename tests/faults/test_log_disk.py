@@ -224,7 +224,7 @@ def test_repair_on_a_full_disk_needs_no_second_copy(tmp_path: Path, monkeypatch:
     opened = Path.open
 
     def full(self: Path, mode: str = "r", *args: Any, **kwargs: Any) -> Any:
-        if "w" in mode:  # no new file
+        if "w" in mode or "x" in mode:  # no new file
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return opened(self, mode, *args, **kwargs)
 

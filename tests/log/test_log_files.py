@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -51,3 +52,19 @@ def test_special_files_are_not_replaced(tmp_path):
     with pytest.raises(OutputError, match="it is not a regular file"):
         replace(tmp_path / "pipe", "text")
     assert (tmp_path / "pipe").is_fifo()
+
+
+def test_threads_that_write_the_same_file_do_not_mix(tmp_path):
+    path, texts = tmp_path / "file.yaml", [letter * 2_000_000 for letter in "abcd"]
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda text: replace(path, text), texts * 5))
+    assert path.read_text() in texts
+    assert os.listdir(tmp_path) == ["file.yaml"]
+
+
+def test_names_as_long_as_the_file_system_allows(tmp_path):
+    path = tmp_path / ("ü" * 127)
+    replace(path, "x")
+    assert path.read_text() == "x"
+    with pytest.raises(OutputError, match="cannot be written: File name too long"):
+        replace(tmp_path / ("a" * 256), "x")

@@ -58,8 +58,8 @@ def test_the_shortest_scenario_and_all_defaults():
 
 
 def test_invalid_file_names_are_reported():
-    for loader in (load_scenario, load_robot):
-        with pytest.raises(ScenarioError, match="expected a file, an example's name, a dict or a Scenario, got a list"):
+    for loader, own in ((load_scenario, "Scenario"), (load_robot, "Robot")):
+        with pytest.raises(ScenarioError, match=f"expected a file, an example's name, a dict or a {own}, got a list"):
             loader(["caroca.yaml"])
 
 

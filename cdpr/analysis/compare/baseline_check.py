@@ -156,7 +156,7 @@ def _run(
             progress(len(found), len(scenarios))
 
         cases = [
-            Case(str(k), scenario.source, {}, str(Path(temporary.path) / str(k)), scenario.resolved_yaml())
+            Case(str(k), scenario.origin, {}, str(Path(temporary.path) / str(k)), scenario.resolved_yaml())
             for k, scenario in enumerate(scenarios)
         ]
         run_cases(cases, jobs=jobs, timeout=None, done=done)

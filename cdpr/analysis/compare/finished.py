@@ -13,6 +13,7 @@ from cdpr.analysis.compare.scenarios import ENGINE_KEYS, changes
 from cdpr.analysis.compare.verdict import Verdict, against_scheme, unjudged
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
+from cdpr.log.files import is_name
 from cdpr.log.header import Header
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
@@ -40,6 +41,9 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
     """
     if isinstance(paths, str | PathLike) or not paths:
         raise CdprError(f"expected a list of two or more run folders or logs, got {shown(paths)}")
+    for i, path in enumerate(paths):
+        if not isinstance(path, str | PathLike) or not is_name(path):
+            raise CdprError(f"[{i}]: expected the folder of a finished run, or its log, got {_given(path)}")
     if len(paths) < 2:
         raise CdprError(f"{paths[0]}: expected two or more runs, got one; or compare the scenario on several engines")
     if len({Path(path).resolve() for path in paths}) < len(paths):
@@ -73,6 +77,10 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
         logged = len(loaded[judge].rows)
         facts["compared"] = {"logged_samples": logged, "samples": loaded[judge].summary()["samples"]}
     return summarise(facts, [group], {})
+
+
+def _given(item: object) -> str:
+    return f"a {type(item).__name__}" if isinstance(item, Run | Scenario) else shown(item)
 
 
 def _refuse(loaded: dict[str, Run]) -> None:

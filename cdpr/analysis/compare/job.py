@@ -24,7 +24,7 @@ from cdpr.scenario.loader import AnyScenario, load_scenario
 from cdpr.scenario.repeatable import check_repeatable
 
 RUNS = "runs"
-RESERVED = "compare.json.tmp"  # reserves a folder until compare.json replaces it
+RESERVED = "compare.json.tmp"  # reserves a folder until compare.json is written
 
 
 @dataclass(frozen=True)

@@ -107,7 +107,7 @@ class Runs:
 
         for backend in dict.fromkeys(one.backend for one in fresh.values()):
             cases = [
-                Case(key, self.scenario.source, one.changes(self.scenario), str(self._folder / key), self._text)
+                Case(key, self.scenario.origin, one.changes(self.scenario), str(self._folder / key), self._text)
                 for key, one in fresh.items()
                 if one.backend == backend
             ]

@@ -27,6 +27,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.model.rotations import held_upright
 from cdpr.model.shapes import Obstacle
 from cdpr.scenario import examples
+from cdpr.scenario.from_python import data_for
 from cdpr.scenario.loader import Source, load_robot, open_with
 from cdpr.scenario.source import stem
 
@@ -107,9 +108,10 @@ class _Reader:
     def _robot_file(self) -> tuple[str, str]:
         name = self.section.robot
         if self.robot is not None:
-            return f"{name}.yaml", dump(self.robot.to_dict())
+            file = os.path.join(self.document.folder, f"{name}.yaml")
+            return file, dump(data_for(self.robot, self.document.folder))
         file = examples.beside(self.document.folder, name, "robot")
-        if os.path.isabs(name):
+        if os.path.isabs(name) and self.document.source:  # a design in Python may give any
             self._add(("robot",), "expected a file name relative to this file")
             return file, ""
         try:

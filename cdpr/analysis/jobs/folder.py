@@ -17,7 +17,7 @@ from cdpr.analysis.jobs.cases import Outcome
 from cdpr.base.checksums import opened, sealed
 from cdpr.base.errors import LogError, OutputError
 from cdpr.base.locks import Lock, lock, open_to_lock
-from cdpr.log.files import replace, unwritable
+from cdpr.log.files import is_temporary_of, replace, unwritable
 from cdpr.log.run import FORESEEN
 from cdpr.log.run_json import to_json
 
@@ -101,8 +101,9 @@ class JobFolder:
         self.rows[outcome.key] = outcome
 
     def _refuse_others(self) -> None:
-        ours = {self._description.name, f"{self._description.name}.tmp", LEDGER_NAME}  # may exist before the first case
-        strange = {entry.name for entry in self.path.iterdir()} - ours
+        ours = {self._description.name, LEDGER_NAME}  # these and temporary files may exist before the first case
+        strange = {entry.name for entry in self.path.iterdir() if not is_temporary_of(entry.name, self._description)}
+        strange -= ours
         if strange and not self._description.is_file():
             text = f"exists, is not empty and contains no {self._kind}; choose another {self._option}"
             raise OutputError(f"{self.path}: {text}")

@@ -170,7 +170,7 @@ def _grids(
         file = block.scenario or section.scenario
         if file is None:
             problems.add(document.mark(place), place, "required but not given: scenario file, relative to this file")
-        elif os.path.isabs(file):
+        elif os.path.isabs(file) and document.source:  # a study in Python may give any
             problems.add(document.mark(place), place, "expected a file name relative to this file")
         elif file not in loaded and (text := _unreadable(found := examples.beside(document.folder, file, "scenario"))):
             near = "" if os.path.lexists(found) else examples.hint(file, "scenario")
@@ -279,16 +279,16 @@ def _case(
             versions[plugins] = versions_of(grid.scenario.plugins, plugins)
         return versions[plugins]
 
-    if key in ended and not any(_names_a_file(change.value, grid.scenario.source) for change in changes):
+    if key in ended and not any(_names_a_file(change.value, grid.scenario.origin) for change in changes):
         before, computed_by = ended[key]
         if before.given == given and here(before.plugins) == computed_by:
-            return StudyCase(key, grid.name, point.labels, grid.scenario.source, "", here(before.plugins), before)
+            return StudyCase(key, grid.name, point.labels, grid.scenario.origin, "", here(before.plugins), before)
     scenario = grid.scenario.with_changes(changes)
     check_repeatable(scenario, "a study")
     notes |= dict.fromkeys(scenario.notes)
     plugins, text = plugins_of(scenario), scenario.resolved_yaml()
     found = Checked(given, _digest(text), plugins)
-    return StudyCase(key, grid.name, point.labels, scenario.source, text, here(plugins), found)
+    return StudyCase(key, grid.name, point.labels, scenario.origin, text, here(plugins), found)
 
 
 def _names_a_file(value: object, scenario: str) -> bool:

@@ -20,6 +20,7 @@ from cdpr.fmu.export.description import IDENTIFIER, build_description, configura
 from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, library, sources, target
 from cdpr.fmu.export.variables import Model
 from cdpr.fmu.read import trust
+from cdpr.log.files import temporary_of
 
 # earliest time that a zip archive supports
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -92,7 +93,7 @@ def cached_fmu(model: Model, fmi: int = 3) -> Path:
 
 
 def _write(out: Path, content: bytes, mode: int | None = None) -> None:
-    temporary = out.with_name(f"{out.name}.{os.getpid()}.tmp")  # an incomplete file never has the final name
+    temporary = temporary_of(out)  # an incomplete file never has the final name
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary.write_bytes(content)

@@ -14,7 +14,7 @@ from cdpr.formats.write.export_model import Options, begin
 from cdpr.formats.write.export_model import export as text_of
 from cdpr.log.export import EXPORTS
 from cdpr.log.export import export as write_table
-from cdpr.log.files import make_folder, replace
+from cdpr.log.files import make_folder, name_from, output_path, replace
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.scenario import load_scenario
@@ -62,7 +62,7 @@ def export(
         if not isinstance(what, Run | str | os.PathLike):
             raise CdprError(f"export(what=): {to} is for runs, expected a Run or its folder, got {shown(what)}")
         run = what if isinstance(what, Run) else load_run(os.fspath(what))
-        target = Path(f"{run.header.scenario}.{to}" if out is None else out)
+        target = _output(f"{name_from(run.header.scenario)}.{to}" if out is None else out)
         write_table(run, to, target, force)
         return target
     if isinstance(what, Run):
@@ -70,12 +70,16 @@ def export(
     return _packages(what, to, out, force) if to in (PACKAGES, NATIVE) else _model(what, to, out, force, options)
 
 
+def _output(name: object, kind: str = "file") -> Path:
+    return output_path(name, "export(out=)", kind)
+
+
 def _packages(what: Any, to: str, out: str | os.PathLike[str] | None, force: bool) -> Path:
     from cdpr.formats.write.native import write_native
     from cdpr.formats.write.ros2 import write_ros2
 
     scenario = load_scenario(what)
-    target = Path(f"{scenario.name}_{to}" if out is None else out)
+    target = _output(f"{scenario.name}_{to}" if out is None else out, "folder")
     if to == PACKAGES:
         write_ros2(scenario, target)
     else:
@@ -85,7 +89,7 @@ def _packages(what: Any, to: str, out: str | os.PathLike[str] | None, force: boo
 
 def _model(what: AnyRobot, to: str, out: str | os.PathLike[str] | None, force: bool, options: dict[str, str]) -> Path:
     subject = begin(robot_or_scenario(what))
-    target = Path(f"{subject.robot.name}{TARGETS[to].ending}" if out is None else out)
+    target = _output(f"{name_from(subject.robot.name)}{TARGETS[to].ending}" if out is None else out)
     text = text_of(subject, to, Options(**options))
     if target.exists() and not force:
         raise OutputError(f"'{target}' already exists and is not overwritten; choose another name, or force=True")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
@@ -23,6 +24,7 @@ from cdpr.scenario.schema import World
 PLATFORM = "#4878a8"  # default colour
 FRAME = "#808080"
 EDGE = 0.02  # m, radius of the drawn frame bars
+NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # characters
 STEP = 0.001  # s, for a robot without a scenario
 
 
@@ -106,6 +108,9 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
         cables = tuple(replace(cable, exit=None) for cable in subject.robot.cables)
         subject = replace(subject, robot=replace(subject.robot, cables=cables))
     text: str = import_module(TARGETS[to].module).write(subject, given)
+    if wrong := NOT_XML.search(text):
+        line = text[: wrong.start()].rpartition("\n")[2].strip()
+        raise FormatError(f"{to}: XML cannot contain the character {wrong.group()!r} of a name, after {shown(line)}")
     return text
 
 

@@ -17,7 +17,7 @@ from cdpr.analysis.distribution.survey import Survey
 from cdpr.analysis.workspace.path import along
 from cdpr.base.errors import CdprError, OutputError
 from cdpr.base.user_folders import user_cache
-from cdpr.log.files import make_folder, replace_markup
+from cdpr.log.files import make_folder, output_path, replace_markup
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.mechanics.properties import home_pose
@@ -66,7 +66,7 @@ def view(
         ...     print(cdpr.view("caroca", f"{folder}/caroca.html").name)
         caroca.html
     """
-    target = user_cache() / PAGE if out is None else Path(out)
+    target = user_cache() / PAGE if out is None else output_path(out, "view(out=)")
     if target.suffix != ".html" or (target.exists() and not (target.is_file() and is_page(target.read_bytes()))):
         raise OutputError(f"view(out=): '{target}': expected the name of a new page that ends in .html")
     page = _page(what, pose)

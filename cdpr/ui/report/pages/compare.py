@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Mapping
 from html import escape
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cdpr.analysis.compare.differences import QUANTITIES
+from cdpr.analysis.compare.job import RESERVED
 from cdpr.log.files import make_folder, replace, replace_markup
 from cdpr.ui.report.pages.page import banner, figure, hall, page, panels, section, swatch, table, theatre
 from cdpr.ui.report.pages.still import still
@@ -66,6 +68,8 @@ def write_comparison(result: Comparison, folder: Path) -> None:
     make_folder(folder)
     replace(folder / "compare.json", json.dumps(result.figures, indent=1, allow_nan=False) + "\n")
     replace_markup(folder / "compare.html", render(result))
+    with contextlib.suppress(OSError):
+        (folder / RESERVED).unlink(missing_ok=True)
 
 
 def render(result: Comparison) -> str:
