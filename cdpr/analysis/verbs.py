@@ -60,10 +60,12 @@ def size(
 
 
 def _duty(what: Any, i: int | None, overrides: Mapping[str, Any] | None) -> Duty:
-    if isinstance(what, str | os.PathLike) and (os.path.isdir(what) or Path(what).suffix == ".mcap"):
-        return Duty.of_run(load_run(os.fspath(what)), os.fspath(what))
-    if isinstance(what, Run):
-        return Duty.of_run(what, what.header.scenario)
+    stored = isinstance(what, str | os.PathLike) and (os.path.isdir(what) or Path(what).suffix == ".mcap")
+    if stored or isinstance(what, Run):
+        if overrides:
+            raise CdprError("size(overrides=): applies to scenarios, not to finished runs")
+        run = what if isinstance(what, Run) else load_run(os.fspath(what))
+        return Duty.of_run(run, os.fspath(what) if stored else run.header.scenario)
     scenario = load_scenario(what, overrides=overrides or {})
     if isinstance(what, str | os.PathLike):
         return Duty.of_scenario(scenario, os.fspath(what))
@@ -198,9 +200,9 @@ def compare(
         if names is not None and not (isinstance(names, list | tuple) and all(isinstance(each, str) for each in names)):
             raise CdprError(f"compare({name}=): expected a list of names, got {shown(names)}")
     if isinstance(what, Sequence) and not isinstance(what, str | bytes):
-        options = {"overrides": overrides, "backends": backends, "solvers": solvers, "out": out}
-        for name, value in options.items():
-            if value:
+        options = {"overrides": overrides, "backends": backends, "solvers": solvers, "out": out, "jobs": jobs}
+        for name, value in {**options, "timeout": timeout, "refine": refine or None}.items():
+            if value is not None:
                 raise CdprError(f"compare({name}=): applies to a scenario, not to finished runs")
         return compare_finished(list(what))
     if isinstance(what, Robot):

@@ -35,6 +35,10 @@ class OptionsLeftOut(UserWarning):
     """Warning that options of a controller or solver were ignored because another one was chosen."""
 
 
+class PartsLeftOut(UserWarning):
+    """Warning that an export omits parts that its format does not support."""
+
+
 class CdprError(Exception):
     """Base class of all errors that cdpr raises deliberately; the text is for the user, printable line by line.
 

@@ -88,3 +88,24 @@ def test_names_of_robots_are_no_paths(tmp_path, monkeypatch):
     for name in ("\0", "a\ud800", "\x1b"):
         assert "XML cannot contain the character" in message(lambda name=name: cdpr.export(built(name=name), "urdf"))
     assert len(list(tmp_path.rglob("*"))) == 5
+
+
+def test_parts_that_an_export_omits_are_warned_about(tmp_path):
+    with pytest.warns(UserWarning, match="left out: events of the scenario: cable_break at 1 s"):
+        cdpr.export("cable_break", "urdf", tmp_path / "a.urdf")
+
+
+def test_options_that_do_not_apply_to_runs_are_rejected(tmp_path):
+    run = cdpr.simulate("caroca", overrides={"simulation.duration": 0.01})
+    with pytest.raises(cdpr.CdprError, match=r"^size\(overrides=\): applies to scenarios"):
+        cdpr.size(run, overrides={"robot.platform.mass": 99.0})
+    for options in ({"refine": True}, {"jobs": 2}, {"timeout": 1.0}, {"backends": []}):
+        with pytest.raises(cdpr.CdprError, match=r"^compare\(\w+=\): applies to a scenario"):
+            cdpr.compare([tmp_path, tmp_path], **options)
+
+
+def test_a_block_with_a_file_of_the_name_of_a_given_scenario_reads_the_file(tmp_path):
+    heavy = cdpr.load_scenario("planar", overrides={"robot.platform.mass": 77.0, "simulation.duration": 0.01})
+    blocks = [{"name": "a"}, {"name": "b", "scenario": "planar"}]
+    plan = cdpr.analysis.study.load_study({"scenario": heavy, "blocks": blocks, "name": "two"})
+    assert [grid.base.robot.platform.mass for grid in plan.grids] == [77.0, cdpr.load_robot("planar").platform.mass]

@@ -150,7 +150,7 @@ def _grids(
 ) -> Iterator[Grid]:
     """Yield the parts of a study, with the changes `given` added; errors are collected in `problems`."""
     reader = Reader(document, problems, section.seed)
-    loaded: dict[str, Scenario] = {} if scenario is None else {scenario.name: scenario}
+    loaded: dict[str, Scenario] = {}
     names: set[str] = set()
     for i, block in enumerate(section.blocks or [Block(name="study")]):
         path: Path = ("blocks", i) if section.blocks else ()
@@ -168,7 +168,10 @@ def _grids(
         changes += reader.changes(block.changes, (*path, "changes")) + tuple(given)
         place = (*path, "scenario") if block.scenario else ("scenario",)
         file = block.scenario or section.scenario
-        if file is None:
+        base: Scenario | None = None
+        if scenario is not None and not block.scenario:
+            base = scenario
+        elif file is None:
             problems.add(document.mark(place), place, "required but not given: scenario file, relative to this file")
         elif os.path.isabs(file) and document.source:  # a study in Python may give any
             problems.add(document.mark(place), place, "expected a file name relative to this file")
@@ -178,6 +181,7 @@ def _grids(
         else:
             base = loaded.get(file) or load_scenario(found)
             loaded[file] = base
+        if base is not None:
             title = block.name if section.blocks else None
             yield Grid(title, base, base.resolved_yaml(), changes, tuple(axes.values()), columns)
 

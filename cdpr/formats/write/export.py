@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from cdpr.base.errors import CdprError, FormatError, OutputError
+from cdpr.base.errors import CdprError, FormatError, OutputError, PartsLeftOut
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.formats.write import TARGETS
-from cdpr.formats.write.export_model import Options, begin
+from cdpr.formats.write.export_model import Options, begin, left_out
 from cdpr.formats.write.export_model import export as text_of
 from cdpr.log.export import EXPORTS
 from cdpr.log.export import export as write_table
@@ -19,6 +21,7 @@ from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.scenario import load_scenario
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
+from cdpr.scenario.option_migration import outside
 
 PACKAGES, NATIVE = "ros2", "native"  # folders, not files
 
@@ -37,7 +40,7 @@ def export(
         options: of SDF style and version; of MJCF and SDF pulleys, as `cdpr export` has them.
 
     Returns:
-        The file or folder.
+        The file or folder. A PartsLeftOut warning lists each part that the format does not support.
 
     Raises:
         FormatError: if the format is unknown or cannot represent the robot.
@@ -80,10 +83,14 @@ def _packages(what: Any, to: str, out: str | os.PathLike[str] | None, force: boo
 
     scenario = load_scenario(what)
     target = _output(f"{scenario.name}_{to}" if out is None else out, "folder")
+    omitted: Sequence[str] = []
     if to == PACKAGES:
-        write_ros2(scenario, target)
+        _, omitted = write_ros2(scenario, target)
     else:
         write_native(scenario, target, force)
+        if scenario.events:
+            omitted = ["events: only their effect on the desired motion is exported"]
+    _warn(omitted)
     return target
 
 
@@ -95,4 +102,11 @@ def _model(what: AnyRobot, to: str, out: str | os.PathLike[str] | None, force: b
         raise OutputError(f"'{target}' already exists and is not overwritten; choose another name, or force=True")
     make_folder(target.parent)
     replace(target, text)
+    _warn(left_out(subject, to))
     return target
+
+
+def _warn(omitted: Sequence[str]) -> None:
+    """Warn about each part that the format omits."""
+    for each in omitted:
+        warnings.warn(f"left out: {each}", PartsLeftOut, stacklevel=outside())
