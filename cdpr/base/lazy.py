@@ -9,6 +9,8 @@ from typing import Any
 # Methods that users expect of a class but a higher layer implements. No module imports a higher layer, not even in a
 # function; these names are resolved at the call, only here.
 LATE = {
+    "Cable.models": "cdpr.cables:MODELS",
+    "Cable.numbers": "cdpr.cables:NUMBERS",
     "Robot._repr_html_": "cdpr.ui.report.pages.notebook:of_robot",
     "Robot.save": "cdpr.scenario.from_python:save_robot",
     "Robot.to_dict": "cdpr.scenario.from_python:robot_data",

@@ -17,11 +17,20 @@ from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.problems import shown
-from cdpr.model.cable import Cable, CableExit, Winch
-from cdpr.model.frozen import Array, Frozen, frozen_array, given_array, given_name, read_only
+from cdpr.model.cable import COMMANDED, Cable, CableExit, Winch, given_model
+from cdpr.model.frozen import (
+    Array,
+    Frozen,
+    frozen_array,
+    given_array,
+    given_name,
+    given_number,
+    given_real,
+    read_only,
+    shape_of,
+)
 from cdpr.model.platform import Platform, box_inertia
 from cdpr.model.shapes import Frame
-from cdpr.native.arrays import real
 
 __all__ = [
     "COMMANDED",
@@ -38,10 +47,11 @@ __all__ = [
     "read_only",
 ]
 
-COMMANDED = "ideal"  # default cable model, whose tensions equal the commands
-
 # Anchors are at one level if their heights differ by less than this share of their extent.
 LEVEL = 0.1
+
+# Quaternions whose norm is 1 up to round-off stay as they are: copies of a robot have the same bits.
+ROUND_OFF = 1e-14
 
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -113,7 +123,7 @@ class Robot(Frozen):
             dof=_directions(dof),
             unilateral=unilateral,
             home=None if home is None else _pose(home, "Robot(home=)"),
-            cable_model=given_name(cable_model, "Robot(cable_model=)"),
+            cable_model=given_model(cable_model, "Robot(cable_model=)"),
             frame=frame,
         )
 
@@ -160,10 +170,19 @@ class Robot(Frozen):
         """
         at = "Robot.from_points({}=)".format
         A, B = given_array(frame, (None, 3), at("frame")), given_array(platform, (None, 3), at("platform"))
-        if len(A) != len(B) or not len(A):
+        if not len(A):
+            raise CdprError(f"{at('frame')}: expected at least one point")
+        if len(A) != len(B):
             raise CdprError(f"{at('platform')}: expected as many points as frame, {len(A)}, got {len(B)}")
         low = _per_cable(tension_min, len(A), at("tension_min"))
         high = _per_cable(tension_max, len(A), at("tension_max"))
+        for i in range(len(A)):
+            given_number(
+                high[i],
+                f"{at('tension_max')}[{i}]",
+                least=given_number(low[i], f"{at('tension_min')}[{i}]"),
+                finite=False,
+            )
         body = Platform(mass, np.eye(3), center_of_mass)
         if inertia is not None:
             body = Platform(mass, inertia, center_of_mass)
@@ -281,22 +300,23 @@ def _directions(dof: Any) -> tuple[str, ...]:
 
 def _pose(home: ArrayLike, name: str) -> Array:
     """Return a pose (7,) with a quaternion of norm 1."""
-    if type(home) is np.ndarray and home.shape == (7,) and not home.flags.writeable:  # of another robot
-        return given_array(home, (7,), name)
-    values = real(home, name)
+    values = given_real(home, name)
     if values.shape == (3,):
         return frozen_array([*given_array(values, (3,), name), 1.0, 0.0, 0.0, 0.0])
-    pose = given_array(values, (7,), name).copy()
+    if values.shape != (7,):
+        raise CdprError(f"{name}: expected 3 or 7 numbers, got {shape_of(values)}")
+    pose = given_array(values, (7,), name)
     norm = float(np.linalg.norm(pose[3:]))
+    if abs(norm - 1.0) <= ROUND_OFF:
+        return pose
     if abs(norm - 1.0) > tolerances.UNIT:
         raise CdprError(f"{name}: expected a quaternion of norm 1, got norm {norm:.6g}")
-    pose[3:] /= norm
-    return frozen_array(pose)
+    return frozen_array([*pose[:3], *pose[3:] / norm])
 
 
 def _per_cable(values: ArrayLike, m: int, name: str) -> list[float]:
     """Return one number per cable, from them or one for all."""
-    array = real(values, name)
+    array = given_real(values, name)
     if array.shape not in ((), (1,), (m,)):
-        raise CdprError(f"{name}: expected one number or {m}, one per cable, got {len(np.atleast_1d(array))}")
+        raise CdprError(f"{name}: expected one number or {m}, one per cable, got {shape_of(array)}")
     return [float(value) for value in np.broadcast_to(array, m)]
