@@ -13,6 +13,7 @@ from typing import Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import Section
+from cdpr.base.lazy import late
 from cdpr.base.problems import Mark, Path, shown
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
@@ -137,7 +138,9 @@ def plain_value(value: Any, path: Path = ()) -> Any:
     """
     if len(path) > MAX_DEPTH:
         raise NotPlainError(path[:2], f"nested more than {MAX_DEPTH} deep")
-    if isinstance(value, Section | Robot):
+    if isinstance(value, Robot):  # checked with the data of which it is a part
+        return late("Robot.data")(value)
+    if isinstance(value, Section):
         return value.to_dict()
     if hasattr(value, "tolist"):  # NumPy array or scalar
         if masked(value):

@@ -177,12 +177,8 @@ class Robot(Frozen):
         low = _per_cable(tension_min, len(A), at("tension_min"))
         high = _per_cable(tension_max, len(A), at("tension_max"))
         for i in range(len(A)):
-            given_number(
-                high[i],
-                f"{at('tension_max')}[{i}]",
-                least=given_number(low[i], f"{at('tension_min')}[{i}]"),
-                finite=False,
-            )
+            least = given_number(low[i], f"{at('tension_min')}[{i}]")
+            given_number(high[i], f"{at('tension_max')}[{i}]", least=least, finite=False)
         body = Platform(mass, np.eye(3), center_of_mass)
         if inertia is not None:
             body = Platform(mass, inertia, center_of_mass)
@@ -198,7 +194,11 @@ class Robot(Frozen):
         return cls(body, cables, dof, name=name, home=centre if home is None else home)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the robot as plain data with the keys of a robot file."""
+        """Return the robot as plain data with the keys of a robot file.
+
+        Raises:
+            ScenarioError: if no robot file can describe the robot.
+        """
         data: dict[str, Any] = late("Robot.to_dict")(self)
         return data
 

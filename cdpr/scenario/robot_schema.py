@@ -35,6 +35,8 @@ MAX_TOOLS = 64
 TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
+CHECKED = "_checked"  # attribute of robots known to be those of a valid file
+
 EXIT = "exit of the cable on the frame; default: a point, its anchor"
 
 if TYPE_CHECKING:
@@ -286,11 +288,11 @@ class RobotSection(Section):
         """
         if like is not None:
             robot = dataclasses.replace(like, platform=self._platform(folder))
-            robot.__dict__["anchors"] = like.anchors  # as `cached_property` stores it
+            vars(robot).update({"anchors": like.anchors, CHECKED: True})  # as `cached_property` stores it
             return robot
         base = self.frame or AT_ORIGIN
         anchors = base.placed([cable.frame for cable in self.cables])
-        return Robot(
+        robot = Robot(
             name=self.name,
             platform=self._platform(folder),
             cables=tuple(self._cable(i, anchor, base) for i, anchor in enumerate(anchors)),
@@ -300,6 +302,8 @@ class RobotSection(Section):
             cable_model=self.cable.model,
             frame=self.frame.build(np.array([cable.frame for cable in self.cables])) if self.frame else None,
         )
+        robot.__dict__[CHECKED] = True
+        return robot
 
     def _platform(self, folder: str) -> Platform:
         platform = self.platform
