@@ -36,7 +36,6 @@ TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
 CHECKED = "_checked"  # attribute of robots known to be those of a valid file
-
 EXIT = "exit of the cable on the frame; default: a point, its anchor"
 
 if TYPE_CHECKING:
@@ -69,9 +68,7 @@ def moments_about(inertia: Inertia) -> tuple[str, ...]:
 
 
 def _possible_inertia(inertia: Inertia) -> Inertia:
-    return (
-        inertia if len(moments_about(inertia)) < 2 else of_a_body(inertia)
-    )  # directions determine if one moment suffices
+    return inertia if len(moments_about(inertia)) < 2 else of_a_body(inertia)  # one may suffice: see the directions
 
 
 def of_a_body(inertia: Inertia) -> Inertia:
@@ -288,7 +285,7 @@ class RobotSection(Section):
         """
         if like is not None:
             robot = dataclasses.replace(like, platform=self._platform(folder))
-            vars(robot).update({"anchors": like.anchors, CHECKED: True})  # as `cached_property` stores it
+            vars(robot).update({"home": like.home, "anchors": like.anchors, CHECKED: True})  # the same arrays
             return robot
         base = self.frame or AT_ORIGIN
         anchors = base.placed([cable.frame for cable in self.cables])
@@ -327,9 +324,8 @@ class RobotSection(Section):
     def _inertia(self) -> Array:
         """Return the inertia tensor; with at most one nonzero moment, an isotropic one."""
         given = self.platform.inertia or (0.0,) * 6
-        if len(moments_about(given)) < 2:
-            return frozen_array((sum(given) or NO_TURNING) * np.eye(3))
-        return frozen_array(tensor(given))
+        one = len(moments_about(given)) < 2
+        return frozen_array((sum(given) or NO_TURNING) * np.eye(3) if one else tensor(given))
 
     def named(self, like: RobotSection | None = None) -> RobotSection:
         """Return the same robot with explicit cable names; if `like` is given, with its cables."""
