@@ -9,10 +9,7 @@ from typing import Any
 # Methods that users expect of a class but a higher layer implements. No module imports a higher layer, not even in a
 # function; these names are resolved at the call, only here.
 LATE = {
-    "Cable.models": "cdpr.cables:MODELS",
-    "Cable.numbers": "cdpr.cables:NUMBERS",
     "Robot._repr_html_": "cdpr.ui.report.pages.notebook:of_robot",
-    "Robot.data": "cdpr.scenario.from_python:robot_data",
     "Robot.save": "cdpr.scenario.sound_robot:save_robot",
     "Robot.to_dict": "cdpr.scenario.sound_robot:robot_dict",
     "Run._repr_html_": "cdpr.ui.report.pages.notebook:of_run",
@@ -22,6 +19,9 @@ LATE = {
     "Scenario._repr_html_": "cdpr.ui.report.pages.notebook:of_scenario",
     "Section": "cdpr.config.arguments:from_arguments",
     "Simulation._repr_html_": "cdpr.ui.report.pages.notebook:of_simulation",
+    "keys_of_numbers": "cdpr.cables:keys_of_numbers",
+    "names_of_models": "cdpr.cables:names_of_models",
+    "robot_data": "cdpr.scenario.from_python:robot_data",
 }
 
 

@@ -139,7 +139,7 @@ def plain_value(value: Any, path: Path = ()) -> Any:
     if len(path) > MAX_DEPTH:
         raise NotPlainError(path[:2], f"nested more than {MAX_DEPTH} deep")
     if isinstance(value, Robot):  # checked with the data of which it is a part
-        return late("Robot.data")(value)
+        return late("robot_data")(value)
     if isinstance(value, Section):
         return value.to_dict()
     if hasattr(value, "tolist"):  # NumPy array or scalar

@@ -168,7 +168,7 @@ class Cable(Frozen):
 def given_model(value: Any, name: str) -> str:
     """Return an argument as name of a cable model; raise CdprError with the argument's name unless it is one."""
     model = given_name(value, name)
-    if model != COMMANDED and model not in (known := late("Cable.models")):
+    if model != COMMANDED and model not in (known := late("names_of_models")()):
         raise CdprError(f"{name}: expected one of {', '.join(known)}, got {shown(value)}")
     return model
 
@@ -178,5 +178,4 @@ def _own(values: Any, owner: str, name: str) -> FrozenDict[float]:
     if isinstance(values, dict) and not values:
         return FrozenDict()
     known = {field.name for field in fields(Winch if owner == "winch" else Cable)}
-    numbers = late("Cable.numbers").values()
-    return given_by_key(values, name, [each.key for each in numbers if each.owner == owner and each.key not in known])
+    return given_by_key(values, name, [key for key in late("keys_of_numbers")(owner) if key not in known])

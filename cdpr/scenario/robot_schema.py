@@ -22,7 +22,7 @@ from cdpr.base.fields import (
     Vector3,
     unit,
 )
-from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit
+from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit, keys_of_numbers
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 else:
     CableModel = Literal[tuple(MODELS)]
 
-CABLE_KEYS = tuple(number.key for number in NUMBERS.values() if number.owner == "cable")
+CABLE_KEYS = tuple(keys_of_numbers("cable"))
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
