@@ -42,8 +42,10 @@ class Exact(TensionSolver):
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` (m,)."""
-        if not all(np.isfinite(array).all() for array in (W, wrench, t_min, t_max)) or (t_min > t_max).any():
+        if not all(np.isfinite(array).all() for array in (W, wrench)) or not (t_min <= t_max).all():
             return Status.BAD_INPUT
+        if not (np.isfinite(t_min).all() and np.isfinite(t_max).all()):
+            return Status.UNSUPPORTED
         free = t_min < t_max
         kept = no_round_off(W[:, free], wrench - W[:, ~free] @ t_min[~free], np.abs(W[:, ~free] * t_min[~free]))
         if kept is None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from cdpr.base.colours import COLOURS, coloured
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.problems import shown
@@ -119,29 +120,7 @@ Position = tuple[Coordinate, Coordinate, Coordinate]  # m
 Name = Annotated[str, AfterValidator(_named), Field(json_schema_extra={"pattern": NAME_PATTERN})]
 EulerOrder = Annotated[str, AfterValidator(_turns), Field(json_schema_extra={"pattern": "^([xyz]{3}|[XYZ]{3})$"})]
 
-# Basic colours of CSS and their "#rrggbb" values.
-COLOURS = {
-    "black": "#000000",
-    "silver": "#c0c0c0",
-    "grey": "#808080",
-    "white": "#ffffff",
-    "red": "#ff0000",
-    "orange": "#ffa500",
-    "yellow": "#ffff00",
-    "green": "#008000",
-    "blue": "#0000ff",
-    "purple": "#800080",
-}
-
-
-def _coloured(value: str) -> str:
-    known = COLOURS.get(value, value.lower())
-    if not re.fullmatch(r"#[0-9a-f]{6}", known):
-        raise ValueError(f"expected a colour, '#rrggbb' or one of {', '.join(COLOURS)}, got {value[:20]!r}")
-    return known
-
-
-Colour = Annotated[str, AfterValidator(_coloured), Field(json_schema_extra={"examples": ["#4878a8", *COLOURS]})]
+Colour = Annotated[str, AfterValidator(coloured), Field(json_schema_extra={"examples": ["#4878a8", *COLOURS]})]
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 

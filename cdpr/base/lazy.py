@@ -10,8 +10,8 @@ from typing import Any
 # function; these names are resolved at the call, only here.
 LATE = {
     "Robot._repr_html_": "cdpr.ui.report.pages.notebook:of_robot",
-    "Robot.save": "cdpr.scenario.from_python:save_robot",
-    "Robot.to_dict": "cdpr.scenario.from_python:robot_data",
+    "Robot.save": "cdpr.scenario.sound_robot:save_robot",
+    "Robot.to_dict": "cdpr.scenario.sound_robot:robot_dict",
     "Run._repr_html_": "cdpr.ui.report.pages.notebook:of_run",
     "Run.plot": "cdpr.ui.report.figures.run:plot",
     "Run.summary": "cdpr.log.summary:summarise",
@@ -19,6 +19,9 @@ LATE = {
     "Scenario._repr_html_": "cdpr.ui.report.pages.notebook:of_scenario",
     "Section": "cdpr.config.arguments:from_arguments",
     "Simulation._repr_html_": "cdpr.ui.report.pages.notebook:of_simulation",
+    "keys_of_numbers": "cdpr.cables:keys_of_numbers",
+    "names_of_models": "cdpr.cables:names_of_models",
+    "robot_data": "cdpr.scenario.from_python:robot_data",
 }
 
 

@@ -75,5 +75,8 @@ def shown(value: object) -> str:
         return "a mapping"
     if isinstance(value, list):
         return "an empty list" if not value else f"a list of {len(value)}"
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to write integers of thousands of digits
+        return "an int with too many digits"
     return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")

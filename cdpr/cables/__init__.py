@@ -77,6 +77,16 @@ EXITS: Kinds[Exit] = Kinds({"point": "cdpr.cables.point:Point", "pulley": "cdpr.
 AnyExit = Annotated[Exit, EXITS]
 
 
+def names_of_models() -> list[str]:
+    """Return the names of the cable models."""
+    return list(MODELS)
+
+
+def keys_of_numbers(owner: str) -> list[str]:
+    """Return the keys of the numbers of a "cable" or "winch" in robot files."""
+    return [number.key for number in NUMBERS.values() if number.owner == owner]
+
+
 def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
     """Return the exits of a robot's cables as plain data, None for a point; () if all are points."""
     plain = [

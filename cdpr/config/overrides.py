@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import Section
+from cdpr.base.lazy import late
 from cdpr.base.problems import Mark, Path, shown
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
@@ -139,7 +140,9 @@ def plain_value(value: Any, path: Path = ()) -> Any:
     """
     if len(path) > MAX_DEPTH:
         raise NotPlainError(path[:2], f"nested more than {MAX_DEPTH} deep")
-    if isinstance(value, Section | Robot):
+    if isinstance(value, Robot):  # checked with the data of which it is a part
+        return late("robot_data")(value)
+    if isinstance(value, Section):
         return value.to_dict()
     if isinstance(value, BaseModel):  # options of a plugin
         return value.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)

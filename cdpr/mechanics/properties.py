@@ -9,7 +9,7 @@ from cdpr.base.errors import CdprError
 from cdpr.mechanics.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
 from cdpr.model import rotations
 from cdpr.model.rank import significant
-from cdpr.model.robot import LEVEL, Array, Robot
+from cdpr.model.robot import Array, Robot, middle
 
 # Components of a direction below this share of its largest component are round-off: the rank is determined with
 # RANK_TOLERANCE only.
@@ -83,9 +83,6 @@ def home_pose(robot: Robot) -> tuple[Array, str]:
     if robot.home is not None:
         return robot.home, "home"
     A = robot.anchors[:, :3]
-    position = A.mean(axis=0)
-    extent = float(np.linalg.norm(np.ptp(A, axis=0)))
-    if "z" in robot.dof and np.ptp(A[:, 2]) < LEVEL * extent:
-        position[2] -= 0.25 * extent
-        return np.concatenate([position, UPRIGHT]), "no home given: below the middle of the frame's anchors"
-    return np.concatenate([position, UPRIGHT]), "no home given: middle of the frame's anchors"
+    position = middle(A, robot.dof)
+    where = "below the middle" if position[2] < A[:, 2].mean() else "middle"
+    return np.concatenate([position, UPRIGHT]), f"no home given: {where} of the frame's anchors"

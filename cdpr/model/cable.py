@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar, Protocol
 
 from numpy.typing import ArrayLike
 
 from cdpr.base.errors import CdprError
+from cdpr.base.lazy import late
 from cdpr.base.problems import shown
-from cdpr.model.frozen import Array, Frozen, given_array, given_name, given_number
+from cdpr.model.frozen import Array, Frozen, FrozenDict, given_array, given_by_key, given_name, given_number
+
+COMMANDED = "ideal"  # default cable model, whose tensions equal the commands
 
 
 class CableExit(Protocol):
@@ -46,6 +49,14 @@ class Winch(Frozen):
     coulomb_friction: float = 0.0  # N m
     coulomb_speed: float = 0.1  # rad/s, speed at which Coulomb friction reaches 76 % (tanh 1) of its value
     own: Mapping[str, float] = field(default_factory=dict)  # additional numbers of its kind of winch, SI units, by key
+
+    def __post_init__(self) -> None:
+        values: dict[str, Any] = {}
+        for name in ("drum_radius", "inertia", "viscous_friction", "coulomb_friction", "coulomb_speed"):
+            value = getattr(self, name)
+            unknown = name in ("drum_radius", "inertia") and isinstance(value, float) and math.isnan(value)
+            values[name] = float(value) if unknown else given_number(value, f"Winch({name}=)", least=0.0)
+        vars(self).update(values, own=_own(self.own, "winch", "Winch(own=)"))
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -142,8 +153,8 @@ class Cable(Frozen):
             damping=given_number(damping, at("damping"), least=0.0),
             winch=winch,
             exit=exit,
-            model=None if model is None else given_name(model, at("model")),
-            own=dict(own or {}),
+            model=None if model is None else given_model(model, at("model")),
+            own=_own({} if own is None else own, "cable", at("own")),
             **{
                 key: None if value is None else given_number(value, at(key), least=0.0)
                 for key, value in optional.items()
@@ -152,3 +163,19 @@ class Cable(Frozen):
 
     def __repr__(self) -> str:
         return f"<Cable {self.name}: {self.tension_min:g} to {self.tension_max:g} N>"
+
+
+def given_model(value: Any, name: str) -> str:
+    """Return an argument as name of a cable model; raise CdprError with the argument's name unless it is one."""
+    model = given_name(value, name)
+    if model != COMMANDED and model not in (known := late("names_of_models")()):
+        raise CdprError(f"{name}: expected one of {', '.join(known)}, got {shown(value)}")
+    return model
+
+
+def _own(values: Any, owner: str, name: str) -> FrozenDict[float]:
+    """Return additional numbers of a cable or winch, by key."""
+    if isinstance(values, dict) and not values:
+        return FrozenDict()
+    known = {field.name for field in fields(Winch if owner == "winch" else Cable)}
+    return given_by_key(values, name, [key for key in late("keys_of_numbers")(owner) if key not in known])

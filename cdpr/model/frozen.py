@@ -1,21 +1,23 @@
-"""Immutable data, also after copying, and its arrays."""
+"""Immutable data, also after copying, its arrays, and checks of arguments."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NoReturn, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cdpr.base.colours import coloured
 from cdpr.base.errors import CdprError
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.native.arrays import MASKED, masked, real
 
 Array = NDArray[np.float64]
+Value = TypeVar("Value")
 
 
 class Frozen:
@@ -53,6 +55,18 @@ class Frozen:
                 if isinstance(array, np.ndarray):
                     array.flags.writeable = False
         self.__dict__.update(state)
+
+
+class FrozenDict(dict[str, Value]):
+    """Dictionary that cannot be changed; copies of it neither."""
+
+    def _refuse(self, *arguments: Any, **values: Any) -> NoReturn:
+        raise TypeError("this mapping cannot be changed: `replace` of its object returns a changed copy")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FrozenDict, (dict(self),)
 
 
 def equal(one: Any, other: Any) -> bool:
@@ -94,24 +108,38 @@ def read_only(array: Array) -> Array:
 
 
 def given_array(values: ArrayLike, shape: tuple[int | None, ...], name: str) -> Array:
-    """Return an argument as read-only array of a shape, in which None is any size; read-only arrays are not copied.
+    """Return an argument as read-only copy of a shape, in which None is any size.
 
     Raises:
         CdprError: with the argument's name, if they are no finite numbers or have another shape.
     """
-    frozen = type(values) is np.ndarray and not values.flags.writeable and values.dtype == np.float64
-    array = values if frozen else real(values, name)
-    assert isinstance(array, np.ndarray)
+    array: Array = values if type(values) is np.ndarray and values.dtype == np.float64 else given_real(values, name)
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
         sizes = " x ".join("any number" if size is None else str(size) for size in shape)
-        found = " x ".join(map(str, array.shape)) if array.shape else "one number"
-        raise CdprError(f"{name}: expected {sizes} numbers, got {found}")
-    if frozen and array.flags.c_contiguous:
-        return array
-    if not np.isfinite(array).all():
+        raise CdprError(f"{name}: expected {sizes} numbers, got {shape_of(array)}")
+    # a finite sum, which is fast to compute, proves that all numbers are finite
+    if not (array.ndim == 1 and math.isfinite(sum(array.tolist()))) and not np.isfinite(array).all():
         bad = array[~np.isfinite(array)][0]
         raise CdprError(f"{name}: expected finite numbers, got {bad}")
-    return frozen_array(array)
+    copied = array.copy()
+    copied.flags.writeable = False
+    return copied
+
+
+def given_real(values: ArrayLike, name: str) -> Array:
+    """Return an argument as float64 of any shape; raise CdprError with the argument's name unless they are numbers."""
+    if isinstance(values, list | tuple) and _has_booleans(values):
+        raise CdprError(f"{name}: expected real numbers, got True or False")
+    return real(values, name)
+
+
+def _has_booleans(values: list[Any] | tuple[Any, ...]) -> bool:
+    return any(_has_booleans(each) if isinstance(each, list | tuple) else type(each) is bool for each in values)
+
+
+def shape_of(array: Array) -> str:
+    """Return the shape of an argument as text."""
+    return " x ".join(map(str, array.shape)) if array.shape else "one number"
 
 
 def given_number(
@@ -122,12 +150,39 @@ def given_number(
     Raises:
         CdprError: with the argument's name, unless it is a number in this range.
     """
+    if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.nan
+        if number >= least and number > above and (not finite or number < math.inf):
+            return number
     wanted = "a number" + (f" greater than {above:g}" if above > -math.inf else "")
     wanted += f" of at least {least:g}" if least > -math.inf else ""
-    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if not number or not (value >= least and value > above) or (finite and not math.isfinite(value)):
-        raise CdprError(f"{name}: expected {wanted}, got {shown(value)}")
-    return float(value)
+    raise CdprError(f"{name}: expected {wanted}, got {shown(value)}")
+
+
+def given_numbers(values: Any, count: int, name: str) -> tuple[float, ...]:
+    """Return an argument of several numbers as tuple.
+
+    Raises:
+        CdprError: with the argument's name, unless they are `count` finite numbers.
+    """
+    return tuple(given_array(values, (count,), name).tolist())
+
+
+def given_by_key(values: Any, name: str, allowed: Iterable[str]) -> FrozenDict[float]:
+    """Return an argument of numbers by key.
+
+    Raises:
+        CdprError: with the argument's name, if it is none, or if a key is not allowed.
+    """
+    if not isinstance(values, Mapping):
+        raise CdprError(f"{name}: expected numbers by key, got {shown(values)}")
+    for key in values:
+        if key not in (known := list(allowed)):
+            raise CdprError(f"{name}: unknown key {shown(key)}; allowed: {', '.join(known) or 'none'}")
+    return FrozenDict({key: given_number(value, f"{name}[{key!r}]") for key, value in values.items()})
 
 
 def given_name(value: Any, name: str) -> str:
@@ -135,3 +190,11 @@ def given_name(value: Any, name: str) -> str:
     if not isinstance(value, str):
         raise CdprError(f"{name}: expected a text, got {shown(value)}")
     return value
+
+
+def given_colour(value: Any, name: str) -> str | None:
+    """Return an argument as colour "#rrggbb" or None; raise CdprError with the argument's name unless it is one."""
+    try:
+        return None if value is None else coloured(given_name(value, name))
+    except ValueError as error:
+        raise CdprError(f"{name}: {error}") from None

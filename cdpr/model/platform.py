@@ -10,9 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.base.errors import CdprError
-from cdpr.model.frozen import Array, Frozen, frozen_array, given_array, given_number
+from cdpr.model.frozen import (
+    Array,
+    Frozen,
+    FrozenDict,
+    frozen_array,
+    given_array,
+    given_colour,
+    given_name,
+    given_number,
+    given_real,
+    shape_of,
+)
 from cdpr.model.shapes import Shape
-from cdpr.native.arrays import real
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -25,7 +35,7 @@ class Platform(Frozen):
             iyz (tensor entries).
         center_of_mass: (3,), m, from the platform's origin, platform axes.
         shape: shape for drawing, of `cdpr.model`.
-        colour: "#rrggbb".
+        colour: "#rrggbb" or a basic name such as "red".
         tools: points (3,), m, platform axes, by name.
 
     Raises:
@@ -64,10 +74,13 @@ class Platform(Frozen):
             inertia=inertia_tensor(inertia, "Platform(inertia=)"),
             center_of_mass=given_array(center_of_mass, (3,), "Platform(center_of_mass=)"),
             shape=shape,
-            colour=colour,
-            tools={
-                str(key): given_array(point, (3,), f"Platform(tools=)[{key!r}]") for key, point in (tools or {}).items()
-            },
+            colour=given_colour(colour, "Platform(colour=)"),
+            tools=FrozenDict(
+                {
+                    given_name(key, "Platform(tools=)"): given_array(point, (3,), f"Platform(tools=)[{key!r}]")
+                    for key, point in (tools or {}).items()
+                }
+            ),
         )
 
     def __repr__(self) -> str:
@@ -85,15 +98,14 @@ def inertia_tensor(inertia: ArrayLike, name: str) -> Array:
     Raises:
         CdprError: with the argument's name, if it has another shape or is not symmetric.
     """
-    array = inertia if isinstance(inertia, np.ndarray) else real(inertia, name)
+    array = inertia if isinstance(inertia, np.ndarray) else given_real(inertia, name)
     if array.shape == (3,):
         return frozen_array(np.diag(given_array(array, (3,), name)))
     if array.shape == (6,):
         xx, yy, zz, xy, xz, yz = given_array(array, (6,), name)
         return frozen_array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if array.shape != (3, 3):
-        found = " x ".join(map(str, array.shape)) if array.shape else "one number"
-        raise CdprError(f"{name}: expected 3 x 3, 3 or 6 numbers, got {found}")
+        raise CdprError(f"{name}: expected 3 x 3, 3 or 6 numbers, got {shape_of(array)}")
     tensor = given_array(array, (3, 3), name)
     if not np.array_equal(tensor, tensor.T):
         raise CdprError(f"{name}: expected a symmetric tensor")

@@ -17,16 +17,24 @@ from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.problems import shown
-from cdpr.model.cable import Cable, CableExit, Winch
-from cdpr.model.frozen import Array, Frozen, frozen_array, given_array, given_name, read_only
+from cdpr.model.cable import COMMANDED, Cable, CableExit, Winch, given_model
+from cdpr.model.frozen import (
+    Array,
+    Frozen,
+    frozen_array,
+    given_array,
+    given_name,
+    given_number,
+    given_real,
+    read_only,
+    shape_of,
+)
 from cdpr.model.platform import Platform, box_inertia
 from cdpr.model.shapes import Frame
-from cdpr.native.arrays import real
 
 __all__ = [
     "COMMANDED",
     "DOF_NAMES",
-    "LEVEL",
     "Array",
     "Cable",
     "CableExit",
@@ -35,15 +43,29 @@ __all__ = [
     "Winch",
     "frozen_array",
     "ideal",
+    "middle",
     "read_only",
 ]
-
-COMMANDED = "ideal"  # default cable model, whose tensions equal the commands
 
 # Anchors are at one level if their heights differ by less than this share of their extent.
 LEVEL = 0.1
 
+# Quaternions whose norm is 1 up to round-off stay as they are: copies of a robot have the same bits.
+ROUND_OFF = 1e-14
+
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def middle(anchors: Array, dof: Sequence[str]) -> Array:
+    """Return the middle (3,) of anchors (m, 3), m; below them by a quarter of their extent if all are at one level.
+
+    At their level, cables could not lift the platform.
+    """
+    position: Array = anchors.mean(axis=0)
+    extent = float(np.linalg.norm(np.ptp(anchors, axis=0)))
+    if "z" in dof and np.ptp(anchors[:, 2]) < LEVEL * extent:
+        position[2] -= 0.25 * extent
+    return position
 
 
 def ideal(model: str) -> bool:
@@ -113,7 +135,7 @@ class Robot(Frozen):
             dof=_directions(dof),
             unilateral=unilateral,
             home=None if home is None else _pose(home, "Robot(home=)"),
-            cable_model=given_name(cable_model, "Robot(cable_model=)"),
+            cable_model=given_model(cable_model, "Robot(cable_model=)"),
             frame=frame,
         )
 
@@ -142,7 +164,7 @@ class Robot(Frozen):
             center_of_mass: (3,), m, from the platform's origin, platform axes.
             tension_min: lowest admissible tension, N, a number or (m,).
             tension_max: highest admissible tension, N, a number or (m,).
-            home: reference pose, (3,) or (7,); by default upright at the centre of the box around the frame's points,
+            home: reference pose, (3,) or (7,); by default upright in the middle of the frame's points,
                 lowered by a quarter of their extent if all are at one level, where cables cannot lift.
             dof: free directions of the platform.
             name: name.
@@ -160,26 +182,31 @@ class Robot(Frozen):
         """
         at = "Robot.from_points({}=)".format
         A, B = given_array(frame, (None, 3), at("frame")), given_array(platform, (None, 3), at("platform"))
-        if len(A) != len(B) or not len(A):
+        if not len(A):
+            raise CdprError(f"{at('frame')}: expected at least one point")
+        if len(A) != len(B):
             raise CdprError(f"{at('platform')}: expected as many points as frame, {len(A)}, got {len(B)}")
         low = _per_cable(tension_min, len(A), at("tension_min"))
         high = _per_cable(tension_max, len(A), at("tension_max"))
-        body = Platform(mass, np.eye(3), center_of_mass)
-        if inertia is not None:
-            body = Platform(mass, inertia, center_of_mass)
-        elif any(each.startswith("r") for each in _directions(dof)):
-            tensor = box_inertia(body.mass, np.ptp(B, axis=0))
-            if not (np.diag(tensor) > 0.0).all():
-                raise CdprError(f"{at('inertia')}: required, because the points of the platform are on one line")
-            body = Platform(mass, tensor, center_of_mass)
+        for i in range(len(A)):
+            least = given_number(low[i], f"{at('tension_min')}[{i}]")
+            given_number(high[i], f"{at('tension_max')}[{i}]", least=least, finite=False)
+        if inertia is None:
+            inertia = box_inertia(given_number(mass, at("mass"), above=0.0), np.ptp(B, axis=0))
+            if not (np.diag(inertia) > 0.0).all():
+                if any(each.startswith("r") for each in _directions(dof)):
+                    raise CdprError(f"{at('inertia')}: required, because the points of the platform are on one line")
+                inertia = np.eye(3)  # has no effect
+        body = Platform(mass, inertia, center_of_mass)
         cables = [Cable(a, b, *limits) for a, b, *limits in zip(A, B, low, high, strict=True)]
-        centre, size = 0.5 * (A.min(axis=0) + A.max(axis=0)), np.ptp(A, axis=0)
-        if "z" in dof and size[2] < LEVEL * np.linalg.norm(size):
-            centre[2] -= 0.25 * np.linalg.norm(size)
-        return cls(body, cables, dof, name=name, home=centre if home is None else home)
+        return cls(body, cables, dof, name=name, home=middle(A, dof) if home is None else home)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the robot as plain data with the keys of a robot file."""
+        """Return the robot as plain data with the keys of a robot file.
+
+        Raises:
+            ScenarioError: if no robot file can describe the robot.
+        """
         data: dict[str, Any] = late("Robot.to_dict")(self)
         return data
 
@@ -281,22 +308,23 @@ def _directions(dof: Any) -> tuple[str, ...]:
 
 def _pose(home: ArrayLike, name: str) -> Array:
     """Return a pose (7,) with a quaternion of norm 1."""
-    if type(home) is np.ndarray and home.shape == (7,) and not home.flags.writeable:  # of another robot
-        return given_array(home, (7,), name)
-    values = real(home, name)
+    values = given_real(home, name)
     if values.shape == (3,):
         return frozen_array([*given_array(values, (3,), name), 1.0, 0.0, 0.0, 0.0])
-    pose = given_array(values, (7,), name).copy()
+    if values.shape != (7,):
+        raise CdprError(f"{name}: expected 3 or 7 numbers, got {shape_of(values)}")
+    pose = given_array(values, (7,), name)
     norm = float(np.linalg.norm(pose[3:]))
+    if abs(norm - 1.0) <= ROUND_OFF:
+        return pose
     if abs(norm - 1.0) > tolerances.UNIT:
         raise CdprError(f"{name}: expected a quaternion of norm 1, got norm {norm:.6g}")
-    pose[3:] /= norm
-    return frozen_array(pose)
+    return frozen_array([*pose[:3], *pose[3:] / norm])
 
 
 def _per_cable(values: ArrayLike, m: int, name: str) -> list[float]:
     """Return one number per cable, from them or one for all."""
-    array = real(values, name)
+    array = given_real(values, name)
     if array.shape not in ((), (1,), (m,)):
-        raise CdprError(f"{name}: expected one number or {m}, one per cable, got {len(np.atleast_1d(array))}")
+        raise CdprError(f"{name}: expected one number or {m}, one per cable, got {shape_of(array)}")
     return [float(value) for value in np.broadcast_to(array, m)]

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.frozen import Frozen
+from cdpr.base.errors import CdprError
+from cdpr.model.frozen import Frozen, given_array, given_colour, given_name, given_number, given_numbers
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,12 @@ class Box:
     """Box centred on the platform's origin."""
 
     size: tuple[float, float, float]  # m, along the platform's axes
+
+    def __post_init__(self) -> None:
+        size = given_numbers(self.size, 3, "Box(size=)")
+        for value in size:
+            given_number(value, "Box(size=)", above=0.0)
+        vars(self).update(size=size)
 
     @property
     def outline(self) -> dict[str, Any]:
@@ -28,6 +35,9 @@ class Sphere:
     """Sphere centred on the platform's origin."""
 
     radius: float  # m
+
+    def __post_init__(self) -> None:
+        vars(self).update(radius=given_number(self.radius, "Sphere(radius=)", above=0.0))
 
     @property
     def outline(self) -> dict[str, Any]:
@@ -42,6 +52,10 @@ class Cylinder:
     radius: float  # m
     height: float  # m
 
+    def __post_init__(self) -> None:
+        radius = given_number(self.radius, "Cylinder(radius=)", above=0.0)
+        vars(self).update(radius=radius, height=given_number(self.height, "Cylinder(height=)", above=0.0))
+
     @property
     def outline(self) -> dict[str, Any]:
         """Shape as plain data."""
@@ -55,6 +69,10 @@ class Mesh:
     file: str  # absolute path
     lower: tuple[float, float, float]  # m, corners of the bounding box, platform axes
     upper: tuple[float, float, float]  # m
+
+    def __post_init__(self) -> None:
+        lower, upper = given_numbers(self.lower, 3, "Mesh(lower=)"), given_numbers(self.upper, 3, "Mesh(upper=)")
+        vars(self).update(file=given_name(self.file, "Mesh(file=)"), lower=lower, upper=upper)
 
     @property
     def outline(self) -> dict[str, Any]:
@@ -95,3 +113,9 @@ class Frame(Frozen):
 
     edges: NDArray[np.float64]  # (k, 6): two ends each, m, world
     colour: str | None = None  # "#rrggbb"
+
+    def __post_init__(self) -> None:
+        edges = given_array(self.edges, (None, 6), "Frame(edges=)")
+        if not len(edges):
+            raise CdprError("Frame(edges=): expected at least one edge")
+        vars(self).update(edges=edges, colour=given_colour(self.colour, "Frame(colour=)"))

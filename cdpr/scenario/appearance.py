@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from cdpr.base.fields import ZERO, Colour, Position, Positive, Section, unit
+from cdpr.base.fields import ZERO, Colour, Coordinate, Position, Positive, Section, unit
 from cdpr.cables.exit import Exit
 from cdpr.model import rotations
 from cdpr.model.robot import Array, frozen_array
@@ -20,6 +20,9 @@ CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], 
 # Pairs of corners that differ in one coordinate; posts differ in z.
 EDGES = [(i, j) for i in range(8) for j in range(i + 1, 8) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 1.0]
 POSTS = [(i, j) for i, j in EDGES if CORNERS[i, 2] != CORNERS[j, 2]]
+
+Edge = tuple[Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate]
+MAX_EDGES = 4096
 
 
 class CylinderSection(Section):
@@ -143,10 +146,17 @@ class FrameSection(Section):
     upper: Position | None = Field(
         None, description="highest corner of that box, likewise", json_schema_extra=unit("m")
     )
+    edges: Annotated[list[Edge], Field(min_length=1, max_length=MAX_EDGES)] | None = Field(
+        None,
+        description="drawn edges instead of those of a box: two ends each, x, y, z and x, y, z, axes of the base",
+        json_schema_extra=unit("m"),
+    )
     colour: Colour | None = Field(None, description="colour in drawings")
 
     @model_validator(mode="after")
     def _ordered(self) -> FrameSection:
+        if self.edges is not None and (self.lower is not None or self.upper is not None or self.shape != "box"):
+            raise ValueError("expected either edges, or shape, lower and upper")
         if self.lower is not None and self.upper is not None:
             for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
                 if low > high:
@@ -184,6 +194,8 @@ class FrameSection(Section):
 
     def build(self, anchors: Array) -> Frame:
         """Return the frame around anchors (m, 3), relative to the base."""
+        if self.edges is not None:
+            return Frame(self.placed(np.array(self.edges).reshape(-1, 3)).reshape(-1, 6), self.colour)
         low, high = anchors.min(axis=0), anchors.max(axis=0)
         low[2], high[2] = min(low[2], 0.0), max(high[2], 0.0)
         low = low if self.lower is None else np.array(self.lower)

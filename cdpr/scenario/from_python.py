@@ -28,6 +28,7 @@ from cdpr.model import Cable, Robot, Winch
 from cdpr.model.robot import COMMANDED, DOF_NAMES, Array
 from cdpr.model.shapes import Cylinder, Frame, Mesh, Shape
 from cdpr.scenario import examples
+from cdpr.scenario.appearance import FrameSection
 
 HERE = Mark("")  # position of values given in Python
 
@@ -73,8 +74,10 @@ def working_folder() -> str:
 def robot_data(robot: Robot) -> dict[str, Any]:
     """Return a robot as plain data of a robot file, in world axes; without values equal to the defaults.
 
-    The same bits are read back. Of the frame's outline the box around it is kept. The file of a mesh has its absolute
-    name, which scenarios built in Python accept.
+    The same bits are read back. The file of a mesh has its absolute name, which scenarios built in Python accept.
+
+    Raises:
+        ScenarioError: if a cable has an exit that robot files do not know.
     """
     platform = robot.platform
     xx, xy, xz, _, yy, yz, _, _, zz = platform.inertia.ravel().tolist()
@@ -156,7 +159,10 @@ def _cable(robot: Robot, cable: Cable) -> dict[str, Any]:
     if not cable.damping and (chain is None or DAMPING not in chain.numbers):
         row["damping"] = None
     row["winch"] = None if cable.winch is None else _winch(cable.winch)
-    row["exit"] = cable.exit.model_dump(mode="json") if isinstance(cable.exit, BaseModel) else None
+    if cable.exit is not None and not isinstance(cable.exit, BaseModel):
+        text = f"expected an exit such as cdpr.cables.Pulley, got an object of {type(cable.exit).__name__}"
+        raise ScenarioError([f"cables.{cable.name}.exit: {text}"])
+    row["exit"] = None if cable.exit is None else cable.exit.model_dump(mode="json")
     return {key: value for key, value in row.items() if value is not None}
 
 
@@ -175,13 +181,19 @@ def _frame(frame: Frame) -> dict[str, Any]:
     corners = frame.edges.reshape(-1, 3)
     box = {"lower": corners.min(axis=0).tolist(), "upper": corners.max(axis=0).tolist()}
     colour = {} if frame.colour is None else {"colour": frame.colour}
-    return {"shape": "posts" if len(frame.edges) == 4 else "box", **box, **colour}
+    section = {"shape": "posts" if len(frame.edges) == 4 else "box", **box, **colour}
+    read = FrameSection(**section).build(corners)
+    return section if np.array_equal(read.edges, frame.edges) else {"edges": frame.edges.tolist(), **colour}
 
 
 def _pose(pose: Array) -> dict[str, Any]:
     """Return the section of a home."""
     q = pose[3:].tolist()
-    turned = {} if q == [1.0, 0.0, 0.0, 0.0] else {"orientation": {"quaternion": _unscaled(pose[3:])}}
+    turned = (
+        {}
+        if q == [1.0, 0.0, 0.0, 0.0] and not np.signbit(q).any()
+        else {"orientation": {"quaternion": _unscaled(pose[3:])}}
+    )
     return {"position": pose[:3].tolist(), **turned}
 
 

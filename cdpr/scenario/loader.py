@@ -22,6 +22,7 @@ from cdpr.scenario.named_files import files_of_robot
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario, build_scenario
+from cdpr.scenario.sound_robot import sound
 from cdpr.scenario.source import Kind, accept_absolute, check_kind, kind_of, open_document, stem
 
 Loaded = TypeVar("Loaded", Robot, Scenario)
@@ -116,7 +117,7 @@ def load_robot(path: Source | Robot, *, text: str | None = None, overrides: Over
     _refuse_texts("load_robot", path, text=text)
     if isinstance(path, Robot):
         if not overrides:
-            return path
+            return sound(path)
         path = path.to_dict()
     problems = Problems()
     return _robot(_open(path, "robot", problems, text), overrides, problems)
@@ -129,7 +130,7 @@ def robot_or_scenario(source: AnyRobot) -> Robot | Scenario:
         ScenarioError: with all problems.
     """
     if isinstance(source, Robot | Scenario):
-        return source
+        return sound(source) if isinstance(source, Robot) else source
     if isinstance(source, Mapping):
         return load_any(source)
     if not isinstance(source, str | os.PathLike):
@@ -144,7 +145,7 @@ def robot_of(source: AnyRobot) -> Robot:
     Raises:
         ScenarioError: with all problems.
     """
-    loaded = source if type(source) is Robot else robot_or_scenario(source)
+    loaded = robot_or_scenario(source)
     return loaded.robot if isinstance(loaded, Scenario) else loaded
 
 

@@ -22,7 +22,7 @@ from cdpr.base.fields import (
     Vector3,
     unit,
 )
-from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit
+from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit, keys_of_numbers
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
@@ -35,6 +35,7 @@ MAX_TOOLS = 64
 TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
+CHECKED = "_checked"  # attribute of robots known to be those of a valid file
 EXIT = "exit of the cable on the frame; default: a point, its anchor"
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 else:
     CableModel = Literal[tuple(MODELS)]
 
-CABLE_KEYS = tuple(number.key for number in NUMBERS.values() if number.owner == "cable")
+CABLE_KEYS = tuple(keys_of_numbers("cable"))
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
@@ -67,9 +68,7 @@ def moments_about(inertia: Inertia) -> tuple[str, ...]:
 
 
 def _possible_inertia(inertia: Inertia) -> Inertia:
-    return (
-        inertia if len(moments_about(inertia)) < 2 else of_a_body(inertia)
-    )  # directions determine if one moment suffices
+    return inertia if len(moments_about(inertia)) < 2 else of_a_body(inertia)  # one may suffice: see the directions
 
 
 def of_a_body(inertia: Inertia) -> Inertia:
@@ -286,11 +285,11 @@ class RobotSection(Section):
         """
         if like is not None:
             robot = dataclasses.replace(like, platform=self._platform(folder))
-            robot.__dict__["anchors"] = like.anchors  # as `cached_property` stores it
+            vars(robot).update({"home": like.home, "anchors": like.anchors, CHECKED: True})  # the same arrays
             return robot
         base = self.frame or AT_ORIGIN
         anchors = base.placed([cable.frame for cable in self.cables])
-        return Robot(
+        robot = Robot(
             name=self.name,
             platform=self._platform(folder),
             cables=tuple(self._cable(i, anchor, base) for i, anchor in enumerate(anchors)),
@@ -300,6 +299,8 @@ class RobotSection(Section):
             cable_model=self.cable.model,
             frame=self.frame.build(np.array([cable.frame for cable in self.cables])) if self.frame else None,
         )
+        robot.__dict__[CHECKED] = True
+        return robot
 
     def _platform(self, folder: str) -> Platform:
         platform = self.platform
@@ -323,9 +324,8 @@ class RobotSection(Section):
     def _inertia(self) -> Array:
         """Return the inertia tensor; with at most one nonzero moment, an isotropic one."""
         given = self.platform.inertia or (0.0,) * 6
-        if len(moments_about(given)) < 2:
-            return frozen_array((sum(given) or NO_TURNING) * np.eye(3))
-        return frozen_array(tensor(given))
+        one = len(moments_about(given)) < 2
+        return frozen_array((sum(given) or NO_TURNING) * np.eye(3) if one else tensor(given))
 
     def named(self, like: RobotSection | None = None) -> RobotSection:
         """Return the same robot with explicit cable names; if `like` is given, with its cables."""

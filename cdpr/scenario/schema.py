@@ -122,7 +122,7 @@ class ScenarioSection(Section):
     initial: Initial = Field(
         description="state of the platform at time 0; default: at rest at the robot's home, if it has one"
     )
-    trajectory: AnyMotion = Field(Hold.model_construct(type="hold"), description="the desired motion")
+    trajectory: AnyMotion = Field(Hold.model_construct({"type"}), description="the desired motion")
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,
         description="directions in which the tensions balance the controller's wrench; in others their wrench is not "

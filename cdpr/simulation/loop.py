@@ -19,6 +19,7 @@ from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.external_command import ExternalCommands
 from cdpr.simulation.faults import fault_message
+from cdpr.simulation.finite_limits import check_limits
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.moment import Memory, Moment
 from cdpr.simulation.pace import Pace
@@ -96,6 +97,7 @@ class Loop:
 
         Raises:
             PluginError: if controller or solver writes nothing.
+            ScenarioError: if the solver requires finite limits of the tensions.
         """
         parts = self.parts
         try:
@@ -130,6 +132,9 @@ class Loop:
             raise PluginError(
                 f"the controller wrote no {parts.output}, or NaN: `control` must write into the array it is given"
             )
+        if isinstance(self.stage, TensionStage):
+            robot, limits = parts.controlled_robot, self.present.cables.limits
+            check_limits(robot, parts.solver, parts.solver_name, limits, self.W, self.wrench)
         self.stage.distribute()
         if self.present.live.status[0] not in ANSWERS and not self.stage.answered:
             raise PluginError(

@@ -25,7 +25,7 @@ def built(**changes):
 def test_defaults():
     robot = built()
     assert robot.home.tolist() == [0.5, 0.0, 3.0 - 0.25 * 5.0, 1.0, 0.0, 0.0, 0.0]  # anchors at one level
-    assert built(frame=[*FRAME[:7], [2.5, 1.5, 1.0]]).home.tolist() == [0.5, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0]
+    assert built(frame=[*FRAME[:7], [2.5, 1.5, 1.0]]).home.tolist() == [0.5, 0.0, 2.75, 1.0, 0.0, 0.0, 0.0]
     assert np.allclose(np.diag(robot.platform.inertia), [0.16 + 0.04, 0.36 + 0.04, 0.36 + 0.16])  # m / 12 (b^2 + c^2)
     assert (set(robot.tension_min), set(robot.tension_max)) == ({0.0}, {math.inf})
     assert [cable.name for cable in robot.cables] == [f"cable_{i}" for i in range(1, 9)]
@@ -67,25 +67,28 @@ WRONG = {
     "frame-nan": ({"frame": FRAME + np.nan}, "from_points(frame=): expected finite numbers, got nan"),
     "frame-text": ({"frame": "corners"}, "from_points(frame=): expected real numbers"),
     "frame-ragged": ({"frame": [[1, 2], [3]]}, "from_points(frame=): expected numbers"),
+    "tension-column": ({"tension_max": np.ones((8, 1))}, "expected one number or 8, one per cable, got 8 x 1"),
+    "tension-one": ({"tension_max": [9, 9, -1, 9, 9, 9, 9, 9]}, "from_points(tension_max=)[2]: expected a number of"),
+    "frame-none": ({"frame": np.zeros((0, 3))}, "from_points(frame=): expected at least one point"),
     "platform-count": ({"platform": POINTS[:7]}, "from_points(platform=): expected as many points as frame, 8, got 7"),
-    "mass-negative": ({"mass": -1}, "Platform(mass=): expected a number greater than 0, got -1"),
-    "mass-text": ({"mass": "12 kg"}, "Platform(mass=): expected a number greater than 0, got '12 kg'"),
-    "mass-nan": ({"mass": math.nan}, "Platform(mass=): expected a number greater than 0, got nan"),
-    "mass-true": ({"mass": True}, "Platform(mass=): expected a number"),
+    "mass-negative": ({"mass": -1}, "from_points(mass=): expected a number greater than 0, got -1"),
+    "mass-text": ({"mass": "12 kg"}, "from_points(mass=): expected a number greater than 0, got '12 kg'"),
+    "mass-nan": ({"mass": math.nan}, "from_points(mass=): expected a number greater than 0, got nan"),
+    "mass-true": ({"mass": True}, "from_points(mass=): expected a number"),
     "inertia-shape": ({"inertia": [1, 2]}, "Platform(inertia=): expected 3 x 3, 3 or 6 numbers, got 2"),
     "inertia-order": ({"inertia": np.arange(9).reshape(3, 3)}, "Platform(inertia=): expected a symmetric tensor"),
     "inertia-lacks": ({"platform": 0 * POINTS}, "from_points(inertia=): required, because the points"),
     "centre": ({"center_of_mass": [0, 0]}, "Platform(center_of_mass=): expected 3 numbers, got 2"),
     "tension-order": (
         {"tension_min": 5, "tension_max": 4},
-        "Cable(tension_max=): expected a number of at least 5, got",
+        "from_points(tension_max=)[0]: expected a number of at least 5, got 4",
     ),
     "tension-count": (
         {"tension_max": [1, 2]},
         "from_points(tension_max=): expected one number or 8, one per cable, got",
     ),
     "tension-push": ({"tension_min": -5}, "Robot(cables=)[0]: tension_min must be at least 0 N, got -5"),
-    "home": ({"home": [0, 0]}, "Robot(home=): expected 7 numbers, got 2"),
+    "home": ({"home": [0, 0]}, "Robot(home=): expected 3 or 7 numbers, got 2"),
     "home-turn": ({"home": [0, 0, 1, 1, 1, 0, 0]}, "Robot(home=): expected a quaternion of norm 1, got norm 1.41421"),
     "dof": ({"dof": ["y", "x"]}, "Robot(dof=): expected some of x, y, z, rx, ry, rz, in this order, got"),
     "name": ({"name": 3}, "Robot(name=): expected a text, got 3"),

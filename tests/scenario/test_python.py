@@ -246,7 +246,10 @@ VERBS = {
     "view": (lambda: cdpr.view("caroca", "x.txt"), "view(out=): 'x.txt': expected the name of a new page"),
     "view-pose": (lambda: cdpr.view("caroca", "x.html", pose=[1]), "view(pose=): the shape must be (7,), got (1,)"),
     "save": (lambda: built().save(5), "save(path=): expected the name of a file that ends in .yaml, got 5"),
-    "model": (lambda: scenario(robot=built().replace(cable_model="soft")), "robot.cable.model: expected one of ideal"),
+    "model": (
+        lambda: scenario(robot=built().replace(cable_model="soft")),
+        "Robot(cable_model=): expected one of ideal",
+    ),
 }
 
 

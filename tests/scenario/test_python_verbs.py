@@ -83,11 +83,9 @@ def test_wrong_arguments(text):
 def test_names_of_robots_are_no_paths(tmp_path, monkeypatch):
     (tmp_path / "deep" / "down").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "deep" / "down")
-    for name, file in {"../../x": "_.._x.xml", "/tmp/x": "_tmp_x.xml", "b" * 300: f"{'b' * 64}.xml"}.items():
-        assert str(cdpr.export(built(name=name), "mjcf")) == file
-    for name in ("\0", "a\ud800", "\x1b"):
-        assert "XML cannot contain the character" in message(lambda name=name: cdpr.export(built(name=name), "urdf"))
-    assert len(list(tmp_path.rglob("*"))) == 5
+    for name in ("../../x", "/tmp/x", "b" * 300, "\0", "a\ud800", "\x1b"):
+        assert "name: expected a " in message(lambda name=name: cdpr.export(built(name=name), "mjcf"))
+    assert len(list(tmp_path.rglob("*"))) == 2
 
 
 def test_parts_that_an_export_omits_are_warned_about(tmp_path):
@@ -108,4 +106,7 @@ def test_a_block_with_a_file_of_the_name_of_a_given_scenario_reads_the_file(tmp_
     heavy = cdpr.load_scenario("planar", overrides={"robot.platform.mass": 77.0, "simulation.duration": 0.01})
     blocks = [{"name": "a"}, {"name": "b", "scenario": "planar"}]
     plan = cdpr.analysis.study.load_study({"scenario": heavy, "blocks": blocks, "name": "two"})
-    assert [grid.base.robot.platform.mass for grid in plan.grids] == [77.0, cdpr.load_robot("planar").platform.mass]
+    assert [grid.scenario.robot.platform.mass for grid in plan.blocks] == [
+        77.0,
+        cdpr.load_robot("planar").platform.mass,
+    ]

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from cdpr.model import Robot
 from cdpr.scenario import Scenario
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
+from cdpr.scenario.sound_robot import sound
 
 DOWN = (0.0, 0.0, -9.81)  # m/s^2
 
@@ -19,7 +20,7 @@ def robot_and_gravity(source: AnyRobot, gravity: ArrayLike | None) -> tuple[Robo
     Raises:
         ScenarioError: with all problems of the description.
     """
-    loaded = source if type(source) is Robot else robot_or_scenario(source)
+    loaded = sound(source) if type(source) is Robot else robot_or_scenario(source)
     if isinstance(loaded, Scenario):
         return loaded.controlled_robot, loaded.gravity if gravity is None else gravity
     return loaded, DOWN if gravity is None else gravity

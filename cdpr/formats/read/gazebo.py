@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from cdpr.base import defaults
+from cdpr.base.colours import COLOURS
 from cdpr.base.errors import FormatError
-from cdpr.base.fields import COLOURS
 from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, Motion, slug
 from cdpr.formats.read.inertia import filled

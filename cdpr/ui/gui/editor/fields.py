@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from cdpr.base.fields import COLOURS
+from cdpr.base.colours import COLOURS
 from cdpr.base.problems import Path, dotted
 from cdpr.config.yaml_text import flow
 
