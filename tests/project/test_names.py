@@ -90,6 +90,7 @@ OTHERS = [
     Other("limits", "cdpr.tension", "the name of an operation's argument"),
     Other("point", "cdpr.tension.active_set", "the name of an operation's argument"),
     Other("limits", "cdpr_controllers.cable_length", "the name of an operation's argument"),
+    Other("ideal", "cdpr.model.robot", "a function"),
     Other("ideal", "cdpr.model.cable", "the constant for a robot that names no cable model, below the table"),
     Other("ideal", "cdpr.analysis.compare.engines", "the constant for a backend that declares no cables of its own"),
 ]

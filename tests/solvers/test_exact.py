@@ -220,10 +220,11 @@ def test_bad_input(bad):
         ([[1, bad]], [4], [0, 0], [9, 9]),
         ([[1, 1]], [bad], [0, 0], [9, 9]),
         ([[1, 1]], [4], [0, bad], [9, 9]),
-        ([[1, 1]], [4], [0, 0], [9, bad]),
         ([[1, 1]], [4], [0, 5], [9, 4]),
     ):
         assert ask(*case)[0] == Status.BAD_INPUT
+    unbounded = Status.UNSUPPORTED if bad == np.inf else Status.BAD_INPUT
+    assert ask([[1, 1]], [4], [0, 0], [9, bad])[0] == unbounded
 
 
 def test_options():
