@@ -279,10 +279,7 @@ class RobotSection(Section):
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
 
     def to_robot(self, folder: str = "", like: Robot | None = None) -> Robot:
-        """Return the robot as frozen arrays; `folder` is the base of its files.
-
-        If `like` is given, only the platform is computed, and the rest is taken from it.
-        """
+        """Return the robot; `folder` is the base of its files. All but the platform is that of `like`, if given."""
         if like is not None:
             robot = dataclasses.replace(like, platform=self._platform(folder))
             vars(robot).update({"home": like.home, "anchors": like.anchors, CHECKED: True})  # the same arrays
