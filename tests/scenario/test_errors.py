@@ -78,7 +78,7 @@ def test_the_cases_cover_the_schema():
 def test_a_wrong_value_for_a_number(case, third):
     text, path, mark = CASES[case]
     for value in BAD[third::3]:
-        if value in (".inf", "1e309") and path[-1] == "max" and "tension" in path:
+        if value in (".inf", "1e309") and "max" in path and "tension" in path:
             continue  # no upper limit
         line = problem(replaced(text, mark, value))
         assert line.startswith(f"{mark}: {dotted(path)}: "), value
