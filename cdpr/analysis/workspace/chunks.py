@@ -35,7 +35,7 @@ from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import PIECE, Region
 from cdpr.base.checksums import checksum, sealed
 from cdpr.base.errors import CdprError, Interrupted, LogError, OutputError
-from cdpr.log.files import make_folder
+from cdpr.log.files import TEMPORARY, make_folder
 from cdpr.log.files import replace as write
 from cdpr.log.run_folder import folder_name
 from cdpr.model import Robot
@@ -216,6 +216,9 @@ def _cells(region: Region, chunk: int, number: int) -> range:
 
 def _whole(folder: JobFolder, count: int, resume: bool) -> set[int]:
     """Return the numbers of the undamaged chunks in the folder."""
+    if resume:
+        for left in chunk_path(folder.path, 0).parent.glob(f"*{TEMPORARY}"):  # of a killed writer
+            left.unlink(missing_ok=True)
     if folder.rows and not resume:
         raise OutputError(
             f"{folder.path}: contains {len(folder.rows)} of {count} chunks of this workspace: continue by --resume, "
