@@ -54,10 +54,16 @@ def named(case: pytest.Function) -> bool:
     return mark is not None and any(fnmatchcase(case.callspec.id, pattern) for pattern in mark.args)
 
 
+# A search for garbage during the collection of tests finds nothing and costs a quarter of it.
+gc.disable()
+
+
 def pytest_collection_finish() -> None:
     """Some tests collect garbage, by the dozen: what pytest and all modules hold till the end takes no part in it."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(10_000, 10, 10)
+    gc.enable()
 
 
 # Child processes find compiled modules, also if the environment disables their cache.
