@@ -181,7 +181,7 @@ def test_a_huge_integer_is_one_problem(parser):
         ("a: &a [" + "1," * 5000 + "]\nb: [" + "*a," * 5000 + "]\n", f"more than {MAX_NODES} values"),
     ],
 )
-@pytest.mark.usual("*-libyaml", "text[0-3678]*")
+@pytest.mark.usual("*-libyaml", "text0*")
 def test_bombs_are_refused_at_once(parser, text, what, monkeypatch):
     """No more values are read than are allowed, plus the first one too many."""
     looked_at, value = [], yaml_nodes._Composer._value
@@ -242,6 +242,7 @@ PLAIN = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(
     st.dictionaries(
         st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8),

@@ -32,9 +32,12 @@ ALWAYS = {
 }
 
 
+LONG = {"nothing_leaks", "misleading_problems_are_answered_truly"}
+
+
 def is_slow(role, name, check):
-    """The other plugins, and the search for leaks; one solver shows that it runs."""
-    return name not in ALWAYS[role] or (role == "solver" and check == "nothing_leaks" and name != "qp")
+    """The other plugins, and the longest checks; one solver shows that they run."""
+    return name not in ALWAYS[role] or (role == "solver" and check in LONG and name != "qp")
 
 
 CASES = [
@@ -89,6 +92,7 @@ def test_reference_with_the_scheme_of_the_engines(check):
     check()
 
 
+@pytest.mark.slow
 def test_command_prints_a_table():
     done = cdpr_here("check", "controller", "static")
     assert re.search(r"^passed +it_settles ", done.stdout, re.MULTILINE)

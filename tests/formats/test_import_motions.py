@@ -84,6 +84,7 @@ def test_points_are_reached_when_they_should_be(tmp_path, kind, joint):
         assert np.allclose(rotations.matrix(found.quaternion), R, atol=1e-9)
 
 
+@pytest.mark.slow
 @sampled(1, "kind", ["cubic_spline_trajectory", "quintic_spline_trajectory"])
 @sampled(1, "joint", ["SPATIAL_EULER_XYZ", "S_FIXED_XYZ", "PLANAR_YZ"])
 def test_rates_are_those_of_the_poses(tmp_path, kind, joint):

@@ -71,6 +71,7 @@ def polygon(rng):
     return points[np.concatenate([[True], np.diff(points, axis=0).any(axis=1)])]
 
 
+@pytest.mark.slow
 @settings(max_examples=min(25, EXAMPLES // 2), deadline=None)
 @given(seeds)
 @example(9)  # stops beside lines too short to be rounded, while another row is slower rounded

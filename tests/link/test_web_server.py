@@ -184,6 +184,7 @@ def garbled(chance):
     return b"".join(parts)
 
 
+@pytest.mark.slow
 def test_malformed_requests_are_the_clients_fault(monkeypatch):
     monkeypatch.setattr(web_server, "OPENS", 0.2)  # those without an end
     monkeypatch.setattr(web_server, "LINGER", (0.01, 65536))

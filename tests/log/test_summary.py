@@ -28,6 +28,7 @@ def test_the_summary_is_that_of_plain_formulas() -> None:
 
 
 @pytest.mark.parametrize("cut", [7, 256, 1000, 5000])
+@pytest.mark.usual("256")
 def test_the_summary_does_not_depend_on_the_pieces(cut: int) -> None:
     header = make_header(4)
     rows = make_rows(header, 2 * SUMMED + 345)

@@ -220,6 +220,7 @@ def test_a_column(tree):
     assert "/cdpr/speed" in {channel.topic for channel in summary.channels.values()}
 
 
+@pytest.mark.slow
 def test_a_solver_a_controller_and_a_backend(tree):
     """A file each, and a row in the list of its package. Solver and backend equal those of third parties."""
     folder, add, run = tree

@@ -60,6 +60,7 @@ def missing(tree):
     return found
 
 
+@pytest.mark.slow
 def test_the_names_imported_in_strings_exist():
     strings = list(embedded())
     assert len(strings) > FEWEST

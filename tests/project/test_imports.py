@@ -12,6 +12,7 @@ def files():
     return modules(ROOT, PACKAGES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("types", [False, True])
 def test_no_module_imports_itself_by_way_of_others(files, types):
     assert [" -> ".join(circle) for circle in circles(graph(files, types=types))] == []

@@ -158,6 +158,7 @@ def excepted(module: str, one: Found) -> bool:
     return not one.compared and any(one.name == other.name and within(module, other.where) for other in OTHERS)
 
 
+@pytest.mark.slow
 def test_names_occur_only_in_their_files_and_tables(found):
     """Query a declared property instead; a default belongs in `cdpr.base.defaults`."""
     wrong = [f"{module}, line {one.line}: '{one.name}'" for module, one in found if not excepted(module, one)]

@@ -83,6 +83,7 @@ def test_choices_of_the_command_line_are_edits_that_are_not_saved(folder: Path) 
     assert (folder / "caroca.yaml").read_text() == (SCENARIOS / "caroca.yaml").read_text()
 
 
+@pytest.mark.slow
 def test_failed_writes_are_rejected_without_effect(folder: Path) -> None:
     editor = Editor(str(folder / "caroca.yaml"))
     before = editor.texts()

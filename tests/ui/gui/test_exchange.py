@@ -211,6 +211,7 @@ def test_excess_bytes_are_rejected(looker):
     assert "unknown argument 'body'" in looker.get("message")["text"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("message", [b" " * (MOST_BYTES + 1), b" " * (MOST_BYTES + 1) + b"\n{}"])
 def test_file_messages_are_short(window, message):
     with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
@@ -289,6 +290,7 @@ def test_omitted_and_unsupported_content_is_reported(looker):
     assert "MJCF does not support winches and elastic cables" in failed(looker, "export")
 
 
+@pytest.mark.slow
 def test_imports_can_be_cancelled_and_run_one_at_a_time(looker, window, tmp_path, monkeypatch):
     stuck = tmp_path / "stuck"
     stuck.write_text("#!/bin/sh\nexec sleep 600\n")

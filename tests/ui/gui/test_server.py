@@ -144,6 +144,7 @@ def test_invalid_requests_get_one_message(window, text, says):
     assert "internal error" not in told["text"]
 
 
+@pytest.mark.slow
 def test_oversized_messages_close_only_their_window(window, looker):
     with look(window) as other:
         other.send("x" * (MOST_BYTES + 1))
@@ -236,6 +237,7 @@ def test_everywhere_means_old_addresses_too():
         server.close()
 
 
+@pytest.mark.slow
 def test_a_stalled_window_does_not_slow_others_or_the_exit():
     broadcast = Broadcast()
     server = Server(lambda: "page", broadcast, lambda words, reader: None, port=0)

@@ -138,6 +138,7 @@ def test_parameters_that_are_not_finite_are_sent_as_text():
         assert seen.statuses == []
 
 
+@pytest.mark.slow
 def test_channels_are_freed():
     with closing(foxglove.Foxglove(port=0)) as link, client(link) as seen:
         channel = {"topic": WRENCH, "encoding": "json", "schemaName": "any"}

@@ -149,6 +149,7 @@ def test_invalid_input_is_reported_without_effect():
     assert np.array_equal(found["run"].rows, plain.rows)
 
 
+@pytest.mark.slow
 def test_tensions_from_outside_take_the_place_of_the_solvers():
     m = 8
     with running(1.5, held=True) as (link, found, said), client(link) as seen:
@@ -181,6 +182,7 @@ def test_it_can_be_held_stepped_and_begun_anew():
     assert said == []
 
 
+@pytest.mark.slow
 def test_late_clients_see_the_state_of_a_paused_run():
     with running(0.2, held=True) as (link, found, _), client(link) as seen:
         assert seen.call("/cdpr/step")["success"]
@@ -204,6 +206,7 @@ def test_a_log_is_not_begun_anew(tmp_path):
     assert found["run"].status == "finished"
 
 
+@pytest.mark.slow
 def test_a_client_that_reads_nothing_does_not_slow_it():
     with running(1.0) as (link, found, _), client(link) as seen:
         seen.subscribe("/tf", "/cdpr/markers", POSE)

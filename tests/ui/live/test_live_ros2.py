@@ -83,6 +83,7 @@ def test_shown_values_equal_recorded_values(port):
         assert [moved.x, moved.y, moved.z] == run.position[sample].tolist()
 
 
+@pytest.mark.slow
 def test_messages_carry_who_sent_them_and_are_numbered(port):
     with seen_of(port, duration=0.5) as (_, _, _), node(port) as seen:
         seen.subscribe(POSE, STAMPED_POSE)
@@ -140,6 +141,7 @@ def test_requests_are_events(port):
     assert np.abs(found["run"].desired_position[-1] - [0.2, 0.1, 1.3]).max() < 0.5  # 2 s take it there
 
 
+@pytest.mark.slow
 def test_tensions_are_those_of_the_cables_that_are_named(port):
     with seen_of(port, duration=1.5) as (_, found, said), node(port) as seen:
         seen.subscribe("/cdpr/cable_states", JOINTS)
@@ -183,6 +185,7 @@ BAD = {
 }
 
 
+@pytest.mark.slow
 def test_invalid_input_is_reported_without_effect(port):
     with seen_of(port, duration=0.5) as (_, found, said), node(port) as seen:
         seen.trigger("pause")  # when that is answered, all that it has is known
@@ -201,6 +204,7 @@ def test_invalid_input_is_reported_without_effect(port):
     assert np.array_equal(found["run"].rows, plain.rows)
 
 
+@pytest.mark.slow
 def test_it_can_be_stepped_and_begun_anew(port):
     with seen_of(port, duration=0.3) as (link, found, said), node(port) as seen:
         seen.subscribe("/clock", CLOCK)
@@ -218,6 +222,7 @@ def test_it_can_be_stepped_and_begun_anew(port):
     assert not link.parameters["paused"]
 
 
+@pytest.mark.slow
 def test_a_log_is_not_begun_anew(port, tmp_path):
     with seen_of(port, duration=0.2, out=str(tmp_path / "run")) as (_, found, _), node(port) as seen:
         done, text = seen.trigger("reset")
@@ -273,6 +278,7 @@ def test_parameters_are_set_and_what_is_wrong_is_refused(port):
     assert any("controller.kp becomes 150" in event.text for event in found["run"].events)
 
 
+@pytest.mark.slow
 def test_parameters_are_set_all_or_none(port):
     with seen_of(port, duration=0.5) as (link, _, _), node(port) as seen:
         kp = link.parameters["controller.kp"]

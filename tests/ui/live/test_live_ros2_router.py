@@ -38,6 +38,7 @@ def test_without_a_router_the_run_continues_and_reports_it():
     assert said == []
 
 
+@pytest.mark.slow
 def test_a_router_may_come_later():
     chosen = free_port()
     begun = running(partial(Ros2, port=chosen), duration=0.2, held=True)
