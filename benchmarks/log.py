@@ -99,17 +99,16 @@ def measure(header: Header, rows: Array, where: str | None = None) -> dict[str, 
         "load": lambda: timed(lambda: load_run(base / "same"), 1) / ROWS,
     }
     cost: dict[str, list[float]] = {name: [] for name in parts}
-    ratio: dict[str, list[float]] = {name: [] for name in parts}
+    pinv = []
     try:
         record(base / "same")
         for _ in range(ROUNDS):
             for name, part in parts.items():
-                pinv = timed(lambda: np.linalg.pinv(matrix), 300)
+                pinv.append(timed(lambda: np.linalg.pinv(matrix), 300))
                 cost[name].append(part())
-                ratio[name].append(cost[name][-1] / pinv)
     finally:
         shutil.rmtree(base)
-    return {name: {"us_per_row": 1e6 * min(cost[name]), "pinv_per_row": min(ratio[name])} for name in parts}
+    return {name: {"us_per_row": 1e6 * min(cost[name]), "pinv_per_row": min(cost[name]) / min(pinv)} for name in parts}
 
 
 def timed(call: Callable[[], object], repeats: int) -> float:
