@@ -139,8 +139,8 @@ class FmuOptions(PluginOptions, FmuFile):
         return self
 
     def declares(self) -> dict[str, Any]:
-        """Return no order and no scheme for an FMU from a file, because they are unknown."""
-        return {"order": 0, "scheme": ""} if self.file is not None else {}
+        """Return no order, scheme and change of mass for an FMU from a file, because they are unknown."""
+        return {"order": 0, "scheme": "", "load": False} if self.file is not None else {}
 
 
 class RemoteOptions(PluginOptions, PeerOptions):
@@ -167,6 +167,7 @@ def cdpr_backends() -> list[PluginInfo]:
             properties={
                 "order": 4,
                 "snapshot": True,
+                "load": True,
                 "threads": True,
                 **OUR_CABLES,
                 "scheme": "rk4",
@@ -183,6 +184,7 @@ def cdpr_backends() -> list[PluginInfo]:
             properties={
                 "order": 1,
                 "snapshot": True,
+                "load": True,
                 **OUR_CABLES,
                 "scheme": EULER,
             },
@@ -197,6 +199,7 @@ def cdpr_backends() -> list[PluginInfo]:
             properties={
                 "order": 1,
                 "snapshot": True,
+                "load": True,
                 **OUR_CABLES,
                 "scheme": EULER,
             },
@@ -211,6 +214,7 @@ def cdpr_backends() -> list[PluginInfo]:
             properties={
                 "order": 1,
                 "snapshot": True,
+                "load": True,
                 **OUR_CABLES,
                 "scheme": EULER,
             },
@@ -222,7 +226,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="a plant as an FMU (FMI 2.0 or 3.0, co-simulation); without a file, the robot as cdpr exports it",
             requires=("fmpy",),
             extra="cdpr[fmu]",
-            properties={"order": 4, "snapshot": True, "exits": ALL_EXITS, "scheme": "rk4"},
+            properties={"order": 4, "snapshot": True, "load": True, "exits": ALL_EXITS, "scheme": "rk4"},
             options=FmuOptions,
         ),
         PluginInfo(

@@ -29,6 +29,9 @@ from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, NO_ANSWER, pull_fault, start_fault
 
 
+MASS = "mass", "center_of_mass", "inertia"  # parameters
+
+
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """Number of a state saved in the FMU, and copies of the arrays."""
@@ -77,6 +80,12 @@ class FmuBackend(Backend):
             self._unknown = False
             self._check_pull(start)
             self.reset(start)
+
+    def load(self, robot: Robot) -> None:
+        """Change mass, centre of mass and inertia, which are tunable parameters of exported robots."""
+        self.robot = robot
+        known = robot_parameters(robot, self.gravity, self.physics_step, self.state, self.options.signals.cable_order)
+        self.fmu.tune({name: known[name] for name in MASS})
 
     def step(self, n: int) -> None:
         """Advance by n physics steps."""

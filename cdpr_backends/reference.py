@@ -13,7 +13,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
-from cdpr_backends.scheme import Integrator
+from cdpr_backends.scheme import Integrator, keep_state
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
@@ -74,6 +74,11 @@ class ReferenceBackend(Integrator):
             for name in ("line_table", "offset", "moments"):
                 getattr(self.frame, name)[:] = getattr(frame, name)
         return True
+
+    def load(self, robot: Robot) -> None:
+        """Move another platform from now on, with the same pose and twist of its origin."""
+        self.renew(robot)
+        keep_state(self.state, self._begin)
 
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,)."""

@@ -27,13 +27,25 @@ class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
         frame = self.frame
         self._motion = np.zeros(8)  # with a guide: position, angle, velocity, angular rate
         given = {"gravity": self.gravity, "applied": self.applied, "body": self.body, "step": self.physics_step}
+        self._inertial = inertial = self._mass_properties()
         if frame.guide is None:
-            self._advance = bind("euler_free_step", inertial=np.array([frame.mass, *frame.moments]), **given)
+            self._advance = bind("euler_free_step", inertial=inertial, **given)
         elif frame.guide.spherical:
-            self._advance = bind("euler_spherical_step", packed=pack(self.robot), **given)
+            self._advance = bind("euler_spherical_step", packed=inertial, **given)
         else:
-            guide, inertial = frame.guide.packed, self.robot.inertial
+            guide = frame.guide.packed
             self._advance = bind("euler_guided_step", guide=guide, inertial=inertial, motion=self._motion, **given)
+
+    def _mass_properties(self) -> Array:
+        """Return the mass properties in the layout of the kernel."""
+        frame = self.frame
+        if frame.guide is None:
+            return np.array([frame.mass, *frame.moments])
+        return pack(self.robot) if frame.guide.spherical else self.robot.inertial.copy()
+
+    def load_body(self) -> None:
+        """Take the mass properties; the motion is already in `body`, or in the coordinates of the guide."""
+        self._inertial[:] = self._mass_properties()
 
     def write(self) -> None:
         """Set the motion from `body`."""

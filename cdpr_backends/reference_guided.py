@@ -23,17 +23,23 @@ class GuidedReference(Integrator):
         super().__init__(robot, gravity, physics_step, options)
         self.guide = guide = Guide(robot)
         self._motion = np.zeros(8)  # position, angle, velocity, angular rate
+        self._inertial = robot.inertial.copy()
         self.bind_steps(
             "guided_step",
             guide=guide.packed,
             lines=line_table(robot),
-            inertial=robot.inertial,
+            inertial=self._inertial,
             gravity=self.gravity,
             command=self.command,
             external=self.external,
             motion=self._motion,
         )
         self.arrays = (self.command, self.external, self._motion, self.state)
+
+    def load(self, robot: Robot) -> None:
+        """Move another platform from now on; the coordinates of the guide do not depend on it."""
+        self.robot = robot
+        self._inertial[:] = robot.inertial
 
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,), which must be possible in the guide."""

@@ -11,7 +11,7 @@ from cdpr.mechanics.spherical import pack
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr_backends.scheme import Integrator
+from cdpr_backends.scheme import Integrator, keep_state
 
 
 class SphericalReference(Integrator):
@@ -23,7 +23,8 @@ class SphericalReference(Integrator):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self._momentum = np.zeros(3)
-        packed, moving = pack(robot), {"momentum": self._momentum}
+        self._packed = packed = pack(robot)
+        moving = {"momentum": self._momentum}
         self._begin = bind("spherical_begin", packed=packed, state=self.state, **moving)
         self.bind_steps(
             "spherical_step",
@@ -35,6 +36,12 @@ class SphericalReference(Integrator):
             **moving,
         )
         self.arrays = (self.command, self.external, self._momentum, self.state)
+
+    def load(self, robot: Robot) -> None:
+        """Move another platform from now on, with the same attitude and angular velocity."""
+        self.robot = robot
+        self._packed[:] = pack(robot)
+        keep_state(self.state, self._begin)
 
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,), whose velocity must be zero."""

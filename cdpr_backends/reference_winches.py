@@ -31,6 +31,14 @@ class WinchReference(Integrator):
         self.bind_steps("winch_runge_kutta", **winches.given)
         self.arrays = (self.command, self.external, self._body, self.state, *self.winches.arrays)
 
+    def load(self, robot: Robot) -> None:
+        """Move another platform from now on, with the same pose and twist of its origin."""
+        self.winches.settle_before_change()
+        self.robot = robot
+        self.frame.refill(robot)
+        self._to_body()
+        self.winches.change_body(robot, self.frame)
+
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,), which must be possible in the guide, if there is one."""
         self.state[:] = state

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
 from cdpr.plugins.backend import Operations
@@ -13,6 +14,13 @@ from cdpr.plugins.snapshots import SnapshotOfArrays
 
 if TYPE_CHECKING:
     from cdpr.native.library import Bound
+
+
+def keep_state(state: Array, begin: Callable[[], object]) -> None:
+    """Call an operation that starts the integrator in `state` (13,), which keeps its bits."""
+    before = state.copy()
+    begin()
+    state[:] = before
 
 
 class Integrator(SnapshotOfArrays, Backend):

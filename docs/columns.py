@@ -6,7 +6,7 @@ from pathlib import Path
 
 from marked import rewritten, table
 
-from cdpr.base.columns import FIRST, LATER, NOMINAL_COLUMNS, WINCHED, Column
+from cdpr.base.columns import FIRST, LATER, LOADED, NOMINAL_COLUMNS, WINCHED, Column
 
 PAGE = Path(__file__).parent / "columns.md"
 
@@ -14,7 +14,7 @@ PAGE = Path(__file__).parent / "columns.md"
 def columns_table() -> str:
     """Every column, as the one table of columns has it."""
     titles = ("column", "shape", "unit", "frame", "topic and field", "description")
-    return table(titles, map(_cells, (*FIRST, *WINCHED, *NOMINAL_COLUMNS, *LATER)))
+    return table(titles, map(_cells, (*FIRST, *WINCHED, *NOMINAL_COLUMNS, *LOADED, *LATER)))
 
 
 def _cells(column: Column) -> tuple[str, ...]:

@@ -194,6 +194,15 @@ NOMINAL_COLUMNS: tuple[Column, ...] = (
         "Margin of each command within the true limits, negative beyond, NaN for broken or jammed cables",
     ),
 )
+# Additional column with events that change the mass of the platform.
+LOADED: tuple[Column, ...] = (
+    Column(
+        "load_energy",
+        1,
+        "J",
+        "Energy of the bodies that the platform took, less that of those it released, each at its time",
+    ),
+)
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
 # non-finite value in any other column ends a run as diverged.
 NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin"})
@@ -205,7 +214,7 @@ def check_declared(columns: object) -> None:
     """Raise TypeError or ValueError if a plugin may not declare these columns."""
     if not isinstance(columns, tuple) or not all(isinstance(column, Column) for column in columns):
         raise TypeError(f"columns must be a tuple of cdpr.plugins.Column, got {columns!r}")
-    ours = {column.name for column in (*FIRST, *WINCHED, *NOMINAL_COLUMNS, *LATER)}.union(_TAKEN)
+    ours = {column.name for column in (*FIRST, *WINCHED, *NOMINAL_COLUMNS, *LOADED, *LATER)}.union(_TAKEN)
     for i, column in enumerate(columns):
         if column.places or column.owner:
             raise ValueError(f"column '{column.name}': a plugin cannot set its topic or owner")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdpr.base.columns import Column
+from cdpr.base.columns import LOADED, Column
 from cdpr.base.problems import printable
 from cdpr.log.layout import Layout
 from cdpr.model.robot import COMMANDED, ideal
@@ -73,6 +73,11 @@ class Header:
     def ideal_cables(self) -> bool:
         """True if the tensions of all cables equal their commands."""
         return ideal(self.cable_model)
+
+    @property
+    def loaded(self) -> bool:
+        """True if events may change the mass of the platform."""
+        return any(column in self.columns for column in LOADED)
 
     @property
     def true_tension(self) -> str:

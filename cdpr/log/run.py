@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.base.columns import FIRST, NOMINAL_COLUMNS
+from cdpr.base.columns import FIRST, LOADED, NOMINAL_COLUMNS
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.problems import printable
@@ -33,7 +33,8 @@ FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits", "touched")
 CLEARANCE = ("clearance_min_m", "clearance_min_at_s", "clearance_min_by")
 
 
-_OWN = {column.name: column for column in (*FIRST, *NOMINAL_COLUMNS)}
+_OWN = {column.name: column for column in (*FIRST, *NOMINAL_COLUMNS, *LOADED)}
+_LOADED = {column.name for column in LOADED}
 
 
 class Quantity(property):
@@ -42,7 +43,8 @@ class Quantity(property):
     def __init__(self, name: str) -> None:
         def read(run: Run) -> Array:
             if name not in run.header.layout.fields:
-                raise AttributeError(f"{name}: recorded only if the scenario contains `believed`")
+                needed = "an event that changes the mass" if name in _LOADED else "`believed`"
+                raise AttributeError(f"{name}: recorded only if the scenario contains {needed}")
             return run[name]
 
         super().__init__(read)
@@ -118,6 +120,7 @@ class Run(Frozen):
     potential = Quantity("potential")
     cable_work = Quantity("cable_work")
     external_work = Quantity("external_work")
+    load_energy = Quantity("load_energy")
     true_wrench = Quantity("true_wrench")
     true_margin = Quantity("true_margin")
 
@@ -215,7 +218,10 @@ class Run(Frozen):
         """
         stored = self.kinetic + self.potential
         first = self._at_first("kinetic") + self._at_first("potential")
-        return stored - first - self.cable_work - self.external_work
+        gained = stored - first - self.cable_work - self.external_work
+        if not self.header.loaded:
+            return gained
+        return gained - (self.load_energy - self._at_first("load_energy"))
 
     def summary(self) -> dict[str, Any]:
         """Return the figures that `cdpr run` prints, as plain numbers."""

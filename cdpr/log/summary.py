@@ -116,6 +116,8 @@ class Accumulator:
 
     def __init__(self, header: Header, samples: int, closest: Closest | None = None) -> None:
         self._header = header
+        # columns of energy that comes from outside
+        self._sources = ("cable_work", "external_work", *(("load_energy",) if header.loaded else ()))
         self._status = np.empty(samples, np.int8)
         self._squares = np.empty((2, 0))  # squared norms of position and orientation error in the current block
         self._sums: list[Array] = []  # (2,) of each complete block
@@ -189,9 +191,9 @@ class Accumulator:
             if closest is not None:
                 closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
             singular = self.singular.added(part, intact)
-            for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
+            for name in ("residual", "margin", "kinetic", *self._sources):
                 self._update_extremes(name, part[name])
-            parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
+            parts = np.abs([part.kinetic, part.potential_change, *(part[name] for name in self._sources)])
             self._update_extremes("turned over", parts)
             self._update_extremes("unexplained", np.abs(part.energy_residual))
         self._final["time"] = float(part.time[-1])
@@ -263,8 +265,7 @@ class Accumulator:
         rest = AT_REST * self._high.get("tension", 0.0) * self._header.characteristic_length
         return {
             "kinetic_max": self._high["kinetic"],
-            "cable_work": self._final["cable_work"],
-            "external_work": self._final["external_work"],
+            **{name: self._final[name] for name in self._sources},
             "turned_over": turned_over,
             "residual_max": residual,
             "balanced": residual <= max(BALANCED * turned_over, rest) and not self.singular.found,

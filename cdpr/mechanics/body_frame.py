@@ -61,6 +61,13 @@ class BodyFrame:
             self.line_table[:, 3:6] = (robot.anchors[:, 3:] - platform.center_of_mass) @ axes
             self.offset = np.concatenate([axes.T @ platform.center_of_mass, attitude])
 
+    def refill(self, robot: Robot) -> None:
+        """Take the platform of another robot with the same geometry into the same arrays."""
+        other = BodyFrame(robot)
+        self.mass = other.mass
+        for name in ("moments", "line_table", "center", "axes", "offset"):
+            getattr(self, name)[:] = getattr(other, name)
+
     @property
     def anchors(self) -> Array:
         """(m, 6) anchors [m]."""

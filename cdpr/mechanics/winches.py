@@ -89,6 +89,16 @@ class Winches:
             array[:] = 0.0
         self.state[:] = np.nan
 
+    def settle_before_change(self) -> None:
+        """Add the work up to the present `body`, before its frame changes."""
+        if self._length.any():  # otherwise not yet started
+            self.settle()
+
+    def change_body(self, robot: Robot, frame: BodyFrame) -> None:
+        """Take mass properties and frame of another platform; `body` is already in that frame."""
+        self.given["inertial"][:] = _inertial(robot, frame)
+        self._place[:] = self.body[:7]
+
     def readings(self, tension: Array, work: Array) -> tuple[list[Callable[[], object]], list[Callable[[], object]]]:
         """Return operations that write the tensions (m,) [N] at `body`, and operations that write the work (1,) [J]."""
         return [self.settle, bind("copy", source=self.tension, target=tension)], [
@@ -112,4 +122,4 @@ def _inertial(robot: Robot, frame: BodyFrame) -> Array:
     """Return the mass, centre of mass and inertia of the body (13,), with the layout of `Robot.inertial`."""
     if frame.guide is None:
         return np.concatenate([[frame.mass, 0.0, 0.0, 0.0], np.diag(frame.moments).ravel()])
-    return robot.inertial
+    return robot.inertial.copy()

@@ -85,6 +85,22 @@ class Backend(ABC):
         """
         return False
 
+    def load(self, robot: Robot) -> None:
+        """Change mass, centre of mass and inertia of the platform between two steps.
+
+        `robot` differs in its platform only. Pose and twist of the platform's origin, clock, commands and works do not
+        change: the added mass moves with the platform. `reset` keeps the new platform. Snapshots need not contain the
+        platform: before `restore`, the caller calls `load` with the robot of the snapshot. Backends that support this
+        declare the property `load: True`.
+
+        Args:
+            robot: robot with the other platform.
+
+        Raises:
+            PluginError: if the backend does not implement it.
+        """
+        raise PluginError(f"{type(self).__name__} cannot change the mass of the platform during a run")
+
     def operations(self, n: int) -> Operations | None:
         """Return the operations of `step` for this n in order; None if it is not made of operations.
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from cdpr.base.errors import PluginError
 from cdpr.cables import immediate
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.winches import Winches
@@ -64,7 +65,7 @@ class RigidBodyBackend(Backend):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self.frame = BodyFrame(robot)
-        check_range(self.frame, self.title or type(self).__name__, self.smallest, self.slimmest)
+        check_range(self.frame, self._title, self.smallest, self.slimmest)
         self.body = np.zeros(13)
         self.applied = np.zeros(6)
         self.build()
@@ -104,6 +105,16 @@ class RigidBodyBackend(Backend):
     def advance(self) -> None:
         """Advance the engine by one physics step under gravity and `applied`."""
 
+    def load_body(self) -> None:
+        """Give the engine the mass properties of `frame` and, for a free platform, the state `body`.
+
+        The clock does not change. Engines that implement this declare the property `load: True`.
+
+        Raises:
+            PluginError: if the engine does not implement it.
+        """
+        raise PluginError(f"{self._title} cannot change the mass of the platform during a run")
+
     def held(self) -> Inertia | None:
         """Return the inertia that the engine stores after `write`, read back from it; None if it stores none."""
         return None
@@ -118,11 +129,32 @@ class RigidBodyBackend(Backend):
         self._place()
         self.write()
         if (held := self.held()) is not None:  # checked here, because some engines are rebuilt by `write`
-            check_held(self.frame, held, self.title or type(self).__name__)
+            check_held(self.frame, held, self._title)
         self.read()
         self._publish()
         if self.winches is not None:
             self.winches.reset()
+
+    def load(self, robot: Robot) -> None:
+        """Change mass, centre of mass and inertia; pose and twist of the platform's origin do not change.
+
+        Raises:
+            PluginError: if the engine does not support it, or its body differs from `frame`.
+        """
+        if self.winches is not None:
+            self.winches.settle_before_change()
+        self.robot = robot
+        self.frame.refill(robot)
+        check_range(self.frame, self._title, self.smallest, self.slimmest)
+        if self.frame.guide is None:  # that of a guided platform is at its origin
+            self._wanted[:] = self.state
+            self._place()
+        if self.winches is not None:
+            self.winches.change_body(robot, self.frame)
+        self.load_body()
+        if (held := self.held()) is not None:
+            check_held(self.frame, held, self._title)
+        self.read()
 
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
@@ -161,6 +193,10 @@ class RigidBodyBackend(Backend):
             return super().cable_work()
         self.winches.settle()
         return float(self.winches.work[0])
+
+    @property
+    def _title(self) -> str:
+        return self.title or type(self).__name__
 
     @property
     def arrays(self) -> tuple[Array, ...]:

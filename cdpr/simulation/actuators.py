@@ -101,6 +101,11 @@ class ActuatedPlant(Backend):
         self.fmu.start(_known(self.robot, self.physics_step) if self._from_robot else {})
         self._get_tension()
 
+    def load(self, robot: Robot) -> None:
+        """Change the platform of the plant."""
+        self.robot = robot
+        self.plant.load(robot)
+
     def step(self, n: int) -> None:
         """Advance both by n physics steps."""
         plant, instance, tension = self.plant, self._instance, self._tension

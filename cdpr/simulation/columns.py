@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdpr.base.columns import FIRST, LATER, NOMINAL_COLUMNS, WINCHED, Column, clash
+from cdpr.base.columns import FIRST, LATER, LOADED, NOMINAL_COLUMNS, WINCHED, Column, clash
 from cdpr.base.errors import PluginError
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
+from cdpr.scenario.events import mass_changes
 
 
 def chosen_plugins(scenario: Scenario) -> dict[Role, Registered]:
@@ -39,7 +40,8 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
     first = FIRST if scenario.ideal_cables else FIRST + WINCHED
-    more = (*LATER, *(NOMINAL_COLUMNS if scenario.nominal else ()), *declared)
+    nominal = NOMINAL_COLUMNS if scenario.nominal else ()
+    more = (*LATER, *nominal, *(LOADED if mass_changes(scenario.events) else ()), *declared)
     found = clash((*first, *more), tuple(cable.name for cable in scenario.robot.cables))
     if found is not None:
         titles: dict[str, str] = {

@@ -17,6 +17,7 @@ from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent
+from cdpr.simulation.attached import AttachedBodies
 from cdpr.simulation.external_command import ExternalCommands
 from cdpr.simulation.faults import fault_message
 from cdpr.simulation.finite_limits import check_limits
@@ -73,7 +74,10 @@ class Loop:
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
-        self.schedule = Schedule(parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings)
+        attached = AttachedBodies(parts, present, self._rebind)
+        self.schedule = Schedule(
+            parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings, attached
+        )
         self._memory = Memory(parts, present, self.stage, self.schedule)
         # Operations that observe the plant, and the first such: made once, because the geometry of pulleys is
         # expensive.
@@ -290,6 +294,7 @@ class Loop:
         Raises:
             PluginError: if a part does not support it.
         """
+        self.schedule.load(snapshot.count)  # the parts have the mass of that time when they restore their states
         self._memory.put_back(snapshot)
         self.pipeline.place = snapshot.place
         self._refresh()
@@ -332,10 +337,11 @@ class Loop:
         deciding = (
             Operation("controller", law, self._refuse_code) if law else Operation("controller", decide, timed=True)
         )
+        self._moving = moving(backend, parts.substeps)
         reading_clock, checking_clock = clock_operations(backend)
         self.advancing = [
             Operation("command", bind("copy", source=self.tension, target=backend.command)),
-            *moving(backend, parts.substeps),
+            *self._moving,
             *reading_clock,
             *self._looking,
             *checking_clock,
@@ -349,6 +355,14 @@ class Loop:
         self.outside = ExternalCommands(self, self._record)
         playback = Playback(parts.events, parts.control_step, self.outside.command)
         self._playback = playback if playback else None
+
+    def _rebind(self) -> None:
+        """Take the compiled operations of the backend again, which may depend on the mass of the platform."""
+        first = self.advancing.index(self._moving[0])
+        again = moving(self.parts.backend, self.parts.substeps)
+        for at, (before, now) in enumerate(zip(self._moving, again, strict=True)):
+            if now.do is not before.do and all(pipeline.swap(before, now) for pipeline in self._pipelines()):
+                self.advancing[first + at] = self._moving[at] = now
 
     def _refuse_code(self, code: int) -> None:
         raise PluginError(f"the controller's compiled operation returned {code}; expected 0")

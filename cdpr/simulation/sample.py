@@ -11,6 +11,7 @@ from cdpr.base.errors import Diverged, LimitViolation
 from cdpr.cables.tables import line_table
 from cdpr.log.layout import Layout
 from cdpr.log.limit_violations import beyond
+from cdpr.mechanics.energy import energy
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
@@ -64,6 +65,13 @@ class Sample:
         """Observe a robot with another platform."""
         self._body.inertial[:] = robot.inertial
         self._body.bounds[:] = acceleration_bounds(robot, self._body.gravity)
+
+    def weigh(self) -> None:
+        """Write the energies of the present sample for the present mass properties, and add the gain to the column."""
+        energies = self.view("kinetic", "potential")
+        before = float(energies.sum())
+        energies[:] = energy(self._body.inertial, self._body.gravity, self.state)
+        self.view("load_energy")[0] += float(energies.sum()) - before
 
     def view(self, first: str, last: str | None = None) -> Array:
         """Return the columns from the field `first` to `last`, live."""

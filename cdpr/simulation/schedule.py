@@ -12,6 +12,7 @@ import numpy as np
 from cdpr.model import Robot
 from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, first_sample
+from cdpr.simulation.attached import AttachedBodies
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.settings import Settings
 from cdpr.tension.command import CommandStage
@@ -37,6 +38,7 @@ class Schedule:
         stage: tension stage; its live arrays are those of the present sample.
         loads: external wrenches.
         settings: options that events may change; None without a controller.
+        attached: bodies on the platform; None without a plant.
     """
 
     def __init__(
@@ -47,9 +49,10 @@ class Schedule:
         stage: TensionStage | CommandStage,
         loads: Loads,
         settings: Settings | None = None,
+        attached: AttachedBodies | None = None,
     ) -> None:
         self._stage, self._step = stage, step
-        self._settings = settings
+        self._settings, self._attached = settings, attached
         self._loads = loads
         self._first = stage.cables.copy()
         self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution has locked
@@ -77,7 +80,8 @@ class Schedule:
         for time, do in sorted(todo, key=lambda row: row[0]):
             self._todo.setdefault(first_sample(time, step), []).append(do)
         changes = self._swings[:, :2]
-        self._due = sorted({*self._todo, *map(int, changes[np.isfinite(changes)])})
+        loading = () if self._attached is None else self._attached.plan(events, step)
+        self._due = sorted({*self._todo, *map(int, changes[np.isfinite(changes)]), *loading})
         self._overrides = any(event.overrides for event in events)
         self._through = self.through(self._stage)
 
@@ -124,6 +128,7 @@ class Schedule:
         if len(self._swings):
             self._loads.plant[:] = 0.0
         self._loads.row[:] = self._loads.plant
+        self.load(NEVER)
         return self._due[0] if self._due else NEVER
 
     def warm_up(self) -> None:
@@ -144,8 +149,14 @@ class Schedule:
             if first_sample(time, self._step) == k:
                 do(self)
 
+    def load(self, k: int) -> None:
+        """Attach the bodies of sample k to the platform; none at NEVER."""
+        if self._attached is not None:
+            self._attached.update(k)
+
     def push(self, k: int) -> int:
-        """Write the external wrench of sample k; return the next sample that is due."""
+        """Apply the external wrench and the bodies of sample k; return the next sample that is due."""
+        self.load(k)
         swinging = False
         if len(self._swings):
             swinging = self._write_loads(k)

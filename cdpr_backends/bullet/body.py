@@ -51,14 +51,21 @@ class BulletBackend(RigidBodyBackend):
         elif frame.guide.spherical:
             self._plant = Ball(client, frame, self.body, self.applied)
         else:
-            self._plant = Guided(
-                client, frame.guide, frame.mass, frame.moments, frame.center, frame.axes, self.body, self.applied
-            )
+            self._plant = Guided(client, frame.guide, frame, self.body, self.applied)
 
     def write(self) -> None:
         """Set Bullet's body to the state in `body`."""
         self._plant.write()
         self._plant.fetch()
+
+    def load_body(self) -> None:
+        """Give Bullet's body its mass properties and the state in `body`."""
+        if isinstance(self._plant, Free):
+            self._plant.load_body(self.frame.mass, self.frame.moments)
+            return
+        # Bullet does not move the centre of mass of a link.
+        self.client = Client(self.gravity, self.physics_step)
+        self._plant.move_to(self.client.number, self._plant.add(self.client.number))
 
     def held(self) -> Inertia:
         """Return the inertia of the body in Bullet."""
@@ -79,11 +86,14 @@ class BulletBackend(RigidBodyBackend):
 
     def snapshot(self) -> object:
         """Return the state of Bullet and copies of the arrays."""
-        return SavedState(self.client), save(self.arrays)
+        return self.client, self._plant.number, SavedState(self.client), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Restore a snapshot."""
-        engine, arrays = snapshot
+        client, number, engine, arrays = snapshot
+        if client is not self.client:
+            self.client = client
+            self._plant.use(client.number, number)
         engine.restore()
         put_back(arrays, self.arrays)
         self._plant.fetch()
@@ -109,6 +119,7 @@ class Plant:
         move: function that applies the loads in Bullet, steps and fetches.
         fetch: function that gets the pose and the velocities from Bullet.
         publish: operation that writes them into the body state.
+        use: function that takes the numbers of another world and the body in it.
     """
 
     home: Array
@@ -120,9 +131,25 @@ class Plant:
     fetch: Callable[[], None]
     publish: Callable[[], object]
 
+    use: Callable[[int, int], None]
+
     def held(self) -> Inertia:
         """Return the inertia of the body in Bullet."""
         return held(self.client, self.number, self.link)
+
+    def add(self, client: int) -> int:
+        """Add another such body, with the present mass properties, to a world; return its number."""
+        raise NotImplementedError
+
+    def copy_motion(self, client: int, number: int) -> None:
+        """Give another such body the motion of this one."""
+        raise NotImplementedError
+
+    def move_to(self, client: int, number: int) -> None:
+        """Continue with another body, in the same motion."""
+        self.copy_motion(client, number)
+        self.use(client, number)
+        self.fetch()
 
 
 class Free(Plant):
@@ -156,6 +183,14 @@ class Free(Plant):
         self.load, self.move = bind("copy", source=applied, target=loads), move
         self.fetch, self.publish = fetch, bind("bullet_base_state", base=base, body=body)
 
+    def load_body(self, mass: float, moments: Array) -> None:
+        """Take mass and moments, and the body state."""
+        inertia = moments.tolist()
+        pybullet.changeDynamics(self.number, BASE, mass=mass, physicsClientId=self.client)
+        pybullet.changeDynamics(self.number, BASE, localInertiaDiagonal=inertia, physicsClientId=self.client)
+        self.write()
+        self.fetch()
+
     def write(self) -> None:
         """Set the base to the body state."""
         p, q, v, w = np.split(self.body, [3, 7, 10])
@@ -166,26 +201,16 @@ class Free(Plant):
 class Guided(Plant):
     """Fixed base with a chain of links, one per coordinate; the last link is the platform."""
 
-    def __init__(
-        self,
-        client: int,
-        guide: Guide,
-        mass: float,
-        moments: Array,
-        center: Array,
-        axes: Array,
-        body: Array,
-        applied: Array,
-    ) -> None:
+    def __init__(self, client: int, guide: Guide, frame: BodyFrame, body: Array, applied: Array) -> None:
         self.client, self.guide, self.body, self.home = client, guide, body, np.zeros(3)
+        self._frame = frame
         kinds = [pybullet.JOINT_PRISMATIC] * len(guide.slides)
         directions = list(guide.slides)
         if guide.hinge is not None:
             kinds.append(pybullet.JOINT_REVOLUTE)
             directions.append(guide.hinge)
-        self.number = number = chain(
-            client, (0.0, 0.0, 0.0), kinds, np.eye(3)[directions], mass, moments, center.tolist(), xyzw(axes)
-        )
+        self._kinds, self._directions = kinds, np.eye(3)[directions]
+        self.number = number = self.add(client)
         self.joints = joints = list(range(len(kinds)))
         n = len(kinds)
         self.link = n - 1
@@ -205,11 +230,28 @@ class Guided(Plant):
             step(client)
             fetch()
 
+        def use(world: int, body: int) -> None:
+            nonlocal client, number
+            self.client, self.number = client, number = world, body
+
+        self.use, self._coordinates = use, (q, u)
         self.load, self.move = bind("guide_forces", rows=guide.rows, applied=applied, forces=forces), move
         self.fetch = fetch
         self.publish = bind(
             "guide_state", guide=guide.packed, rows=guide.rows, home=self.home, coordinate=q, rate=u, body=body
         )
+
+    def add(self, client: int) -> int:
+        """Add another such body to a world; return its number."""
+        frame = self._frame
+        inertia = frame.mass, frame.moments, frame.center.tolist(), xyzw(frame.axes)
+        return chain(client, (0.0, 0.0, 0.0), self._kinds, self._directions, *inertia)
+
+    def copy_motion(self, client: int, number: int) -> None:
+        """Give another such body the motion of this one."""
+        pybullet.resetBasePositionAndOrientation(number, self.home.tolist(), UPRIGHT, client)
+        for joint, (q, u) in enumerate(zip(*self._coordinates, strict=True)):
+            pybullet.resetJointState(number, joint, q, u, client)
 
     def write(self) -> None:
         """Set the joints to the body state."""
@@ -229,8 +271,35 @@ class Ball(Plant):
 
     def __init__(self, client: int, frame: BodyFrame, body: Array, applied: Array) -> None:
         self.client, self.axes, self.body, self.home = client, frame.axes, body, np.zeros(3)
-        self.link = 0
-        self.number = number = int(
+        self.link, self._frame = 0, frame
+        self.number = number = self.add(client)
+        state, turn, step = pybullet.getJointStateMultiDof, pybullet.applyExternalTorque, pybullet.stepSimulation
+        world = pybullet.WORLD_FRAME
+        joint, moment = np.zeros(7), np.zeros(3)
+        into, outof = joint.data.cast("B"), moment.data.cast("B")
+
+        def fetch() -> None:
+            q, w, _, _ = state(number, 0, client)
+            put_joint(into, 0, *q, *w)
+
+        def move() -> None:
+            turn(number, 0, get_vector(outof, 0), world, client)
+            step(client)
+            fetch()
+
+        def use(world: int, body: int) -> None:
+            nonlocal client, number
+            self.client, self.number = client, number = world, body
+
+        self.use = use
+        self.load, self.move = bind("copy", source=applied[3:], target=moment), move
+        self.fetch = fetch
+        self.publish = bind("bullet_ball_state", home=self.home, axes=self.axes, joint=joint, body=body)
+
+    def add(self, client: int) -> int:
+        """Add another such body to a world; return its number."""
+        frame = self._frame
+        number = int(
             pybullet.createMultiBody(
                 baseMass=0.0,
                 linkMasses=[frame.mass],
@@ -251,23 +320,16 @@ class Ball(Plant):
             number, 0, pybullet.POSITION_CONTROL, targetPosition=UPRIGHT, force=[0.0] * 3, physicsClientId=client
         )
         undamped(client, number)
-        state, turn, step = pybullet.getJointStateMultiDof, pybullet.applyExternalTorque, pybullet.stepSimulation
-        world = pybullet.WORLD_FRAME
-        joint, moment = np.zeros(7), np.zeros(3)
-        into, outof = joint.data.cast("B"), moment.data.cast("B")
+        return number
 
-        def fetch() -> None:
-            q, w, _, _ = state(number, 0, client)
-            put_joint(into, 0, *q, *w)
+    def copy_motion(self, client: int, number: int) -> None:
+        """Do nothing: the axes of the link change with the mass properties, see `move_to`."""
 
-        def move() -> None:
-            turn(number, 0, get_vector(outof, 0), world, client)
-            step(client)
-            fetch()
-
-        self.load, self.move = bind("copy", source=applied[3:], target=moment), move
-        self.fetch = fetch
-        self.publish = bind("bullet_ball_state", home=self.home, axes=self.axes, joint=joint, body=body)
+    def move_to(self, client: int, number: int) -> None:
+        """Continue with another body, in the same motion."""
+        self.use(client, number)
+        self.write()
+        self.fetch()
 
     def write(self) -> None:
         """Set the joint to the body state."""

@@ -42,6 +42,10 @@ class BulletUps(UpsBackend):
     def _use(self, client: Client, platform: Free, legs: list[int]) -> None:
         self._client, self._platform, self._legs = client, platform, legs
 
+    def load_body(self) -> None:
+        """Build the world anew, with the legs in the present pose."""
+        self.write()
+
     def held(self) -> Inertia:
         """Return the inertia of the body in Bullet."""
         return self._platform.held()

@@ -60,6 +60,10 @@ class DartBackend(RigidBodyBackend):
         self.world.reset()
         self.joints.write()
 
+    def load_body(self) -> None:
+        """Give DART's body its mass properties and the state in `body`."""
+        self.joints.load()
+
     def held(self) -> Inertia:
         """Return the inertia of the body in DART."""
         return self.joints.held()

@@ -14,7 +14,7 @@ from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.native.rotations import from_rotation_vector, multiply, rotate, rotation_vector
 from cdpr.plugins.inertia import Inertia
-from cdpr_backends.dart.world import chain, held, put_root, set_motion
+from cdpr_backends.dart.world import chain, held, put_root, set_inertia, set_motion
 
 # For rotation vectors below 1e-3 rad, DART truncates the exponential after the second power (joints.hpp). So DART's
 # body axes are rotated relative to cdpr's, by this rotation from the current attitude.
@@ -56,6 +56,10 @@ class FreeJoint:
         body = self._body
         q = np.concatenate([rotation(self.kept, body), body[:3]])
         set_motion(self.skeleton, q, np.concatenate([body[10:], body[7:10]]))
+
+    def load(self) -> None:
+        """Take the mass properties of the frame and the state in `body`; its axes face it anew."""
+        self.write()
 
     def moved(self) -> None:
         """Read DART's body into `body` after a step."""
@@ -113,6 +117,10 @@ class BallJoint:
         self._face()
         set_motion(self.skeleton, rotation(self.kept, self._body), self._rates())
 
+    def load(self) -> None:
+        """Take the mass properties of the frame and the state in `body`; its axes face it anew."""
+        self.write()
+
     def moved(self) -> None:
         """Read DART's body into `body` after a step."""
         self._q[:], self._u[:] = self._get_q(), self._get_u()
@@ -147,16 +155,14 @@ class GuideJoints:
 
     def __init__(self, world: Any, frame: BodyFrame, guide: Guide, body: Array) -> None:
         self.skeleton = dartpy.dynamics.Skeleton("platform")
-        self._guide, self._body = guide, body
+        self._guide, self._body, self._frame = guide, body, frame
         self.kept = np.zeros(3)
-        axes = rotations.matrix(frame.axes)
         kinds = ["Prismatic"] * len(guide.slides)
         directions = list(guide.slides)
         if guide.hinge is not None:
             kinds.append("Revolute")
             directions.append(guide.hinge)
-        inertia = axes * frame.moments @ axes.T
-        self._link = chain(self.skeleton, kinds, np.eye(3)[directions], frame.mass, frame.center, inertia)
+        self._link = chain(self.skeleton, kinds, np.eye(3)[directions], frame.mass, frame.center, self._tensor())
         world.addSkeleton(self.skeleton)
         self._q, self._u = np.zeros(len(kinds)), np.zeros(len(kinds))
         joints = {"coordinate": self._q, "rate": self._u, "body": body}
@@ -174,6 +180,14 @@ class GuideJoints:
         self.place()
         set_motion(self.skeleton, *self._guide.coordinates(self._body, self.kept))
         self.moved()
+
+    def load(self) -> None:
+        """Take the mass properties of the frame; coordinates and rates do not depend on them."""
+        set_inertia(self._link, self._frame.mass, self._frame.center, self._tensor())
+
+    def _tensor(self) -> Array:
+        axes = rotations.matrix(self._frame.axes)
+        return np.asarray(axes * self._frame.moments @ axes.T)
 
     def held(self) -> Inertia:
         """Return the inertia of the body in DART."""
@@ -206,4 +220,4 @@ def turn_axes(link: Any, frame: BodyFrame, kept: Array) -> None:
     axes = rotations.matrix(multiply(turned, frame.axes))
     inertia = axes * frame.moments @ axes.T
     center = rotate(turned, frame.center)
-    link.setInertia(dartpy.dynamics.Inertia(frame.mass, center, (inertia + inertia.T) / 2))
+    set_inertia(link, frame.mass, center, inertia)

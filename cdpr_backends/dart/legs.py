@@ -54,6 +54,12 @@ class DartUps(UpsBackend):
     def _use(self, world: Any, joint: FreeJoint, skeletons: list[Any]) -> None:
         self._world, self._joint, self._skeletons = world, joint, skeletons
 
+    def load_body(self) -> None:
+        """Build the world anew, with the legs in the present pose."""
+        time = self._world.getTime()
+        self.write()
+        self._world.setTime(time)
+
     def held(self) -> Inertia:
         """Return the inertia of the body in DART."""
         return self._joint.held()

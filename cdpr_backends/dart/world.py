@@ -38,8 +38,13 @@ def chain(skeleton: Any, kinds: Sequence[str], directions: Array, mass: float, c
         joint, link = add() if link is None else add(link)
         joint.setAxis(axis)
         link.setInertia(dartpy.dynamics.Inertia(NO_MASS, np.zeros(3), NO_MASS * np.eye(3)))
-    link.setInertia(dartpy.dynamics.Inertia(mass, center, (inertia + inertia.T) / 2))
+    set_inertia(link, mass, center, inertia)
     return link
+
+
+def set_inertia(link: Any, mass: float, center: Array, inertia: Array) -> None:
+    """Set mass, centre of mass (3,) and inertia (3, 3) about it of a link."""
+    link.setInertia(dartpy.dynamics.Inertia(mass, center, (inertia + inertia.T) / 2))
 
 
 def held(link: Any, axes: Array) -> Inertia:

@@ -12,6 +12,7 @@ from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.backend import Operations
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
+from cdpr_backends.mujoco.direct import Direct
 from cdpr_backends.mujoco.world import PLATFORM, SLIMMEST, SMALLEST, TITLE, InWorld, World, specify
 
 
@@ -22,14 +23,49 @@ class MujocoBackend(InWorld, RigidBodyBackend):
 
     def build(self) -> None:
         """Build the world."""
-        self._world = world = World(self.frame, specify(self.frame, self.gravity, self.physics_step, "euler"))
-        self._read = world.reader(self.body)
-        self._step: Callable[[], None] = partial(mujoco.mj_step, world.model, world.data)
+        self._first = world = World(self.frame, specify(self.frame, self.gravity, self.physics_step, "euler"))
+        self._first_robot = self.robot
+        self._general: World | None = None
         self._apply: list[Callable[[], object]] = []
         if self.frame.guide is None:
             self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's array, valid until it is rewritten
-        else:
+        self._use(world)
+
+    def _use(self, world: World) -> None:
+        self._world = world
+        self._read = world.reader(self.body)
+        self._step: Callable[[], None] = partial(mujoco.mj_step, world.model, world.data)
+        if self.frame.guide is not None:
+            self._step = self._step_world
             self._apply = [world.applier(self.applied)]
+
+    def _step_world(self) -> None:
+        mujoco.mj_step(self._world.model, self._world.data)
+
+    @property
+    def _direct(self) -> Direct | None:
+        return self._first.direct
+
+    def load_body(self) -> None:
+        """Give MuJoCo's body its mass properties and the state in `body`.
+
+        A diagonal mass matrix is valid for the first platform only; others move in a second world.
+        """
+        if self._first.diagonal:
+            self._change_world()
+        self._world.load(self.body)
+
+    def _change_world(self) -> None:
+        if self._general is None:
+            spec = specify(self.frame, self.gravity, self.physics_step, "euler", general=True)
+            self._general = World(self.frame, spec)
+        same = self.robot.inertial.tobytes() == self._first_robot.inertial.tobytes()
+        world = self._first if same else self._general
+        if world is not self._world:
+            world.continue_from(self._world)
+            self._use(world)
+            if self._first.direct is not None and world.direct is not None:
+                self._first.direct.point_to(world.direct)
 
     def held(self) -> Inertia:
         """Return the inertia of the body in MuJoCo."""
@@ -51,7 +87,7 @@ class MujocoBackend(InWorld, RigidBodyBackend):
 
     def engine_operations(self) -> Operations:
         """Return the step and the operations before and after it, all compiled if MuJoCo can be called directly."""
-        direct = self._world.direct
+        direct = self._direct
         return [*self._apply, self._step if direct is None else direct.step, self._read]
 
     def snapshot(self) -> object:

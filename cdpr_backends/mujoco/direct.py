@@ -47,8 +47,13 @@ class Direct:
         self._words[[APPLY, STEP, GET_STATE]] = [
             _address(function) for function in (library.mjb_apply, library.mj_step, library.mj_getState)
         ]
-        self._words[[BATCH, MODEL, DATA]] = batch, model._address, data._address
+        self._own = batch, model._address, data._address
+        self._words[[BATCH, MODEL, DATA]] = self._own
         self.step: Callable[[], int] = bind("mujoco_step", words=self._words)
+
+    def point_to(self, other: Direct) -> None:
+        """Let the operations use the model and data of another one, which must exist as long."""
+        self._words[[BATCH, MODEL, DATA]] = other._own
 
     def clock(self, clock: Array) -> Callable[[], object]:
         """Return the operation that reads the time of MuJoCo into `clock` (1,) [s]."""

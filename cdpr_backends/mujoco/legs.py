@@ -48,6 +48,12 @@ class MujocoUps(UpsBackend):
         self._wrench = world.data.xfrc_applied[PLATFORM]
         self._read = world.reader(self.body)
 
+    def load_body(self) -> None:
+        """Build the world anew, with the legs in the present pose."""
+        time = self._world.data.time
+        self.write()
+        self._world.data.time = time
+
     def held(self) -> Inertia:
         """Return the inertia of the body in MuJoCo."""
         return self._world.held()

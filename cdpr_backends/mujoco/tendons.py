@@ -52,6 +52,20 @@ class MujocoTendons(InWorld):
         self._world.write(self._body)
         self._publish()
 
+    def load(self, robot: Robot) -> None:
+        """Move another platform from now on, with the same pose and twist of its origin."""
+        self.robot, frame, model = robot, self.frame, self._world.model
+        frame.refill(robot)
+        check_range(frame, TITLE, SMALLEST, SLIMMEST)
+        for i, row in enumerate(frame.anchors):
+            model.site(f"platform_{i}").pos = row[3:]
+        if self._staged:
+            model.site("origin").pos = -frame.offset[:3]
+        self._body[:] = body_state(frame.offset, self.state)
+        self._world.load(self._body)
+        check_held(frame, self._world.held(), TITLE)
+        self._read()
+
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
         world = self._world

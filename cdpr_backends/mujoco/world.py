@@ -24,6 +24,9 @@ mujoco.set_mju_user_warning(lambda text: None)
 
 ROUNDING = 1e-12  # prevents a violation of the triangle inequality of moments by round-off
 
+# Any centre of mass [m] and axes off the joints.
+SOMEWHERE, TURNED = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5, 0.5)
+
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtIntegrator.mjINT_RK4}
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -46,8 +49,7 @@ class World:
         spec.body("platform").inertia = np.minimum(moments, (moments.sum() - moments) * (1.0 - ROUNDING))
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
-        self.model.body_inertia[PLATFORM] = frame.moments
-        mujoco.mj_setConst(self.model, self.data)
+        self._put_mass(self.data)
         self._home = np.zeros(3)  # origin of the slides, or position of the spherical joint
 
     def write(self, body: Array) -> None:
@@ -55,8 +57,7 @@ class World:
         guide, data = self.frame.guide, self.data
         if guide is None:
             mujoco.mj_resetData(self.model, data)
-            # Joints of legs follow these.
-            data.qpos[:7], data.qvel[:6] = body[:7], [*body[7:10], *along_body(body)]
+            self._put_free(body)
         else:
             self._home[:] = body[:3] * (1.0 - guide.packed[:3])
             self.model.body_pos[PLATFORM] = self._home
@@ -65,6 +66,32 @@ class World:
                 data.qpos[:4], data.qvel[:3] = body[3:7], along_body(body)
             else:
                 data.qpos[:], data.qvel[:] = guide.coordinates(body, self._home)
+
+    @property
+    def diagonal(self) -> bool:
+        """Return True if MuJoCo chose a diagonal mass matrix, for a centre of mass at the joints of a guide."""
+        return self.frame.guide is not None and bool(self.model.body_simple[PLATFORM])
+
+    def continue_from(self, other: World) -> None:
+        """Take the complete state of another world of the same joints."""
+        self.put_back(other.save())
+
+    def load(self, body: Array) -> None:
+        """Take mass properties of the frame and, for a free platform, a body state (13,); the clock stays."""
+        self._put_mass(mujoco.MjData(self.model))  # not `data`, whose state it resets
+        if self.frame.guide is None:
+            self._put_free(body)
+
+    def _put_mass(self, scratch: mujoco.MjData) -> None:
+        """Set the mass properties of the frame and all constants that depend on them."""
+        frame, model = self.frame, self.model
+        model.body_mass[PLATFORM], model.body_inertia[PLATFORM] = frame.mass, frame.moments
+        model.body_ipos[PLATFORM], model.body_iquat[PLATFORM] = frame.center, frame.axes
+        mujoco.mj_setConst(model, scratch)
+
+    def _put_free(self, body: Array) -> None:
+        # Joints of legs follow these.
+        self.data.qpos[:7], self.data.qvel[:6] = body[:7], [*body[7:10], *along_body(body)]
 
     def reader(self, body: Array) -> Callable[[], object]:
         """Return the operation that reads the body state into `body` (13,)."""
@@ -120,23 +147,30 @@ class InWorld(Backend):
 
     _world: World
 
+    @property
+    def _direct(self) -> Direct | None:
+        return self._world.direct
+
     def engine_time(self) -> float:
         """Return the time of MuJoCo [s]."""
         return float(self._world.data.time)
 
     def clock_act(self, clock: Array) -> Callable[[], object]:
         """Return the operation that reads the time of MuJoCo into `clock` (1,)."""
-        direct = self._world.direct
+        direct = self._direct
         return super().clock_act(clock) if direct is None else direct.clock(clock)
 
     def refuse(self, code: int) -> NoReturn:
         """Raise the error of a failed step that the binding would have raised."""
-        direct = self._world.direct
+        direct = self._direct
         raise mujoco.FatalError(f"error {code}" if direct is None else direct.refusal())
 
 
-def specify(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:
-    """Return the description of a world with one body, free or on the joints of its guide."""
+def specify(frame: BodyFrame, gravity: Array, step: float, integrator: str, *, general: bool = False) -> mujoco.MjSpec:
+    """Return the description of a world with one body, free or on the joints of its guide.
+
+    A `general` one has a full mass matrix, for any centre of mass and axes; `World` sets those of the frame.
+    """
     spec = mujoco.MjSpec()
     spec.option.timestep = step
     spec.option.gravity = gravity
@@ -145,7 +179,7 @@ def specify(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> m
     # visible.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
     body = spec.worldbody.add_body(name="platform", mass=frame.mass, explicitinertial=True)
-    body.ipos, body.iquat = frame.center, frame.axes
+    body.ipos, body.iquat = (SOMEWHERE, TURNED) if general else (frame.center, frame.axes)
     if frame.guide is None:
         body.add_freejoint()
     elif frame.guide.spherical:

@@ -42,6 +42,7 @@ FIGURES = (
     "energy_kinetic_max_J",
     "energy_cable_work_J",
     "energy_external_work_J",
+    "energy_load_energy_J",  # if an event changes the mass of the platform
     "energy_turned_over_J",
     "energy_residual_max_J",
     "energy_balanced",

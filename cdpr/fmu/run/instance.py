@@ -84,6 +84,10 @@ class Instance(ABC):
         """Read the outputs for the present inputs without a step."""
 
     @abstractmethod
+    def tune(self, settings: Sequence[Setting]) -> None:
+        """Change tunable parameters between two steps, and read the outputs."""
+
+    @abstractmethod
     def save(self) -> int:
         """Save the present state and return its number."""
 

@@ -24,7 +24,7 @@ from cdpr.base.errors import BackendDied, CdprError, FmuError, PlantEnded
 from cdpr.fmu.run import worker
 from cdpr.fmu.run.folder import Folder
 from cdpr.fmu.run.instance import Instance, Plan, Setting
-from cdpr.fmu.run.worker import DONE, FAILED, FORGET, HEAD, MOST, REFRESH, RESTORE, SAVE, START, STEP
+from cdpr.fmu.run.worker import DONE, FAILED, FORGET, HEAD, MOST, REFRESH, RESTORE, SAVE, START, STEP, TUNE
 
 START_SECONDS = 30.0  # s, to start the process, load, instantiate and initialise
 CLOSE_SECONDS = 0.5  # s, for the FMU to end by itself
@@ -101,6 +101,10 @@ class Process(Instance):
     def refresh(self) -> None:
         """Read the outputs for the present inputs without a step."""
         self._request(REFRESH)
+
+    def tune(self, settings: Sequence[Setting]) -> None:
+        """Change tunable parameters between two steps, and read the outputs."""
+        self._request(TUNE, 0, worker.encode(settings))
 
     def save(self) -> int:
         """Save the present state, in the process, and return its number."""

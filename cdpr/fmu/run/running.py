@@ -67,6 +67,13 @@ class RunningFmu:
         parameters.give(self.options.parameters)
         self.instance.start(parameters.settings())
 
+    def tune(self, known: MappingType[str, Known]) -> None:
+        """Change its tunable parameters among `known` between two steps."""
+        parameters = Parameters(self.archive.description)
+        for name, (value, unit) in known.items():
+            parameters.fill(name, value, unit)
+        self.instance.tune(parameters.settings())
+
     def describe(self) -> dict[str, Any]:
         """Return plain data for the metadata of a run."""
         about = self.archive.description

@@ -120,6 +120,13 @@ class Slave(Instance):
         self._write()
         self._read()
 
+    def tune(self, settings: Sequence[Setting]) -> None:
+        """Change tunable parameters between two steps, and read the outputs."""
+        self._check_running()
+        for setting in settings:
+            self._set(setting)
+        self._read()
+
     def save(self) -> int:
         """Save the present state and return its number."""
         state, number = ctypes.c_void_p(), next(self._numbers)

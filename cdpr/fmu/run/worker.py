@@ -1,6 +1,7 @@
 """Worker process for one FMU: it serves `cdpr.fmu.run.process` over a socket until that closes.
 
-A message is one packet. Request: an operation, a number (int64), then the inputs (doubles), or JSON for `START`.
+A message is one packet. Request: an operation, a number (int64), then the inputs (doubles), or JSON for `START`
+and `TUNE`.
 Answer: `DONE`, a number (int64) and the outputs (doubles); or the name of an error and its text. Nothing is pickled, so
 that hostile native code in this process can at most send wrong numbers.
 
@@ -25,7 +26,7 @@ from cdpr.base.processes import end_with
 from cdpr.fmu.run.instance import Instance, Plan, Setting
 
 HEAD = struct.Struct("=cq")
-START, STEP, REFRESH, SAVE, RESTORE, FORGET = (bytes([letter]) for letter in b"sgrkbf")
+START, STEP, REFRESH, SAVE, RESTORE, FORGET, TUNE = (bytes([letter]) for letter in b"sgrkbft")
 DONE, FAILED = b".", b"!"
 MOST = 200_000  # bytes of a packet: what Linux sends at once
 
@@ -84,6 +85,8 @@ def _serve(line: socket.socket, instance: Instance) -> None:
             result = None
             if operation == START:
                 instance.start(decode(bytes(request[rest:size])))
+            elif operation == TUNE:
+                instance.tune(decode(bytes(request[rest:size])))
             else:
                 result = operations[operation](number)
         except CdprError as error:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cdpr.scenario.events.limits import TensionLimits
     from cdpr.scenario.events.loads import Sine, Wrench
     from cdpr.scenario.events.options import SetOption
+    from cdpr.scenario.events.payload import Payload
     from cdpr.scenario.events.stop import EmergencyStop
     from cdpr.scenario.events.target import Target
 
@@ -34,6 +35,7 @@ __all__ = [
     "Contact",
     "EmergencyStop",
     "ExternalCommand",
+    "Payload",
     "ScenarioEvent",
     "SetOption",
     "Sine",
@@ -44,6 +46,7 @@ __all__ = [
     "first_sample",
     "guarding",
     "limits_change",
+    "mass_changes",
     "redirected",
 ]
 
@@ -61,6 +64,7 @@ EVENTS: Kinds[ScenarioEvent] = Kinds(
         "set": "cdpr.scenario.events.options:SetOption",
         "outside": "cdpr.scenario.events.external_command:ExternalCommand",
         "contact": "cdpr.scenario.events.contact:Contact",
+        "payload": "cdpr.scenario.events.payload:Payload",
     }
 )
 AnyEvent = Annotated[ScenarioEvent, EVENTS]
@@ -69,6 +73,11 @@ AnyEvent = Annotated[ScenarioEvent, EVENTS]
 def limits_change(kinds: Collection[str]) -> bool:
     """Return True if an event of these kinds changes tension limits."""
     return any(EVENTS[kind].changes_limits for kind in kinds if kind in EVENTS)
+
+
+def mass_changes(events: Sequence[ScenarioEvent]) -> bool:
+    """Return True if an event changes the mass of the platform."""
+    return any(event.changes_mass for event in events)
 
 
 def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) -> tuple[tuple[int, float], ...]:

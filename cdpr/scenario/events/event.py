@@ -21,6 +21,7 @@ from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import Path
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
+from cdpr.mechanics.attachments import Attachment
 from cdpr.scenario.changes import Options
 from cdpr.scenario.events.commands import Span
 from cdpr.scenario.motions.guide import Guide, Posed
@@ -66,6 +67,15 @@ class WrenchProfile:
     amplitude: tuple[float, ...]  # (6,): force, N, and moment, N m, at the platform's origin, world axes
 
 
+@dataclass(frozen=True, eq=False)
+class AttachmentSpan:
+    """Rigid body that is attached to the platform at the samples `first` <= k < `end`."""
+
+    first: int
+    end: float
+    body: Attachment
+
+
 @dataclass(frozen=True)
 class ClearanceMonitor:
     """Condition on the cables' clearance, m, from a time on, s."""
@@ -107,6 +117,7 @@ class ScenarioEvent(Kind):
         ideal_cables_only: True if it requires ideal cables.
         overrides: True if it sets tensions that the distribution did not choose.
         changes_limits: True if it changes tension limits.
+        changes_mass: True if it changes mass, centre of mass or inertia of the platform.
         wants_tensions: True if `event_log` needs the tensions of its first sample.
         files: keys that are file names.
     """
@@ -114,6 +125,7 @@ class ScenarioEvent(Kind):
     ideal_cables_only: ClassVar[bool] = False
     overrides: ClassVar[bool] = False
     changes_limits: ClassVar[bool] = False
+    changes_mass: ClassVar[bool] = False
     wants_tensions: ClassVar[bool] = False
     files: ClassVar[tuple[str, ...]] = ()
 
@@ -163,6 +175,10 @@ class ScenarioEvent(Kind):
 
     def wrench_profile(self, step: float) -> WrenchProfile | None:
         """Return the external wrench, if any."""
+        return None
+
+    def attachment(self, step: float) -> AttachmentSpan | None:
+        """Return the body attached to the platform, if any."""
         return None
 
     def clearance_monitor(self, step: float) -> ClearanceMonitor | None:

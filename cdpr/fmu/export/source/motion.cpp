@@ -236,6 +236,7 @@ bool retune(Model& model, char* message) {
     if (!build(model, message)) return false;
     // On a hinge the frame is that of the platform, for all parameters.
     if (model.has_platform() && (!model.guided() || model.on_ball() || model.has_winches())) put(model, before);
+    memcpy(model.platform.state, before, sizeof before);
     publish(model);
     return true;
 }
