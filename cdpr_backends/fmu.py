@@ -28,7 +28,6 @@ from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, NO_ANSWER, pull_fault, start_fault
 
-
 MASS = "mass", "center_of_mass", "inertia"  # parameters
 
 

@@ -55,8 +55,8 @@ def with_attachments(robot: Robot, bodies: Sequence[Attachment]) -> Robot:
     center = sum((part[0] * part[1] for part in parts), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
     for m, c, J in parts:
-        d = c - center
-        inertia += J + m * (d @ d * np.eye(3) - np.outer(d, d))
-    inertia = 0.5 * (inertia + inertia.T)
+        x, y, z = c - center
+        # written out because exported FMUs perform the same operations
+        inertia += J + m * ((x * x + y * y + z * z) * np.eye(3) - np.outer([x, y, z], [x, y, z]))
     platform = Platform(mass, inertia, center, shape=own.shape, colour=own.colour, tools=own.tools)
     return robot.replace(platform=platform)

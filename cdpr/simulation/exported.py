@@ -9,7 +9,7 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.cables.tables import line_table
-from cdpr.fmu.export import Control
+from cdpr.fmu.export import Control, Load
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.native.exported_pipeline import ANSWER, FINITE, IGNORED, Call, ExportedPipeline, Link, Translation
@@ -71,6 +71,13 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
         controller.close()
 
 
+def loads_of(scenario: Scenario) -> tuple[Load, ...]:
+    """Return the bodies that events attach to the platform."""
+    step = scenario.simulation.control_step
+    spans = [event.attachment(step) for event in scenario.events]
+    return tuple(Load(span.first * step, span.end * step, span.body) for span in spans if span is not None)
+
+
 def _pipeline(
     scenario: Scenario, controller: Controller, solver: TensionSolver | None, motion: bool
 ) -> tuple[ExportedPipeline, Mapping[str, Own]]:
@@ -97,6 +104,13 @@ def _pipeline(
         *_calls(stage.operations, solver, own),
     ]
     named = {"state": state, "desired": desired, "tension": live.tension, "report": live.report, "lines": lines}
+    if any(load.body.known for load in loads_of(scenario)):
+        if "inertial" not in getattr(law, "given", {}):
+            raise CdprError(
+                f"the controller '{scenario.controller.type}' has no array `inertial`, so an exported FMU cannot change "
+                "the mass that it knows: set known: false, or choose another (--set controller.type=NAME)"
+            )
+        named["inertial"] = law.given["inertial"]
     translation = Translation(named, shared=("lines",))
     pipeline = translation.translate(calls, [Call(scenario.desired.sampler(desired))] if motion else [])
     for name, tunable in controller.tunable().items():

@@ -8,7 +8,19 @@ tensions are evaluated at every stage. `Plant`, `Actuator` and `Controller` defi
 from cdpr.fmu.export.archive import cached_fmu, fmu_bytes, write_fmu
 from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.library import NATIVE
+from cdpr.fmu.export.loads import Load
 from cdpr.fmu.export.models import Actuator, Controller, Plant
 from cdpr.fmu.export.variables import Model
 
-__all__ = ["NATIVE", "Actuator", "Control", "Controller", "Model", "Plant", "cached_fmu", "fmu_bytes", "write_fmu"]
+__all__ = [
+    "NATIVE",
+    "Actuator",
+    "Control",
+    "Controller",
+    "Load",
+    "Model",
+    "Plant",
+    "cached_fmu",
+    "fmu_bytes",
+    "write_fmu",
+]

@@ -12,6 +12,7 @@ from cdpr.base.errors import CdprError
 from cdpr.cables import ACTUATED, chain_of, immediate
 from cdpr.cables.chain import Chain
 from cdpr.fmu.export.control import Control
+from cdpr.fmu.export.loads import Load, load_variables
 from cdpr.fmu.export.parts import add_chains, add_lines, numbers_of
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
 from cdpr.mechanics.guide import Guide
@@ -44,6 +45,7 @@ class Plant(Model):
         state: (13,) initial state, in the layout of `cdpr.model`.
         winches: True with the robot's winches, which take commands; without them the plant takes tensions.
         control: controller inside the FMU; the commands are outputs then.
+        loads: bodies that are attached to the platform for some time.
     """
 
     robot: Robot
@@ -52,11 +54,12 @@ class Plant(Model):
     state: Array
     winches: bool = False
     control: Control | None = None
+    loads: tuple[Load, ...] = ()
 
     @property
     def differentiable(self) -> bool:
-        """Return whether directional derivatives are available: without winches, whose tensions have none."""
-        return not self.winches and self.control is None
+        """Return whether directional derivatives are available: not with winches, a controller or loads."""
+        return not self.winches and self.control is None and not self.loads
 
     @property
     def name(self) -> str:
@@ -89,6 +92,7 @@ class Plant(Model):
             *self._inputs(),
             *self._outputs(),
             *self._constants(),
+            *load_variables(self.loads),
         ]
 
     def sources(self) -> dict[str, bytes]:
@@ -156,7 +160,8 @@ class Plant(Model):
         push = ("external_force", "external_moment")
         required = () if self.control else ("command" if winches else "cable_tension",)
         direct = push if winches and _stretching(self.robot) else (*required, *push)
-        body = ("mass", "center_of_mass", "inertia", "gravity")
+        loads = (each.name for each in load_variables(self.loads) if each.causality == "parameter")
+        body = ("mass", "center_of_mass", "inertia", "gravity", *loads)
         known = None if winches else (*body, *anchored, *twist, *direct)
         turned, on = "angular acceleration, world axes", "platform"
         outputs = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 
@@ -19,6 +19,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Box, Cylinder, Mesh, Sphere
 from cdpr.scenario import Scenario
+from cdpr.scenario.events import ScenarioEvent
 from cdpr.scenario.schema import World
 
 PLATFORM = "#4878a8"  # default colour
@@ -208,6 +209,6 @@ def begin(loaded: Scenario | Robot) -> Subject:
     return Subject(loaded.robot, gravity, state, step, actuated, events_of(loaded))
 
 
-def events_of(loaded: Scenario) -> tuple[str, ...]:
-    """Return the events of a scenario, each as "TYPE at TIME s"."""
-    return tuple(f"{event.type} at {event.time:g} s" for event in loaded.events)
+def events_of(loaded: Scenario, chosen: Callable[[ScenarioEvent], bool] = lambda _: True) -> tuple[str, ...]:
+    """Return the chosen events of a scenario, each as "TYPE at TIME s"."""
+    return tuple(f"{event.type} at {event.time:g} s" for event in loaded.events if chosen(event))

@@ -57,7 +57,7 @@ def command(
 ) -> None:
     """Write a robot as an FMU for co-simulation: its platform on its cables, as simulated by the backend `reference`.
 
-    Initial state, gravity and step are those of the scenario; for a robot, its home pose at rest, Earth's gravity and 1
+    Initial state, gravity, step and events that change the mass are those of the scenario; for a robot, its home pose at rest, Earth's gravity and 1
     ms. All are parameters of the FMU. FMUs of FMI 3 contain the C++ source. The binary for this platform is compiled
     from it by $CXX, c++ or zig; those for others by zig (pip install 'cdpr[cross]'), for Windows also by
     x86_64-w64-mingw32-g++. The FMU is added to the list of trusted ones (cdpr fmu trust).
@@ -100,8 +100,9 @@ def command(
         from cdpr.simulation.exported import control_of
 
         control = control_of(loaded)
-        if loaded.events:
-            click.echo(f"{file}: its events are not exported: {', '.join(events_of(loaded))}", err=True)
+        omitted = events_of(loaded, lambda event: controller or not event.changes_mass)
+        if omitted:
+            click.echo(f"{file}: its events are not exported: {', '.join(omitted)}", err=True)
         if not (controller or with_winch or immediate(robot)):
             click.echo(f"{file}: its winches are not exported without --with-winch: tensions act at once", err=True)
     model: Model
@@ -110,7 +111,12 @@ def command(
     elif only_winch:
         model = Actuator(robot, step)
     else:
-        model = Plant(robot, gravity, step, state, winches=with_winch, control=control)
+        loads = ()
+        if isinstance(loaded, Scenario) and loaded.events:
+            from cdpr.simulation.exported import loads_of
+
+            loads = loads_of(loaded)
+        model = Plant(robot, gravity, step, state, winches=with_winch, control=control, loads=loads)
     sha256 = write_fmu(model, int(fmi), out, source_only, force, platforms or (NATIVE,))
     if as_json:
         facts = {"file": str(out), "fmi": int(fmi), "sha256": sha256, "model": model.name}

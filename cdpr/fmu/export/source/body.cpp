@@ -119,7 +119,12 @@ static void write_lines(const Model& model, const double* turned, Vector from) {
 
 bool build_body(Model& model) {
     const Platform& platform = model.platform;
-    const double *J = model.field[INERTIA], *center = model.field[CENTER_OF_MASS], mass = *model.field[MASS];
+    double own[13];
+    own[0] = *model.field[MASS];
+    memcpy(own + 1, model.field[CENTER_OF_MASS], 3 * sizeof *own);
+    memcpy(own + 4, model.field[INERTIA], 9 * sizeof *own);
+    add_loads(model, own, false, platform.total);
+    const double *J = platform.total + 4, *center = platform.total + 1, mass = platform.total[0];
     const bool guided = model.guided();
     double moments[3], axes[3][3];
     principal_axes(J, moments, axes);

@@ -186,6 +186,9 @@ static void lay_out(Model& model, Block& numbers, Block& work) {
     platform.cable_work = numbers.take(1);
     platform.beside = numbers.take(6);
     platform.place = numbers.take(7);
+    platform.total = numbers.take(13);
+    platform.loaded_at = numbers.take(1);
+    model.nominal = numbers.take(13);
     scratch.rate = work.take(m);
     scratch.matrix = work.take(6 * m);
     scratch.runs = work.take(8 * m);
@@ -262,6 +265,8 @@ static bool complete(Model& model, char* message) {
     model.desired = find_array(model, "desired", 19);
     model.decided = find_array(model, "tension", m);
     model.report = find_array(model, "report", 4);
+    model.inertial = find_array(model, "inertial", 13);
+    if (model.inertial) memcpy(model.nominal, model.inertial, 13 * sizeof(double));
     if (!read_kinds(model)) return broken(message, "unknown kinds of", "parts of cables");
     if (!model.field[TIME] || !model.asked()) return broken(message, "missing", name_of(TIME));
     if ((model.has_platform() || model.decides()) && !model.lines) return broken(message, "missing", "lines");
@@ -275,6 +280,8 @@ static bool complete(Model& model, char* message) {
         if (!model.field[i]) return broken(message, "missing", name_of(Name(i)));
     for (int i = POSITION; model.decides() && i <= ANGULAR_VELOCITY; i++)
         if (!model.field[i]) return broken(message, "missing", name_of(Name(i)));
+    for (int i = LOAD_START; model.field[LOAD_MASS] && i <= LOAD_KNOWN; i++)
+        if (!model.field[i] || !model.has_platform()) return broken(message, "missing", name_of(Name(i)));
     const bool moves = model.has_platform() || model.has_winches();
     if (moves && !(model.field[PHYSICS_STEP] && model.field[CABLE_TENSION] && model.field[CABLE_LENGTH] &&
                    model.field[CABLE_RATE] && model.field[UNILATERAL]))

@@ -44,12 +44,13 @@ bool control(Model& model, double time, double duration, char* message) {
     double &decisions = *model.decisions, &began = *model.began;
     if (decisions == 0.0) began = time;
     while (time < end - early || (time < end && duration <= early)) {
+        if (!take_loads(model, time, message)) return false;
         if (time >= began + decisions * step - early) {
             if (!decide(model, time, message)) return false;
             decisions += 1.0;
         }
         const double next = began + decisions * step, until = next < end - early ? next : end;
-        if (model.has_platform()) advance(model, until - time);
+        if (model.has_platform() && !move(model, time, until - time, message)) return false;
         time = until;
     }
     return true;

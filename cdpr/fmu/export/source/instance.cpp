@@ -217,10 +217,11 @@ Status instance_step(Instance* instance, double from, double duration) {
     const bool decides = instance->model.decides();
     const Status told = decides ? OK : tell_pushed(instance);
     char message[MESSAGE];
-    if (!decides)
-        advance(instance->model, duration);
-    else if (!control(instance->model, *time, duration, message))
+    if (!decides) {
+        if (!move(instance->model, *time, duration, message)) return report(instance, ERROR, "%s", message);
+    } else if (!control(instance->model, *time, duration, message)) {
         return report(instance, ERROR, "%s", message);
+    }
     instance->stale = 0;
     *time = from + duration;
     if (!sound(instance->model))
@@ -303,8 +304,8 @@ Status instance_differentiate(Instance* instance, const unsigned* unknown, size_
     Model& model = instance->model;
     double *along = model.tangent, *result = along + model.scalars;
     size_t given = 0, asked = 0;
-    if (!model.has_platform() || model.has_winches() || model.decides())
-        return report(instance, ERROR, "there are no directional derivatives of winches and controllers");
+    if (!model.has_platform() || model.has_winches() || model.decides() || model.field[LOAD_MASS])
+        return report(instance, ERROR, "there are no directional derivatives of winches, controllers and loads");
     if (refresh(instance) != OK) return ERROR;
     memset(along, 0, 2 * model.scalars * sizeof *along);
     for (size_t i = 0; i < n_known; i++) {

@@ -49,7 +49,13 @@ enum Name {
     DESIRED_ANGULAR_VELOCITY,
     DESIRED_ACCELERATION,
     DESIRED_ANGULAR_ACCELERATION,
-    FAULT,  // only in tests, with CDPR_FAULTS
+    LOAD_START,  // of bodies attached to the platform
+    LOAD_END,
+    LOAD_MASS,
+    LOAD_CENTER,
+    LOAD_INERTIA,
+    LOAD_KNOWN,  // 1 if the controller takes them into account
+    FAULT,       // only in tests, with CDPR_FAULTS
     FAULT_TIME,
     NAMES
 };
@@ -94,6 +100,7 @@ struct Platform {
     double *command, *external;                           // as applied: (m), (6)
     double *body, *momentum, *motion, *state;             // (13), (3), (8), (13)
     double *winch, *tension, *highest, *length, *cable_work, *beside, *place;
+    double *total, *loaded_at;  // (13), mass, centre and inertia with attached bodies, and the time at which these are
 };
 
 // Scratch space of a platform.
@@ -118,9 +125,10 @@ struct Model {
     double* field[NAMES];    // into `number`; nullptr for variables that the model does not have
     double *chains, *lines;  // arrays by name: chain.hpp and geometry.hpp
     double *seen, *desired, *decided,
-        *report;                // of a controller: state (13), desired motion (19), tensions (m), report (4)
-    double *decisions, *began;  // number of decisions, and the time of the first, s
-    double* winch;              // (2 m), of winches alone
+        *report;                 // of a controller: state (13), desired motion (19), tensions (m), report (4)
+    double *inertial, *nominal;  // of a controller: mass properties (13), with and without attached bodies
+    double *decisions, *began;   // number of decisions, and the time of the first, s
+    double* winch;               // (2 m), of winches alone
     Platform platform;
     Scratch scratch;
     int64_t* kinds;   // (m, 3), of winches, spans and exits, as in `chains` and `lines`
@@ -164,6 +172,15 @@ bool sound(const Model& model);
 // which the platform is integrated; it returns false for an invalid inertia.
 void fill_arrays(Model& model);
 bool build_body(Model& model);
+
+// Write mass, centre and inertia (13) of `own` (13) and the attached bodies, or the known ones: loads.cpp.
+void add_loads(const Model& model, const double* own, bool known, double* total);
+
+// Attach and remove bodies whose time has come; return false with a message as above.
+bool take_loads(Model& model, double time, char* message);
+
+// Advance from `time` on by `duration`, with the bodies attached at each time; return false with a message as above.
+bool move(Model& model, double time, double duration, char* message);
 
 // Advance by `duration` in steps of physics_step, or slightly shorter ones if that does not divide it.
 void advance(Model& model, double duration);

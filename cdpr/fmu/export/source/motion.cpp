@@ -225,6 +225,7 @@ static bool start_platform(Model& model, char* message) {
 static bool build(Model& model, char* message) {
     if (!check(model, message)) return false;
     fill_arrays(model);
+    if (model.has_platform() && model.inertial) add_loads(model, model.nominal, true, model.inertial);
     if (model.has_platform() && !build_body(model))
         return fails(message, "inertia must be symmetric and positive definite (kg m2)");
     return true;
@@ -243,6 +244,7 @@ bool retune(Model& model, char* message) {
 
 bool start(Model& model, char* message) {
     *model.decisions = 0.0;
+    *model.platform.loaded_at = *model.field[TIME];
     for (size_t i = 0; i < 2 * model.cables; i++) model.winch[i] = NAN;
     if (!build(model, message)) return false;
     if (model.has_platform() && !start_platform(model, message)) return false;

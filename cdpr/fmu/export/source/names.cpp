@@ -37,6 +37,12 @@ static const char* const ALL[] = {
     "desired_angular_velocity",
     "desired_acceleration",
     "desired_angular_acceleration",
+    "load_start",
+    "load_end",
+    "load_mass",
+    "load_center",
+    "load_inertia",
+    "load_known",
     "fault",
     "fault_time",
 };

@@ -50,16 +50,13 @@ void publish_platform(Model& model) {
     copy(model.field[ANGULAR_VELOCITY], state + 10, 3);
     if (model.has_winches()) publish_winches(model);
     const double still[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
-    double inertial[13], acceleration[6];
-    inertial[0] = *model.field[MASS];
-    copy(inertial + 1, model.field[CENTER_OF_MASS], 3);
-    copy(inertial + 4, model.field[INERTIA], 9);
+    double acceleration[6];
     copy(model.scratch.body, state, 13);
     copy(model.scratch.tension, model.has_winches() ? model.field[CABLE_TENSION] : p.command, m);
     cdpr::Plant<double> plant = plant_of(model);
     plant.lines = model.lines;
     plant.offset = still;
-    plant.inertial = inertial;
+    plant.inertial = p.total;
     plant.body = model.scratch.body;
     plant.tension = model.scratch.tension;
     plant.length = model.field[CABLE_LENGTH];
