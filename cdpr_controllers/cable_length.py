@@ -60,7 +60,7 @@ class CableLength(SnapshotOfArrays, Controller):
             "high": robot.tension_max - options.pretension,
             "pretension": options.pretension,
             "limits": np.array([robot.tension_min, robot.tension_max]),
-            "inertial": robot.inertial,
+            "inertial": robot.inertial.copy(),
             "gravity": np.array(gravity, dtype=np.float64),
             "estimates": int(options.forward_kinematics),
         }
@@ -97,6 +97,12 @@ class CableLength(SnapshotOfArrays, Controller):
         """Use the true lengths and rates at the cables, even if the controller's model of the robot differs."""
         self._sensed = cables
         self._law = Law(self._bound, self.robot.m)
+
+    def renew(self, robot: Robot) -> bool:
+        """Use the mass properties of another platform; integrals and the estimate of the pose stay."""
+        self.robot = robot
+        self._arguments["inertial"][:] = robot.inertial
+        return True
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the commands (m,)."""

@@ -107,8 +107,8 @@ def _pipeline(
     if any(load.body.known for load in loads_of(scenario)):
         if "inertial" not in getattr(law, "given", {}):
             raise CdprError(
-                f"the controller '{scenario.controller.type}' has no array `inertial`, so an exported FMU cannot change "
-                "the mass that it knows: set known: false, or choose another (--set controller.type=NAME)"
+                f"the controller '{scenario.controller.type}' has no array `inertial`, so an exported FMU cannot "
+                "change the mass that it knows: set known: false, or choose another (--set controller.type=NAME)"
             )
         named["inertial"] = law.given["inertial"]
     translation = Translation(named, shared=("lines",))

@@ -18,6 +18,7 @@ from cdpr.plugins.registry import Role, registry
 from cdpr.testing import (
     backend_guided,
     backend_interface,
+    backend_load,
     backend_physics,
     backend_winches,
     controller,
@@ -34,6 +35,7 @@ BACKEND: list[Check[BackendSubject]] = [
     *backend_physics.CHECKS,
     *backend_winches.CHECKS,
     *backend_guided.CHECKS,
+    *backend_load.CHECKS,
 ]
 SOLVER: list[Check[SolverSubject]] = [*solver_interface.CHECKS, *solver_answers.CHECKS]
 CONTROLLER: list[Check[ControllerSubject]] = controller.CHECKS
@@ -60,8 +62,8 @@ def check_backend(
 
     Args:
         factory: target of the plugin's `PluginInfo.factory`.
-        properties: declared properties: `order`, `snapshot` (True if supported), `threads`, `speed_max` (m/s, if it
-            clamps).
+        properties: declared properties: `order`, `snapshot` and `load` (True if supported), `threads`, `speed_max`
+            (m/s, if it clamps).
         options: instance of its options model; None by default.
         columns: declared columns; by default the attribute `columns` of the factory.
         expected_failures: reason by id of each check that is known to fail.

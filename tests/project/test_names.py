@@ -74,6 +74,8 @@ OTHERS = [
     Other("target", "cdpr.ui.live.received_messages", "what is asked for of a live simulation"),
     Other("wrench", "cdpr.ui.live.received_messages", "likewise"),
     Other("set", "cdpr.ui.live.sender", "likewise"),
+    Other("payload", "cdpr.ui.cli.workspace", "a kind of workspace"),
+    Other("payload", "cdpr.analysis.workspace", "likewise"),
     Other("static", "cdpr.formats.write.sdf", "an element of SDF"),
     Other("mujoco", "cdpr.formats.write.mjcf", "the root element of MJCF"),
     Other("mujoco", "cdpr.formats.read.mjcf", "likewise"),

@@ -315,7 +315,7 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         if energy["external_work"]:
             work += f", of external wrenches {energy['external_work']:.4g} J"
         if "load_energy" in energy:
-            work += f", energy of bodies taken and released {energy['load_energy']:.4g} J"
+            work += f", of bodies taken and released {energy['load_energy']:.4g} J"
         much = "TOO MUCH: smaller physics steps, or a backend that makes or loses energy"
         much = f"not judged: {passed}" if (passed := figures.get(PASSED)) else much
         but = "" if energy["balanced"] else f", {much}"

@@ -36,6 +36,9 @@ class Wrapped(Backend):
             self.after()
         self.publish()
 
+    def load(self, robot):
+        self.inner.load(robot)
+
     def engine_time(self):
         return self.count * self.physics_step
 
