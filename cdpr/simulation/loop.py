@@ -17,7 +17,7 @@ from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent
-from cdpr.simulation.attached import AttachedBodies
+from cdpr.simulation.attached import LoopBodies
 from cdpr.simulation.external_command import ExternalCommands
 from cdpr.simulation.faults import fault_message
 from cdpr.simulation.finite_limits import check_limits
@@ -74,7 +74,7 @@ class Loop:
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
-        attached = AttachedBodies(parts, present, self._rebind)
+        attached = LoopBodies(parts, present, self._rebind)
         self.schedule = Schedule(
             parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings, attached
         )

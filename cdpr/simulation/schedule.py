@@ -38,7 +38,7 @@ class Schedule:
         stage: tension stage; its live arrays are those of the present sample.
         loads: external wrenches.
         settings: options that events may change; None without a controller.
-        attached: bodies on the platform; None without a plant.
+        attached: bodies on the platform.
     """
 
     def __init__(
@@ -128,7 +128,8 @@ class Schedule:
         if len(self._swings):
             self._loads.plant[:] = 0.0
         self._loads.row[:] = self._loads.plant
-        self.load(NEVER)
+        if self._attached is not None:
+            self._attached.reset()
         return self._due[0] if self._due else NEVER
 
     def warm_up(self) -> None:
@@ -150,7 +151,7 @@ class Schedule:
                 do(self)
 
     def load(self, k: int) -> None:
-        """Attach the bodies of sample k to the platform; none at NEVER."""
+        """Attach the bodies of sample k to the platform."""
         if self._attached is not None:
             self._attached.update(k)
 

@@ -15,6 +15,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
+from cdpr.simulation.attached import SurveyBodies
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.stage import Solve, TensionStage
@@ -75,10 +76,13 @@ def follow(scenario: Scenario, solve: Solve) -> Survey:
     events, period = scenario.events, scenario.simulation.control_step
     steps = _evaluated_samples(scenario)
 
-    def changes_of(stage: TensionStage, external: Array) -> Schedule:
-        return Schedule(events, period, scenario.robot, stage, Loads(external, np.zeros(6)))
+    robot = scenario.controlled_robot
+
+    def changes_of(stage: TensionStage, external: Array, inertial: Array) -> Schedule:
+        loads, attached = Loads(external, np.zeros(6)), SurveyBodies(robot, inertial)
+        return Schedule(events, period, scenario.robot, stage, loads, attached=attached)
 
     time = steps * period
     desired = np.array([scenario.desired.sample(t) for t in time])
     gravity = np.array(scenario.world.gravity)
-    return survey(scenario.controlled_robot, time, desired, gravity, solve, changes_of=changes_of, samples=steps)
+    return survey(robot, time, desired, gravity, solve, changes_of=changes_of, samples=steps)

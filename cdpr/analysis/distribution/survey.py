@@ -19,7 +19,7 @@ from cdpr.tension.stage import Solve, StageSolver, TensionStage
 
 
 class StageChanges(Protocol):
-    """Changes of limits, tensions and external wrench at given samples."""
+    """Changes of limits, tensions, external wrench and mass at given samples."""
 
     def distribute(self) -> None:
         """Distribute tensions instead of the stage."""
@@ -31,8 +31,8 @@ class StageChanges(Protocol):
         """Apply the changes due at sample k; return the next sample that is due, negative if there is none."""
 
 
-# Inputs: the stage and the live external wrench (6,).
-ChangesFactory = Callable[[TensionStage, Array], StageChanges]
+# Inputs: the stage, the live external wrench (6,) and the live mass properties (13,).
+ChangesFactory = Callable[[TensionStage, Array, Array], StageChanges]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +73,15 @@ def survey(
         desired: (K, 19), desired motion; a static pose is one sample without velocity and acceleration.
         gravity: (3,), m/s^2, world.
         solve: bound method of a solver for this robot.
-        changes_of: factory of changes during the motion; the cables also balance its external wrench.
+        changes_of: factory of changes during the motion; the cables also balance its external wrench, and move its
+            mass.
         samples: (K,), increasing sample numbers to which these changes refer.
     """
     time, desired = checked(time, (None,), "time"), checked(desired, (len(time), 19), "desired")
     gravity, count, m = checked(gravity, (3,), "gravity"), len(time), robot.m
-    live, external = Present.of(m), np.zeros(6)
+    live, external, inertial = Present.of(m), np.zeros(6), robot.inertial.copy()
     stage = TensionStage(robot, StageSolver(solve, "survey"), live)
-    changes = changes_of(stage, external) if changes_of else None
+    changes = changes_of(stage, external, inertial) if changes_of else None
     distribute = changes.distribute if changes else stage.distribute
     due = changes.begin() if changes else -1
     numbers = np.arange(count) if samples is None else samples
@@ -90,7 +91,7 @@ def survey(
     accelerations = {"acceleration": np.zeros(3), "angular_acceleration": np.zeros(3)}
     required = np.zeros(6)
     geometry = bind("geometry", lines=line_table(robot), state=state, matrix=live.W, **at)
-    given = {"inertial": robot.inertial, "gravity": gravity, "state": state, **accelerations}
+    given = {"inertial": inertial, "gravity": gravity, "state": state, **accelerations}
     inverse_dynamics = bind("inverse_dynamics", **given, wrench=required)
     for k, row in enumerate(desired):
         while changes and 0 <= due <= numbers[k]:

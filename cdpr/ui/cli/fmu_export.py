@@ -59,8 +59,8 @@ def command(
 
     Initial state, gravity, step and events that change the mass are those of the scenario; for a robot, its home pose
     at rest, Earth's gravity and 1 ms. All are parameters of the FMU. FMUs of FMI 3 contain the C++ source. The binary
-    for this platform is compiled from it by $CXX, c++ or zig; those for others by zig (pip install 'cdpr[cross]'), for Windows also by
-    x86_64-w64-mingw32-g++. The FMU is added to the list of trusted ones (cdpr fmu trust).
+    for this platform is compiled from it by $CXX, c++ or zig; those for others by zig (pip install 'cdpr[cross]'), for
+    Windows also by x86_64-w64-mingw32-g++. The FMU is added to the list of trusted ones (cdpr fmu trust).
     """
     from cdpr.scenario import Scenario, World
     from cdpr.ui.cli.load import load_with_warnings
