@@ -80,6 +80,16 @@ def test_a_reset_and_a_second_simulation_give_the_same_bits(backend):
         assert np.array_equal(simulation.rows(), first)
 
 
+def test_a_nominal_robot_knows_only_known_bodies():
+    """With a nominal mass of 120 kg, e = (m + m_p - 120) g / (120 kp), less m_p there if it is known."""
+    hold = {"trajectory": {"type": "hold"}, "believed": {"platform": {"mass": 120.0}}}
+    for known in (False, True):
+        event = {"type": "payload", "time": 0.0, "mass": 30.0, "known": known}
+        run = simulate(events=[event], duration=5.0, **hold)
+        nominal = 120.0 + 30.0 * known
+        assert run.position_error[-1][2] == pytest.approx((MASS + 30.0 - nominal) * 9.81 / (nominal * KP), abs=1e-9)
+
+
 def test_the_energy_of_the_bodies_closes_the_balance():
     run = simulate(duration=0.6)
     energy = run.summary()["energy_J"]
@@ -162,7 +172,7 @@ class Deaf(cdpr.plugins.Controller):
         out[:] = 0.0
 
 
-def test_what_cannot_change_its_mass_is_named():
+def test_unsupported_plugins_are_named():
     with pytest.raises(PluginError, match=r"event 'payload' at 0\.1 s: backend 'remote'.*cannot change the mass"):
         simulate(**{"simulation.backend": "remote", "backend_options.remote.program": "x"})
     with pytest.raises(PluginError, match=r"event 'payload' at 0\.2 s: controller .* cannot take a known mass"):
@@ -217,7 +227,7 @@ class Still(cdpr.plugins.Backend):
         pass
 
 
-def test_a_backend_without_the_method_says_so():
+def test_a_missing_method_raises():
     robot = cdpr.load_robot("caroca")
     with pytest.raises(CdprError, match="Still cannot change the mass"):
         Still(robot, np.zeros(3), 1e-3, None).load(robot)
