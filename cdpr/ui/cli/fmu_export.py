@@ -69,7 +69,7 @@ def command(
     import numpy as np
 
     from cdpr.cables import ACTUATED, immediate, with_model
-    from cdpr.fmu.export import NATIVE, Actuator, Controller, Model, Plant, write_fmu
+    from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
     from cdpr.formats.write.export_model import events_of
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
@@ -111,7 +111,7 @@ def command(
     elif only_winch:
         model = Actuator(robot, step)
     else:
-        loads = ()
+        loads: tuple[Load, ...] = ()
         if isinstance(loaded, Scenario) and loaded.events:
             from cdpr.simulation.exported import loads_of
 
