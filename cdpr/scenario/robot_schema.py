@@ -82,17 +82,6 @@ def of_a_body(inertia: Inertia) -> Inertia:
     return inertia
 
 
-def possible_inertia(inertia: Inertia) -> Inertia:
-    """Return the inertia; raise ValueError unless a rigid body, a thin rod or a point mass can have it."""
-    low, middle, high = np.linalg.eigvalsh(np.array(tensor(inertia)))
-    moments = f"its principal moments are {low:.6g}, {middle:.6g}, {high:.6g} kg m^2"
-    if low < -DEFINITE_TOLERANCE * abs(high):
-        raise ValueError(f"no rigid body has this inertia: {moments}, none may be negative")
-    if low + middle < high * (1.0 - TRIANGLE_TOLERANCE):
-        raise ValueError(f"no rigid body has this inertia: {moments}, the largest exceeds the sum of the two others")
-    return inertia
-
-
 def names_of_exports(cables: Iterable[str]) -> set[str]:
     """Return the names of frames, links and sites in exports of a robot with these cables."""
     return {"world", "frame", "platform", *(f"{name}_{end}" for name in cables for end in ("frame", "platform"))}

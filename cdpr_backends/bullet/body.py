@@ -91,7 +91,7 @@ class BulletBackend(RigidBodyBackend):
     def restore(self, snapshot: Any) -> None:
         """Restore a snapshot."""
         client, number, engine, arrays = snapshot
-        if client is not self.client:
+        if client is not self.client and not isinstance(self._plant, Free):
             self.client = client
             self._plant.use(client.number, number)
         engine.restore()
@@ -119,7 +119,6 @@ class Plant:
         move: function that applies the loads in Bullet, steps and fetches.
         fetch: function that gets the pose and the velocities from Bullet.
         publish: operation that writes them into the body state.
-        use: function that takes the numbers of another world and the body in it.
     """
 
     home: Array
@@ -131,25 +130,9 @@ class Plant:
     fetch: Callable[[], None]
     publish: Callable[[], object]
 
-    use: Callable[[int, int], None]
-
     def held(self) -> Inertia:
         """Return the inertia of the body in Bullet."""
         return held(self.client, self.number, self.link)
-
-    def add(self, client: int) -> int:
-        """Add another such body, with the present mass properties, to a world; return its number."""
-        raise NotImplementedError
-
-    def copy_motion(self, client: int, number: int) -> None:
-        """Give another such body the motion of this one."""
-        raise NotImplementedError
-
-    def move_to(self, client: int, number: int) -> None:
-        """Continue with another body, in the same motion."""
-        self.copy_motion(client, number)
-        self.use(client, number)
-        self.fetch()
 
 
 class Free(Plant):
@@ -199,7 +182,11 @@ class Free(Plant):
 
 
 class Guided(Plant):
-    """Fixed base with a chain of links, one per coordinate; the last link is the platform."""
+    """Fixed base with a chain of links, one per coordinate; the last link is the platform.
+
+    Attributes:
+        use: function that takes the numbers of another world and the body in it.
+    """
 
     def __init__(self, client: int, guide: Guide, frame: BodyFrame, body: Array, applied: Array) -> None:
         self.client, self.guide, self.body, self.home = client, guide, body, np.zeros(3)
@@ -247,11 +234,13 @@ class Guided(Plant):
         inertia = frame.mass, frame.moments, frame.center.tolist(), xyzw(frame.axes)
         return chain(client, (0.0, 0.0, 0.0), self._kinds, self._directions, *inertia)
 
-    def copy_motion(self, client: int, number: int) -> None:
-        """Give another such body the motion of this one."""
+    def move_to(self, client: int, number: int) -> None:
+        """Continue with another such body, in the same motion."""
         pybullet.resetBasePositionAndOrientation(number, self.home.tolist(), UPRIGHT, client)
         for joint, (q, u) in enumerate(zip(*self._coordinates, strict=True)):
             pybullet.resetJointState(number, joint, q, u, client)
+        self.use(client, number)
+        self.fetch()
 
     def write(self) -> None:
         """Set the joints to the body state."""
@@ -267,6 +256,9 @@ class Ball(Plant):
 
     Bullet requires the axes of a link to be its principal axes, which are those of the platform rotated by `axes`. For
     the attitude q of the platform, the attitude of the joint is axes^-1 q axes. Its rate is along the axes of the link.
+
+    Attributes:
+        use: function that takes the numbers of another world and the body in it.
     """
 
     def __init__(self, client: int, frame: BodyFrame, body: Array, applied: Array) -> None:
@@ -322,11 +314,8 @@ class Ball(Plant):
         undamped(client, number)
         return number
 
-    def copy_motion(self, client: int, number: int) -> None:
-        """Do nothing: the axes of the link change with the mass properties, see `move_to`."""
-
     def move_to(self, client: int, number: int) -> None:
-        """Continue with another body, in the same motion."""
+        """Continue with another such body, whose link may have other axes, in the same motion."""
         self.use(client, number)
         self.write()
         self.fetch()

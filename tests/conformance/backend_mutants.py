@@ -10,6 +10,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+import load_mutants
 import numpy as np
 from cdpr_traps.backend import (
     AutoReset,
@@ -330,38 +331,8 @@ ORDER = {"order": 4}
 
 
 # Broken backend -> what it declares, and the checks that must fail. It may fail others too.
-class Unloaded(Wrapped):
-    """A change of mass is ignored."""
-
-    def load(self, robot):
-        pass
-
-
-class LoadedOnce(Wrapped):
-    """Only the first change of mass has an effect."""
-
-    loaded = False
-
-    def load(self, robot):
-        if not self.loaded:
-            super().load(robot)
-        self.loaded = True
-
-
-class LoadedWithAJump(Wrapped):
-    """A change of mass moves the platform."""
-
-    def load(self, robot):
-        super().load(robot)
-        self.put(self.inner.state + np.eye(13)[2] * 1e-6)
-        self.publish()
-
-
-LOAD = {"load": True, "snapshot": True}
 MUTANTS = {
-    Unloaded: (LOAD, ["mass_changes_in_place", "guided_mass_changes_in_place"]),
-    LoadedOnce: (LOAD, ["snapshot_restores_after_load"]),
-    LoadedWithAJump: (LOAD, ["mass_changes_in_place", "guided_mass_changes_in_place"]),
+    **load_mutants.MUTANTS,
     Unlogged: ({}, ["columns_are_written"]),
     BodyFrameRead: ({}, ["state_round_trip", "state_is_current"]),
     BodyFrameBothWays: ({}, ["state_is_current", "tumbling_keeps_energy_and_momentum"]),

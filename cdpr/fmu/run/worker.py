@@ -1,9 +1,8 @@
 """Worker process for one FMU: it serves `cdpr.fmu.run.process` over a socket until that closes.
 
-A message is one packet. Request: an operation, a number (int64), then the inputs (doubles), or JSON for `START`
-and `TUNE`.
-Answer: `DONE`, a number (int64) and the outputs (doubles); or the name of an error and its text. Nothing is pickled, so
-that hostile native code in this process can at most send wrong numbers.
+A message is one packet. Request: an operation, a number (int64), then the inputs (doubles), and JSON for `START` and
+`TUNE`. Answer: `DONE`, a number (int64) and the outputs (doubles); or the name of an error and its text. Nothing is
+pickled, so that hostile native code in this process can at most send wrong numbers.
 
 The parent reads the FMU's output and log from the standard error stream.
 """

@@ -14,7 +14,18 @@ from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.mechanics.attachments import Attachment
 from cdpr.scenario.events.event import AttachmentSpan, ScenarioEvent, first_sample
-from cdpr.scenario.robot_schema import Inertia, possible_inertia, tensor
+from cdpr.scenario.robot_schema import DEFINITE_TOLERANCE, TRIANGLE_TOLERANCE, Inertia, tensor
+
+
+def _possible(inertia: Inertia) -> Inertia:
+    """Return the inertia; raise ValueError unless a rigid body, a thin rod or a point mass can have it."""
+    low, middle, high = np.linalg.eigvalsh(np.array(tensor(inertia)))
+    moments = f"its principal moments are {low:.6g}, {middle:.6g}, {high:.6g} kg m^2"
+    if low < -DEFINITE_TOLERANCE * abs(high):
+        raise ValueError(f"no rigid body has this inertia: {moments}, none may be negative")
+    if low + middle < high * (1.0 - TRIANGLE_TOLERANCE):
+        raise ValueError(f"no rigid body has this inertia: {moments}, the largest exceeds the sum of the two others")
+    return inertia
 
 
 class Payload(ScenarioEvent):
@@ -41,7 +52,7 @@ class Payload(ScenarioEvent):
         description="its centre of mass from the platform's origin, platform axes",
         json_schema_extra=unit("m"),
     )
-    inertia: Annotated[Inertia, AfterValidator(possible_inertia)] = Field(
+    inertia: Annotated[Inertia, AfterValidator(_possible)] = Field(
         (0.0,) * 6,
         description="ixx, iyy, izz, ixy, ixz, iyz about its own centre of mass, platform axes (tensor entries); "
         "default: a point mass",
