@@ -225,6 +225,11 @@ class Driver:
         if request.reply is not None:
             request.reply(level, text)
 
+    def check_unfinished(self) -> None:
+        """Raise CdprError if no step is left."""
+        if self.simulation.done:
+            raise CdprError("the run is over: reset it to run it again")
+
     def acting(self) -> Iterator[tuple[int, Wrench]]:
         """Yield the pushes that can be released, with their numbers."""
         simulation = self.simulation
@@ -244,6 +249,7 @@ class Driver:
         """Simulate some control steps and pause."""
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
+        self.check_unfinished()
         self.request_pause()
         self.step(n)
 
