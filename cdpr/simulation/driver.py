@@ -49,12 +49,10 @@ class Driver:
         most: largest number of control steps between two checks for requests.
 
     Attributes:
-        requests: queue of pending requests.
+        requests, slice, most: as above.
         clock: clock of the queue.
         pacing: simulated time that is due.
         paused: True if no time becomes due.
-        slice: as above.
-        most: as above.
         pushes: wrenches added by requests, by number.
     """
 
@@ -74,23 +72,18 @@ class Driver:
         self.slice, self.most = slice, most
         self._heeds = -math.inf  # time of the clock from which late requests are processed
         self._numbers = count(1)
-        self._simulation: Simulation | None = None
-        if simulation is not None:
-            self.attach(simulation)
+        self.attach(simulation)
 
     def attach(self, simulation: Simulation | None) -> None:
         """Drive another simulation, or none."""
         self._simulation = simulation
-        self._forget_actions()
-        if simulation is not None:
-            self.pacing.slice = self.slice * simulation.scenario.simulation.control_step
-            self.pacing.start(simulation.time)
-
-    def _forget_actions(self) -> None:
         self.pushes: dict[int, Wrench] = {}
         self._wrench: Wrench | None = None
         self._tension: list[float] | None = None
         self._doubted = False  # True if the last target caused a warning
+        if simulation is not None:
+            self.pacing.slice = self.slice * simulation.scenario.simulation.control_step
+            self.pacing.start(simulation.time)
 
     @property
     def simulation(self) -> Simulation:
@@ -146,10 +139,7 @@ class Driver:
             request = self.requests.get(wait)
             if request is not None:
                 self.answer(request)
-        self._serve_late()
-
-    def _serve_late(self) -> None:
-        """Execute some requests although a slice is due; endless requests must not block the simulation."""
+        # if a slice is due: endless requests must not block the simulation
         begun = now = self.clock.now()
         while begun >= self._heeds and now - begun <= BUSY and self.going and (request := self.requests.get()):
             self.answer(request)
@@ -253,16 +243,18 @@ class Driver:
         self.request_pause()
         self.step(n)
 
-    def request_speed(self, speed: float | None) -> None:
+    def request_speed(self, value: float | None = None) -> None:
         """Set the speed as a multiple of the clock's; None for no limit."""
-        speed = checked_speed(speed)
+        speed = checked_speed(value)
         self.pacing.change(speed, 0.0 if self._simulation is None else self._simulation.time)
         self.changed({"speed": speed})
 
-    def request_target(self, position: Any = None, orientation: Any = None, duration: float | None = None) -> object:
+    def request_target(
+        self, position: Any = None, orientation: Any = None, rpy: Any = None, duration: Any = None
+    ) -> Any:
         """Move the desired pose to a target, as `Simulation.target`; the first doubtful target causes a warning."""
-        simulation = self.simulation
-        simulation.target(position, orientation, duration=MOVE if duration is None else duration)
+        simulation, attitude = self.simulation, orientation if rpy is None else {"rpy": rpy}
+        simulation.target(position, attitude, duration=MOVE if duration is None else duration)
         doubts, doubted = simulation.scenario.doubts(simulation.events), self._doubted
         self._doubted = bool(doubts)
         return CommandWarning(f"target: {'; '.join(doubts)}") if doubts and not doubted else None
@@ -308,9 +300,9 @@ class Driver:
         checked(tension, (simulation.scenario.robot.m,), "tension", finite=True)  # refuse invalid values immediately
         self._tension = tension
 
-    def request_limits(self, min: float | None = None, max: float | None = None) -> None:
+    def request_limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
         """Change the tension limits of all cables, N."""
-        self.simulation.limits(min, max)
+        self.simulation.limits(tension_min, tension_max)
 
     def request_set(self, key: str, value: Any) -> None:
         """Set an option of the controller or solver."""

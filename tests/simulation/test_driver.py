@@ -107,7 +107,7 @@ def test_requests_are_events_of_the_next_step(tmp_path):
         (30, ask("set", key="controller.kp", value=40.0)),
         (40, ask("target", position=[1.0, 0.32, 1.5], orientation=[1.0, 0.0, 0.0, 0.0], duration=0.02)),
         (50, ask("wrench", force=[0.0, 5.0, 0.0], moment=[0.0, 0.0, 0.0])),
-        (60, ask("limits", max=900.0)),
+        (60, ask("limits", tension_max=900.0)),
         (70, ask("tension", tension=[300.0] * 8)),
         (72, ask("tension", tension=[])),
         (80, ask("jam", cable="cable_3")),
@@ -188,7 +188,7 @@ def test_a_pause_is_not_caught_up():
 
 @pytest.mark.parametrize(("speed", "seconds"), [(2.0, 0.075), (0.1, 0.55), (1.0, 0.1), (None, 0.05)])
 def test_changes_of_speed(speed, seconds):
-    driver = Client([(50, ask("speed", speed=speed))])
+    driver = Client([(50, ask("speed", value=speed))])
     assert driver.run().rows.tobytes() == rows()
     assert driver.parameters == {"speed": speed}
     assert driver.clock.time == pytest.approx(seconds, abs=2e-3)
@@ -244,8 +244,8 @@ def test_refusals_change_nothing():
     bad = [
         (("fly", {}), "'fly' is not an allowed request"),
         (("step", {"n": 0}), f"step: expected a whole number from 1 to {MOST_STEPS}, got 0"),
-        (("speed", {"speed": 0.0}), "speed: expected a number from 0.001 to 1e+06, got 0.0"),
-        (("speed", {"speed": True}), "speed: expected a number from 0.001 to 1e+06, got true"),
+        (("speed", {"value": 0.0}), "speed: expected a number from 0.001 to 1e+06, got 0.0"),
+        (("speed", {"value": True}), "speed: expected a number from 0.001 to 1e+06, got true"),
         (("release", {"id": 7}), "release: that push has ended"),
         (("cut", {"cable": 99}), "cut: cable: cables are numbered from 1 to 8, got 99"),
         (("tension", {"tension": [1.0]}), "tension: the shape must be (8,), got (1,)"),
@@ -261,7 +261,7 @@ def test_refusals_change_nothing():
 
 def test_a_request_that_ends_the_run_raises():
     driver = Client([(10, ask("step", n=90))], **{"solver.infeasible": "stop"})
-    driver.script.insert(0, (5, ask("limits", max=60.0)))
+    driver.script.insert(0, (5, ask("limits", tension_max=60.0)))
     with pytest.raises(Infeasible) as stop:
         driver.run()
     assert stop.value.run.status == "infeasible"

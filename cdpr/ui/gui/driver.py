@@ -60,11 +60,6 @@ class WindowDriver(Driver):
         self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
         self._writing: list[Thread] = []  # threads that write files and report later
         self._closed = False
-        self._forms: dict[str, Callable[..., object]] = {
-            "speed": self._speed,
-            "limits": self._limits,
-            "target": self._target,
-        }
         self._thread = Thread(target=self._loop, name="cdpr simulation", daemon=True)
         self._thread.start()
 
@@ -183,17 +178,9 @@ class WindowDriver(Driver):
 
     def handler(self, what: str) -> Callable[..., object]:
         """Return the function that executes a command of a window."""
-        if what in ("save_session", "save_run"):
-            return getattr(self._current, what)  # type: ignore[no-any-return]
-        if what in ("wrench", "tension"):  # streams of live links, which no window sends
-            what = ""
-        return self._forms.get(what) or super().handler(what)
-
-    @property
-    def _current(self) -> SimulationSession:
-        assert self.simulation is not None
-        assert self._session is not None
-        return self._session
+        if what in ("save_session", "save_run") and self._session is not None:
+            return getattr(self._session, what)  # type: ignore[no-any-return]
+        return super().handler("" if what in ("wrench", "tension") else what)  # no window sends streams
 
     def request_run(self) -> None:
         """Start or resume."""
@@ -219,15 +206,6 @@ class WindowDriver(Driver):
         if self._phase == "ready":
             self._go_to("paused", "")
 
-    def _speed(self, value: float | None = None) -> None:
-        self.request_speed(value)
-
-    def _limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
-        self.request_limits(tension_min, tension_max)
-
-    def _target(self, position: Any = None, rpy: Any = None, duration: float | None = None) -> object:
-        return self.request_target(position, None if rpy is None else {"rpy": rpy}, duration)
-
     def _turn(self) -> None:
         """Simulate up to the current time of the clock, and publish what is due."""
         began = self.clock.now()
@@ -237,9 +215,9 @@ class WindowDriver(Driver):
 
     def step(self, n: int) -> None:
         """Simulate n steps and set the phase if the run ends."""
-        session = self._current
+        assert self._session is not None
         try:
-            session.step(n)
+            self._session.step(n)
         except CdprError as error:
             self._go_to("ended" if isinstance(error, PlantEnded) else "failed", str(error))
         else:

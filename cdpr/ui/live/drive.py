@@ -4,59 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
-from cdpr.log.header import Header
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
-from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import first_sample
 from cdpr.simulation.driver import WAITS, Driver, checked_speed
-from cdpr.simulation.requests import Level, Request, Requests
+from cdpr.simulation.requests import Level, Request
 from cdpr.simulation.simulation import Simulation
 from cdpr.ui.live import RATES
+from cdpr.ui.live.sender import Sender
 
+Out = RunFolder | str | None
 LOOKS = 60.0  # Hz of simulated time, lowest rate at which requests are processed
-
-
-class Link(Protocol):
-    """Interface of a live link: shows a simulation to clients and receives their requests.
-
-    Attributes:
-        requests: pending requests, including those from before the simulation.
-    """
-
-    requests: Requests
-
-    def begin(self, header: Header) -> None:
-        """Start with the description of the run."""
-        ...
-
-    def show(self, row: Array, sample: int) -> None:
-        """Show the newest sample, a copy; sending is asynchronous."""
-        ...
-
-    def changed(self, parameters: Mapping[str, Any]) -> None:
-        """Report changed parameters."""
-        ...
-
-    def refused(self, text: str) -> None:
-        """Report a refused request to the clients."""
-        ...
-
-    def warned(self, text: str) -> None:
-        """Report an accepted but suspicious request to the clients."""
-        ...
 
 
 class LiveDriver(Driver):
     """Driver of a simulation with a live link; arguments as for `drive`."""
 
-    def __init__(self, scenario: Scenario, out: RunFolder | str | None, link: Link, speed: float, rate: float) -> None:
+    def __init__(
+        self, scenario: Scenario, out: RunFolder | str | None, link: Sender, speed: float, rate: float
+    ) -> None:
         checked_speed(speed)
         least, most = RATES
         if not least <= rate <= most:
@@ -119,9 +91,9 @@ class LiveDriver(Driver):
 
 def drive(
     scenario: Scenario,
-    link: Link,
+    link: Sender,
     *,
-    out: RunFolder | str | None = None,
+    out: Out = None,
     speed: float = 1.0,
     rate: float = 60.0,
     progress: Callable[[int, int], None] | None = None,

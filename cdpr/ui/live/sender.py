@@ -32,7 +32,7 @@ SERVICES = ("pause", "resume", "step", "reset", "stop")
 
 
 class Sender(ABC):
-    """Implementation of `cdpr.ui.live.drive.Link` without the transport of messages.
+    """Live link without the transport of messages: shows a simulation to clients and receives their requests.
 
     Args:
         host, port: address of the link.
@@ -41,7 +41,7 @@ class Sender(ABC):
 
     Attributes:
         where: address and access rules for users.
-        requests: pending requests.
+        requests: pending requests, including those from before the simulation.
         parameters: names and values of settable parameters.
         received: number of messages in the current second.
 
@@ -166,7 +166,7 @@ class Sender(ABC):
             return wrong
         if name == "paused":
             return Request("pause", {"paused": value})
-        return Request("speed", {"speed": value}) if name == "speed" else Request("set", {"key": name, "value": value})
+        return Request("speed", {"value": value}) if name == "speed" else Request("set", {"key": name, "value": value})
 
     def _wrong(self, name: str, value: Any) -> str:
         if name not in self.parameters:

@@ -141,7 +141,7 @@ def test_a_run_that_ends_in_a_requested_step_has_ended():
 def test_repeated_speed_commands_have_no_effect():
     link = Quiet()
     begun = time.monotonic()
-    look = lambda done, total: link.requests.put(Request("speed", {"speed": 1.0}))  # noqa: E731
+    look = lambda done, total: link.requests.put(Request("speed", {"value": 1.0}))  # noqa: E731
     driven(link, speed=1.0, look=look)
     assert time.monotonic() - begun > 0.25
 
@@ -161,7 +161,7 @@ def test_parameters_keep_their_values():
             link.requests.put(Request("set", {"key": "controller.kp", "value": -1.0}))
         if seen[-1]["paused"]:
             link.requests.put(Request("reset"))
-            link.requests.put(Request("speed", {"speed": 10}))
+            link.requests.put(Request("speed", {"value": 10}))
             link.requests.put(Request("pause", {"paused": False}))
 
     driver.run(look)
