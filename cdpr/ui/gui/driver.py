@@ -29,7 +29,7 @@ FRAME = 1.0 / 60.0  # s between two frames: the refresh rate of screens
 IDLE = 0.5  # s after which an unchanged frame is sent again
 SAMPLES, STATUS = 0.1, 0.2  # s between two messages of these kinds during a run
 BUSY = 1.0 / 30.0  # s of computation between two checks for requests
-MOST = 16384  # steps between two checks
+FIRST, MOST = 32, 16384  # steps between two checks: at the start, and at most
 PATIENCE = 2.0  # s that `close` waits for the current step
 
 # Status without a simulation, with the keys of `SimulationSession.about`.
@@ -50,7 +50,7 @@ class WindowDriver(Driver):
     """
 
     def __init__(self, broadcast: Broadcast, log: Callable[[str], None]) -> None:
-        super().__init__(most=32)
+        super().__init__(most=FIRST)
         self._broadcast, self._log = broadcast, log
         self._session: SimulationSession | None = None
         self._scenario: Scenario | None = None
@@ -160,6 +160,7 @@ class WindowDriver(Driver):
             self._go_to("failed", str(error) if isinstance(error, CdprError) else f"internal error: {one_line(error)}")
             raise
         self.attach(self._session.simulation)
+        self.most = FIRST
         self._go_to("ready", "")
         self._publish(everything=True)
 
