@@ -25,9 +25,9 @@ from cdpr.base.errors import Interrupted
 from cdpr.log.header import Header
 from cdpr.log.ros2 import decode
 from cdpr.model.robot import Array
-from cdpr.ui.live.drive import Driven
+from cdpr.simulation.requests import Request
+from cdpr.ui.live.drive import LiveDriver
 from cdpr.ui.live.foxglove import Foxglove
-from cdpr.ui.live.requests import Request
 from cdpr.ui.live.ros2 import Ros2
 from cdpr.ui.live.sender import Sender
 
@@ -175,10 +175,10 @@ def met(tool: str) -> Iterator[tuple[Sender, Other]]:
         yield link, stack.enter_context(closing(Other(tool, where)))
 
 
-def driven(link: Sender, duration: float, speed: float, rate: float, **overrides: object) -> Driven:
-    """Return a simulation that is not begun."""
+def driven(link: Sender, duration: float, speed: float, rate: float, **overrides: object) -> LiveDriver:
+    """Return a driver that is not begun."""
     scenario = cdpr.load_scenario(FILE, overrides={"simulation.duration": duration, **overrides})
-    return Driven(scenario, None, link, speed, rate)
+    return LiveDriver(scenario, None, link, speed, rate)
 
 
 def rates(link: Sender, begin: Callable[[], object], count: int) -> list[float]:
@@ -198,7 +198,7 @@ def rates(link: Sender, begin: Callable[[], object], count: int) -> list[float]:
             raise Interrupted
 
     with suppress(Interrupted):
-        driven(link, 1e5, FULL, 60.0, **{"log.step": 1.0}).drive(look)
+        driven(link, 1e5, FULL, 60.0, **{"log.step": 1.0}).run(look)
     return found
 
 
@@ -235,7 +235,7 @@ def arrived(tool: str) -> dict[str, float]:
             link.requests.put(Request("pause", {"paused": False}))
 
         threading.Thread(target=resume, daemon=True).start()
-        made.drive(lambda done, total: None)
+        made.run()
         sleep(1.0)
         return {"samples shown at 1 kHz": float(len(shown)), "and arrived": float(other.say("tell")[1])}
 
@@ -256,7 +256,7 @@ def grows(tool: str, minutes: float) -> dict[str, float]:
             if not held and monotonic() > until:
                 held.append(memory())
 
-        driven(link, 60.0 * minutes, 1.0, 60.0, **{"log.step": 0.1}).drive(look)
+        driven(link, 60.0 * minutes, 1.0, 60.0, **{"log.step": 0.1}).run(look)
         count = other.say("tell")[0]
     told = {"minutes": minutes, "messages": float(count)}
     return told | {"MiB after a tenth": held[0], "MiB at the end": memory()}

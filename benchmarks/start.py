@@ -70,7 +70,7 @@ from cdpr.simulation import simulate; stage("cdpr.simulation")
 from cdpr.simulation.start import attempt
 made = attempt(scenario, None, None, None, None, "out"); stage("folder made")
 loop, recorder = made.begin(); stage("parts built")
-loop.run(recorder.rows, recorder.flush, steps=2000, real_time=False); stage("2000 steps")
+loop.run(recorder.rows, recorder.flush, steps=2000); stage("2000 steps")
 run = made.end(None); run.summary(); stage("log closed, summary")
 print(json.dumps(told))
 """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from cdpr.analysis.compare.finished import compare_finished
@@ -19,6 +18,7 @@ from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.model import Robot
 from cdpr.scenario import load_scenario
+from cdpr.scenario.examples import is_run
 from cdpr.scenario.loader import AnyScenario, Source
 
 
@@ -60,7 +60,7 @@ def size(
 
 
 def _duty(what: Any, i: int | None, overrides: Mapping[str, Any] | None) -> Duty:
-    stored = isinstance(what, str | os.PathLike) and (os.path.isdir(what) or Path(what).suffix == ".mcap")
+    stored = is_run(what)
     if stored or isinstance(what, Run):
         if overrides:
             raise CdprError("size(overrides=): applies to scenarios, not to finished runs")

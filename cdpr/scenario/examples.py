@@ -74,17 +74,23 @@ def find(name: str, kind: Kind | None) -> Example | None:
 
 def resolve(path: str, kind: Kind | None) -> str:
     """Return `path` if it is a file, otherwise the path of the example of this name."""
-    if os.path.exists(path) and not os.path.isdir(path):
-        return path
-    example = find(path, kind)
-    return path if example is None else str(example.path)
+    return beside("", path, kind)
 
 
-def beside(folder: str, name: str, kind: Kind) -> str:
-    """Return the path of a file referenced in `folder`: relative to it or, for a bare name, an example."""
+def beside(folder: str, name: str, kind: Kind | None) -> str:
+    """Return the path of a file referenced in `folder`: relative to it or, for a bare name, an example.
+
+    An existing file hides an example of its name; a folder does not.
+    """
     path = os.path.join(folder, name)
-    example = None if os.path.exists(path) else find(name, kind)
+    example = None if os.path.exists(path) and not os.path.isdir(path) else find(name, kind)
     return path if example is None else str(example.path)
+
+
+def is_run(what: object) -> bool:
+    """Return True if `what` names a run: a log, or a folder that does not have the name of an example."""
+    path = str(what) if isinstance(what, str | os.PathLike) else ""
+    return path.endswith(".mcap") or (os.path.isdir(path) and find(path, None) is None)
 
 
 def hint(path: str, kind: Kind | None) -> str:

@@ -6,13 +6,13 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.nearest import did_you_mean
-from cdpr.base.problems import Mark
+from cdpr.base.problems import Mark, shown
 from cdpr.config.document import Document, same
 from cdpr.config.overrides import Change, Overrides
 from cdpr.config.problems import Problems
@@ -75,6 +75,12 @@ class Scenario(Content):
         >>> faster.simulation.duration
         1.0
     """
+
+    def __new__(cls, *unnamed: Any, **_: Any) -> Self:
+        """Reject arguments without a name."""
+        if unnamed:
+            raise CdprError(f"Scenario(robot=, simulation=): expected arguments by name, got {shown(unnamed[0])}")
+        return super().__new__(cls)
 
     def __init__(
         self,
@@ -156,7 +162,7 @@ class Scenario(Content):
         write(target, dump(as_given(str(target.parent), self.sections, self._checked)))
 
     def replace(self, **sections: Any) -> Scenario:
-        """Return a validated copy with other sections, such as trajectory=cdpr.motions.Hold().
+        """Return a validated copy with other sections, such as trajectory=cdpr.motions.Hold(); None removes a section.
 
         Arguments are those of the constructor, but file names are absolute or relative to the scenario's folder: the
         file's or, of a scenario built in Python, the working folder at that time. `with_changes` changes single keys.
@@ -171,9 +177,15 @@ class Scenario(Content):
                 raise CdprError(f"replace({key}=): unknown section: {hint}allowed: {', '.join(known)}")
         if nominal.ALTERNATIVE in sections and nominal.KEY in sections:
             raise CdprError(f"replace({nominal.ALTERNATIVE}=): {nominal.ANOTHER}: remove one of them")
-        plain = document_of(sections, self._document.folder).data
+        document = self._document.copy()
+        for key in [key for key, value in sections.items() if value is None]:
+            del sections[key]
+            if (key := nominal.KEY if key == nominal.ALTERNATIVE else key) in document.data:
+                document.drop((key,))
+        plain = document_of(sections, document.folder).data
         mark = Mark("")  # a new object, because `Replacement` recognises old options by the identity of their marks
-        return self.with_changes([Change((key,), value, mark) for key, value in plain.items()])
+        changes = [Change((key,), value, mark) for key, value in plain.items()]
+        return build_scenario(document, changes, [], self.plugins, Problems(), self)
 
     def with_changes(
         self,

@@ -212,25 +212,17 @@ class Loop:
         """Take the plant to the next sample, and observe it."""
         self.pipeline.run_until(self.count)
 
-    def run(
-        self,
-        rows: Array,
-        flush: Callable[[int], None],
-        *,
-        steps: int | None = None,
-        real_time: bool = False,
-        block: int = BLOCK,
-    ) -> int:
+    def run(self, rows: Array, flush: Callable[[int], None], *, steps: int | None = None, block: int = BLOCK) -> int:
         """Fill `rows` (steps + 1, width) from the backend's present state; return the number of complete samples.
 
-        Fewer rows, a multiple of 256, are filled repeatedly; `steps` is then the number of control steps. `flush`,
-        `real_time` and `block` are those of a `Pace`; `flush` may end the run by raising SimulationStopped.
+        Fewer rows, a multiple of 256, are filled repeatedly; `steps` is then the number of control steps. `flush`
+        and `block` are those of a `Pace`; `flush` may end the run by raising SimulationStopped.
 
         Raises:
             SimulationStopped: if the run stops early; its text contains the time, and `count` is the number of complete
                 samples.
         """
-        pace = Pace(flush, real_time, block)
+        pace = Pace(flush, block)
         with self.timed():
             self.begin(rows, len(rows) - 1 if steps is None else steps)
         self.go(self.last, pace)
@@ -253,7 +245,7 @@ class Loop:
                     pipeline.run_until(min(k, max(pace.count, count + 1), count + most))
                     most = min(2 * most, pace.block) if monotonic() - start < BRIEF else max(most // 2, 1)
                 if pipeline.count >= pace.count or monotonic() > pace.due:
-                    pace.after(pipeline.count, pipeline.time)
+                    pace.after(pipeline.count)
         except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs as much as a single step
             raise self._dated(stop) from stop
 

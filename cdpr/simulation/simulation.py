@@ -323,7 +323,7 @@ class Simulation(Branches):
             while loop.count < k:
                 self._decide(given)
                 loop.advance()
-                pace.after(loop.count, loop.time)
+                pace.after(loop.count)
             if k == self._last:
                 self._decide(given)
 

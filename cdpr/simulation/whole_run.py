@@ -10,6 +10,8 @@ from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario.loader import AnyScenario
+from cdpr.simulation.driver import Driver
+from cdpr.simulation.simulation import Simulation
 from cdpr.simulation.start import attempt
 
 
@@ -34,7 +36,7 @@ def simulate(
         controller: controller, likewise.
         overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
         out: folder, new or empty, for log, resolved scenario and run.json; by default nothing is written.
-        real_time: True for a run no faster than the wall clock.
+        real_time: True for a run no faster than the wall clock. It makes up for delays of less than half a second.
         progress: callback with the number of complete samples and their total, called at least every half second or
             step; it may raise Interrupted to end the run.
 
@@ -57,7 +59,10 @@ def simulate(
         >>> run.status, run.time.shape, run.position.shape, run.tension.shape
         ('finished', (101,), (101, 3), (101, 8))
     """
-    runner = attempt(scenario, backend, solver, controller, overrides, out)
+    chosen: dict[str, Any] = {"backend": backend, "solver": solver, "controller": controller, "overrides": overrides}
+    if real_time:
+        return Driver(Simulation(scenario, **chosen, out=out)).run(progress)
+    runner = attempt(scenario, **chosen, out=out)
     error: BaseException | None = None
     try:
         loop, recorder = runner.begin()
@@ -69,7 +74,7 @@ def simulate(
             recorder.flush(k)
             report(k, total)  # may raise Interrupted; the rows up to here are on disk
 
-        loop.run(recorder.rows, flush, steps=total - 1, real_time=real_time)
+        loop.run(recorder.rows, flush, steps=total - 1)
     except BaseException as stop:
         error = runner.as_cdpr_error(stop)
     return runner.end(error)

@@ -12,8 +12,9 @@ from conftest import ROOT
 CODE = """
 import sys, threading, cdpr.ui.cli
 from cdpr.ui.gui.broadcast import Broadcast
-from cdpr.ui.gui.driver import Driver
+from cdpr.ui.gui.driver import WindowDriver
 from cdpr.scenario import load_scenario
+from cdpr.simulation.requests import Request
 
 at_work = threading.Event()
 
@@ -26,10 +27,10 @@ class Endless:
                 at_work.set()
 
 
-driver = Driver(Broadcast(), print)
+driver = WindowDriver(Broadcast(), print)
 assert hasattr(driver, "_session")
 driver._session = Endless()
-driver._jobs.put(None)
+driver.requests.put(Request("close", action=driver._leave))
 assert at_work.wait(60.0)
 driver.close()
 print("last words", end="")

@@ -11,6 +11,7 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.analysis.design.reader import load_design
+from cdpr.analysis.study import load_study
 from cdpr.base.errors import OptionsLeftOut, ScenarioError
 from cdpr.plugins import Controller, PluginOptions
 from cdpr.ui.gui.editor.editor import Editor
@@ -73,7 +74,7 @@ axes:
 
 def test_a_study_names_an_example_and_reports_what_is_left_out(tmp_path):
     (tmp_path / "s.yaml").write_text(STUDY)
-    study = cdpr.load_study(tmp_path / "s.yaml")
+    study = load_study(tmp_path / "s.yaml")
     assert [case.scenario for case in study.cases] == [str(CAROCA)] * 2
     assert study.notes == (
         "controller static in place of computed_torque: left out kp, kd; by default kp = 50.0, kd = 50.0",
@@ -82,7 +83,7 @@ def test_a_study_names_an_example_and_reports_what_is_left_out(tmp_path):
     assert done.stderr.count(study.notes[0]) == 1
     (tmp_path / "s.yaml").write_text(STUDY.replace("caroca", "carocca"))
     with pytest.raises(ScenarioError, match=r"no example has that name: did you mean 'caroca'"):
-        cdpr.load_study(tmp_path / "s.yaml")
+        load_study(tmp_path / "s.yaml")
 
 
 def test_a_design_names_an_example(tmp_path):

@@ -55,8 +55,6 @@ OTHERS = [
     Other("set", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.ui.gui.editor.fields", "a kind of field: several of a few"),
     Other("limits", "cdpr.ui.gui", "limits of the cables that the window shows, requested by the name of the method"),
-    Other("target", "cdpr.ui.gui.session", "what a window asks for, by the name of the method"),
-    Other("set", "cdpr.ui.gui.session", "likewise"),
     Other("csv", "cdpr.log.export", "the ending of a file"),
     Other("csv", "cdpr.ui.cli.export", "the ending of a file"),
     Other("hold", "cdpr.trajectory", "a function"),

@@ -44,6 +44,20 @@ def test_a_name_finds_a_file_of_its_kind():
     assert examples.resolve("seven", None) == str(SCENARIOS / "robots" / "seven.yaml")
 
 
+def test_a_folder_hides_no_example(tmp_path, monkeypatch):
+    """For all verbs and commands; a run in such a folder is found by a path."""
+    monkeypatch.chdir(tmp_path)
+    cdpr.simulate("caroca", overrides={"simulation.duration": 0.01}, out="caroca")
+    assert cdpr.size("caroca", overrides={"simulation.duration": 0.02}).parts[0][2] == 21  # samples
+    assert cdpr.size("./caroca").parts[0][2] == 11
+    for run in ("./caroca", "other.mcap"):
+        assert examples.is_run(run)
+    for other in ("caroca", "caroca.yaml", "gains", None):
+        assert not examples.is_run(other)
+    assert examples.beside(str(tmp_path), "caroca", "robot") == str(SCENARIOS / "robots" / "caroca.yaml")
+    assert "caroca.sdf" in said("export", "caroca", "--to", "sdf")
+
+
 def test_an_existing_file_wins(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "caroca").mkdir()

@@ -144,6 +144,11 @@ def test_replaced_sections_are_checked():
     assert "replace(trajectoy=): unknown section: did you mean 'trajectory'?" in message(
         lambda: one.replace(trajectoy=1)
     )
+    pushed = one.replace(events=[{"type": "wrench", "time": 0, "force": [1, 2, 3]}], trajectory={"type": "hold"})
+    assert pushed.replace(events=None, trajectory=None) == one.replace(events=None).replace(trajectory=None)
+    assert pushed.replace(events=None).events == ()
+    assert one.replace(nominal={"platform": {"mass": 9.0}}).replace(nominal=None) == one.replace(initial=None) == one
+    assert message(lambda: one.replace(simulation=None)).startswith("simulation: required")
     late = {"type": "wrench", "time": -1, "force": [1, 2]}
     assert message(lambda: one.replace(events=[late])).splitlines() == [
         "events[0].force: expected 3 numbers (N), got 2",
@@ -159,6 +164,7 @@ ARGUMENTS = {
     "Quintic(from_=).position: expected 3 numbers (m), got 2": lambda: cdpr.motions.Quintic(
         duration=1, from_={"position": np.zeros(2)}, to={}
     ),
+    "Scenario(robot=, simulation=): expected arguments by name, got 'caroca'": lambda: cdpr.Scenario("caroca"),
     "Quintic: expected arguments by name, got 3": lambda: cdpr.motions.Quintic(3),
     "Knot(position=): expected 3 numbers (m), got 'home'": lambda: cdpr.motions.Knot(position="home"),
     "Wrench(time=): expected a number (s), got '1 s'; write 1, without the unit": lambda: cdpr.events.Wrench(

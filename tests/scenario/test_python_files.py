@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 import cdpr
+from cdpr.analysis.design import load_design
 from cdpr.scenario import examples
 
 pytestmark = pytest.mark.core
@@ -169,7 +170,7 @@ def test_absolute_file_names_are_for_python_only(folders, monkeypatch):
     design["robot"] = cdpr.load_robot(design["robot"])
     shape = cdpr.load_robot(robot).platform.shape
     design["robot"] = design["robot"].replace(platform=design["robot"].platform.replace(shape=shape))
-    loaded = cdpr.load_design(design, evaluations=1)
+    loaded = load_design(design, evaluations=1)
     monkeypatch.chdir(folders)
     assert loaded.candidate(None).platform.shape == shape
 

@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from live_cases import CAROCA
 
 from cdpr.scenario import load_scenario
+from cdpr.simulation.requests import Request
 from cdpr.ui.gui.broadcast import Broadcast
-from cdpr.ui.gui.driver import Driver
+from cdpr.ui.gui.driver import WindowDriver
 
 PATIENCE = 300.0  # s; kernels may have to be compiled on a busy machine
 # Here caroca can do without a cable.
@@ -45,7 +46,7 @@ class RunningDriver:
 
     def __init__(self, *scenarios):
         self.broadcast, self.told, self.log = Broadcast(), [], []
-        self.driver = Driver(self.broadcast, self.log.append)
+        self.driver = WindowDriver(self.broadcast, self.log.append)
         for each in scenarios:
             self.driver.load(each, self.tell)
 
@@ -64,7 +65,7 @@ class RunningDriver:
     def said(self):
         """Wait until all requests are done; return their messages."""
         done = []
-        self.driver._jobs.put(lambda: done.append(True))
+        self.driver.requests.put(Request("done", action=lambda: done.append(True)))
         until(lambda: done)
         told, self.told[:] = list(self.told), []
         return told

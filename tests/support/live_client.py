@@ -13,8 +13,8 @@ from websockets.sync.client import connect
 
 import cdpr
 from cdpr.base.errors import CdprError
+from cdpr.simulation.requests import Request
 from cdpr.ui.live.drive import drive
-from cdpr.ui.live.requests import Request
 
 TEXT_TIMEOUT = 20.0  # s, that a test waits for anything
 RUN_TIMEOUT = 60.0  # s, that a test waits for the end of a run

@@ -83,8 +83,8 @@ def compare_scenario(
         CdprError: if only one engine is left.
 
     Example:
-        >>> import cdpr
-        >>> cdpr.compare_scenario("remote_plant", changes=["simulation.duration=0.02"], backends=["remote"])
+        >>> from cdpr.analysis.compare.job import compare_scenario
+        >>> compare_scenario("remote_plant", changes=["simulation.duration=0.02"], backends=["remote"])
         <Comparison of remote_plant: differences not judged>
     """
     scenario = load_scenario(path, overrides=changes)

@@ -52,8 +52,8 @@ def load_design(path: Source, *, evaluations: int | None = None) -> Design:
         CdprError: if `evaluations` is out of range.
 
     Example:
-        >>> import cdpr
-        >>> design = cdpr.load_design("design_box", evaluations=20)
+        >>> from cdpr.analysis.design import load_design
+        >>> design = load_design("design_box", evaluations=20)
         >>> design
         <Design design_box: 8 variables, 1 goals>
     """

@@ -59,10 +59,10 @@ def run_design(
 
     Example:
         >>> import tempfile
-        >>> import cdpr
-        >>> design = cdpr.load_design("design_box", evaluations=2)
+        >>> from cdpr.analysis.design import load_design, run_design
+        >>> design = load_design("design_box", evaluations=2)
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     found = cdpr.run_design(design, f"{folder}/out")
+        ...     found = run_design(design, f"{folder}/out")
         ...     print(found)
         <Designed design_box: 2 candidates, 1 feasible>
     """

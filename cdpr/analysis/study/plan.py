@@ -124,8 +124,8 @@ def load_study(
         PluginError: if the only errors are missing plugins.
 
     Example:
-        >>> import cdpr
-        >>> cdpr.load_study("thesis_belief", overrides={"simulation.duration": 0.1})
+        >>> from cdpr.analysis.study import load_study
+        >>> load_study("thesis_belief", overrides={"simulation.duration": 0.1})
         <Study thesis_belief: 128 cases>
     """
     problems = Problems()

@@ -92,12 +92,12 @@ def run_study(
     Example:
         >>> import pathlib
         >>> import tempfile
-        >>> import cdpr
+        >>> from cdpr.analysis.study import load_study, run_study
         >>> text = "{scenario: planar, axes: [{key: controller.kp, values: [50, 100]}]}"
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     _ = pathlib.Path(folder, "study.yaml").write_text(text)
-        ...     study = cdpr.load_study(f"{folder}/study.yaml", overrides={"simulation.duration": 0.02})
-        ...     results = cdpr.run_study(study, f"{folder}/out")
+        ...     study = load_study(f"{folder}/study.yaml", overrides={"simulation.duration": 0.02})
+        ...     results = run_study(study, f"{folder}/out")
         ...     print(results)
         <Results of study: 2 finished>
     """

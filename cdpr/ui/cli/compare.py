@@ -47,7 +47,9 @@ def command(
     """
     from pathlib import Path
 
-    finished = len(what) > 1 or Path(what[0]).is_dir()
+    from cdpr.scenario.examples import is_run
+
+    finished = len(what) > 1 or is_run(what[0])
     if finished and (changes or refine or solvers or strict or backends != "all"):
         options = "--backends, --solvers, --set, --strict and --refine"
         raise CdprError(f"finished runs cannot be changed: leave out {options}")

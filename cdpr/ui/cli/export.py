@@ -130,9 +130,10 @@ def _robot(
     from cdpr.base.errors import CdprError, OutputError
     from cdpr.formats.write.export_model import Options, begin, export, left_out
     from cdpr.log.files import make_folder, replace
+    from cdpr.scenario.examples import is_run
     from cdpr.ui.cli.load import load_with_warnings, print_lines
 
-    if Path(file).is_dir() or file.endswith(".mcap"):
+    if is_run(file):
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
     subject = begin(load_with_warnings(file, changes))
     text = export(subject, to, Options(**given))

@@ -15,11 +15,12 @@ import click
 
 from cdpr.base.errors import CdprError, Interrupted, OutputError, ScenarioError
 from cdpr.base.redirect_output import redirect_output
+from cdpr.simulation.clock import SPEEDS
 from cdpr.ui.cli import DEBUG
 from cdpr.ui.cli.load import print_lines, strict_option
 from cdpr.ui.cli.names import OutPath, change_keys, plugin_files, plugin_option
 from cdpr.ui.cli.numbers import Real, Whole
-from cdpr.ui.live import RATES, SPEEDS
+from cdpr.ui.live import RATES
 
 if TYPE_CHECKING:
     from cdpr.log.run import Run

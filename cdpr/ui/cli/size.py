@@ -109,14 +109,14 @@ def _duty(what: str, changes: tuple[str, ...]) -> tuple[Duty, Array]:
     import numpy as np
 
     from cdpr.analysis.sizing import Duty
+    from cdpr.scenario.examples import is_run
 
-    path = Path(what)
-    if path.is_dir() or path.suffix == ".mcap":
+    if is_run(what):
         from cdpr.log.reader import load_run
 
         if changes:
             raise click.UsageError(f"--set applies to scenarios, and {what} is a run")
-        run = load_run(path)
+        run = load_run(what)
         return Duty.of_run(run, what), np.array(run.header.gravity)
     from cdpr.scenario import Scenario
     from cdpr.ui.cli.load import load_with_warnings

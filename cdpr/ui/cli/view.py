@@ -124,7 +124,9 @@ def _only_over(path: Path, ours: Callable[[bytes], bool], what: str) -> None:
 
 def _are_runs(what: Sequence[str]) -> bool:
     """Return True for folders or logs of runs, False for a single robot, scenario or example."""
-    others = [name for name in what if not (Path(name).is_dir() or name.endswith(".mcap"))]
+    from cdpr.scenario.examples import is_run
+
+    others = [name for name in what if not is_run(name)]
     if others and len(what) > 1:
         named = ", ".join(map(click.format_filename, others))
         raise CdprError(

@@ -1,8 +1,8 @@
-"""Thread that owns the simulation: it follows the clock, executes commands and reports events.
+"""Thread that owns the simulation of the window: its driver, and the reports of its events.
 
-No other thread accesses the simulation. Commands arrive in a queue, output goes to the broadcast, and this thread never
-waits for a window. Failed runs, invalid scenarios and exceptions of plugins become a status with a message; further
-commands are executed normally.
+No other thread accesses the simulation. Requests arrive in the queue of the driver, output goes to the broadcast, and
+this thread never waits for a window. Failed runs, invalid scenarios and exceptions of plugins become a status with a
+message; further requests are executed normally.
 """
 
 from __future__ import annotations
@@ -10,13 +10,14 @@ from __future__ import annotations
 import gc
 import traceback
 from collections.abc import Callable, Mapping
-from queue import Empty, SimpleQueue
+from functools import partial
 from threading import Thread
-from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal
 
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import redirect_output
+from cdpr.simulation.driver import Driver
+from cdpr.simulation.requests import Level, Reply, Request
 from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast
 
@@ -27,11 +28,8 @@ if TYPE_CHECKING:
 FRAME = 1.0 / 60.0  # s between two frames: the refresh rate of screens
 IDLE = 0.5  # s after which an unchanged frame is sent again
 SAMPLES, STATUS = 0.1, 0.2  # s between two messages of these kinds during a run
-BUSY = 1.0 / 30.0  # s of computation between two checks for commands
-LATE = 0.5  # s, or one step, of delay after which the simulation no longer tries to catch up
-SLOWEST, FASTEST = 0.001, 1000.0  # relative to the clock
-MOST_STEPS = 10_000  # per command
-MOST_JOBS = 200  # pending commands
+BUSY = 1.0 / 30.0  # s of computation between two checks for requests
+FIRST, MOST = 32, 16384  # steps between two checks: at the start, and at most
 PATIENCE = 2.0  # s that `close` waits for the current step
 
 # Status without a simulation, with the keys of `SimulationSession.about`.
@@ -40,12 +38,10 @@ NOTHING: dict[str, Any] = {
     **{"events": [], "pushes": [], "cables": [], "limits": None, "changeable": []},
 }
 
-Level = Literal["error", "warning", "info"]
-Reply = Callable[[Level, str], None]
 Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]
 
 
-class Driver:
+class WindowDriver(Driver):
     """Owner of the simulation thread.
 
     Args:
@@ -54,60 +50,71 @@ class Driver:
     """
 
     def __init__(self, broadcast: Broadcast, log: Callable[[str], None]) -> None:
+        super().__init__(most=FIRST)
         self._broadcast, self._log = broadcast, log
-        self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._session: SimulationSession | None = None
         self._scenario: Scenario | None = None
         self._phase: Phase = "building"
+        self.paused = True
         self._text, self._fault = "", ""
-        self._speed: float | None = 1.0
-        self._clock = Clock()
         self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
         self._writing: list[Thread] = []  # threads that write files and report later
+        self._closed = False
         self._thread = Thread(target=self._loop, name="cdpr simulation", daemon=True)
         self._thread.start()
 
     def load(self, scenario: Scenario, reply: Reply | None = None) -> None:
         """Start another scenario."""
-        self._jobs.put(lambda: self._guarded(lambda: self._begin(scenario), reply or self._to_all))
+        self.requests.put(Request("load", reply=reply, action=partial(self._begin, scenario)))
 
     def command(self, do: str, arguments: Mapping[str, Any], reply: Reply) -> None:
         """Queue a command, executed between two steps; `reply` receives its messages."""
-        if self._jobs.qsize() > MOST_JOBS:
-            reply("error", f"{do}: rejected: {MOST_JOBS} requests are pending")
-            return
-        self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, reply), reply))
+        request = Request(do, dict(arguments), reply)
+        request.action = partial(self._do, request)
+        try:
+            self.requests.put(request, awaited=True)
+        except CdprError as full:
+            reply("error", str(full))
 
     def nothing(self) -> None:
         """Queue the status that no scenario can be simulated."""
-        self._jobs.put(lambda: self._guarded(self._none, self._to_all))
+        self.requests.put(Request("load", action=self._none))
 
     def close(self) -> None:
         """End the simulation and release its resources; running file operations are completed."""
-        self._jobs.put(None)
+        self.requests.put(Request("close", action=self._leave))
         self._thread.join(PATIENCE)
         for thread in self._writing:
             thread.join()
 
+    def _leave(self) -> None:
+        self._closed = True
+
     def _loop(self) -> None:
         with redirect_output():
-            while True:
-                try:
-                    job = self._jobs.get(timeout=self._wait()) if self._wait() else self._jobs.get_nowait()
-                    while True:
-                        if job is None:
-                            return self._finish()
-                        job()
-                        job = self._jobs.get_nowait()
-                except Empty:
-                    pass
-                self._guarded(self._advance, self._to_all)
+            while not self._closed:
+                self.serve()
+                if not self._closed:
+                    self._guarded(self._turn, self._to_all)
+            self._guarded(self._end, self._to_all)
 
-    def _wait(self) -> float:
-        """Return the time until the next action, s."""
-        if self._phase == "running" and self._speed is None:
-            return 0.0
-        return max(0.0, self._due["frame"] - monotonic())
+    @property
+    def going(self) -> bool:
+        """True until it is closed; the window can restart runs that have ended."""
+        return not self._closed
+
+    @property
+    def deadline(self) -> float:
+        """Time of the next frame; runs without a limit of speed do not wait."""
+        return 0.0 if not self.paused and self.pacing.speed is None else self._due["frame"]
+
+    def answer(self, request: Request) -> None:
+        """Execute a request and report whatever it raises."""
+        self._guarded(partial(super().answer, request), request.reply or self._to_all)
+
+    def report(self, request: Request, level: Level, text: str) -> None:
+        """Report to the window of the request, or to all."""
+        (request.reply or self._to_all)(level, text)
 
     def _guarded(self, work: Callable[[], None], reply: Reply) -> None:
         """Do some work and report whatever it raises."""
@@ -132,12 +139,10 @@ class Driver:
         self._end()
         self._go_to("failed", "not simulated: correct the errors in the form")
 
-    def _finish(self) -> None:
-        self._guarded(self._end, self._to_all)
-
     def _end(self) -> None:
         if self._session is not None:
             session, self._session = self._session, None
+            self.attach(None)
             session.close()
             del session
             gc.collect()  # a simulation has reference cycles with few but large objects, which Python would free late
@@ -154,105 +159,84 @@ class Driver:
         except BaseException as error:
             self._go_to("failed", str(error) if isinstance(error, CdprError) else f"internal error: {one_line(error)}")
             raise
+        self.attach(self._session.simulation)
+        self.most = FIRST
         self._go_to("ready", "")
-        self._publish(monotonic(), everything=True)
+        self._publish(everything=True)
 
-    def _do(self, do: str, arguments: Mapping[str, Any], reply: Reply) -> None:
-        own: dict[str, Callable[..., None]] = {
-            "run": self._run,
-            "pause": self._pause,
-            "reset": self._reset,
-            "step": self._step,
-            "speed": self._pace,
-        }
-        if do in own:
-            call(do, own[do], arguments)
-        else:
-            answer = self._current.do(do, arguments)
-            if callable(answer):
-                thread = Thread(target=lambda: self._guarded(lambda: reply("info", answer()), reply), name="files")
-                thread.start()
-                self._writing = [*filter(Thread.is_alive, self._writing), thread]
-            elif answer:
-                from cdpr.ui.gui.session import CommandWarning
+    def _do(self, request: Request) -> object:
+        """Execute a command of a window; return its message."""
+        answer = call(request.what, self.handler(request.what), request.values)
+        if self._session is not None:
+            self._session.redraw()
+        if callable(answer):
+            reply = request.reply or self._to_all
+            thread = Thread(target=lambda: self._guarded(lambda: reply("info", answer()), reply), name="files")
+            thread.start()
+            self._writing = [*filter(Thread.is_alive, self._writing), thread]
+        self._publish(everything=True)
+        return answer
 
-                reply("warning" if isinstance(answer, CommandWarning) else "info", answer)
-        self._publish(monotonic(), everything=True)
+    def handler(self, what: str) -> Callable[..., object]:
+        """Return the function that executes a command of a window."""
+        if what in ("save_session", "save_run") and self._session is not None:
+            return getattr(self._session, what)  # type: ignore[no-any-return]
+        return super().handler("" if what in ("wrench", "tension") else what)  # no window sends streams
 
-    @property
-    def _current(self) -> SimulationSession:
-        if self._session is None:
-            raise CdprError("not simulated: correct the errors and apply, or reset")
-        return self._session
-
-    @property
-    def _unfinished(self) -> SimulationSession:
-        if self._current.over:
-            raise CdprError("the run is over: reset it to run it again")
-        return self._current
-
-    def _run(self) -> None:
-        session = self._unfinished
-        self._clock.start(session.time, self._speed)
+    def request_run(self) -> None:
+        """Start or resume."""
+        self.check_unfinished()
         self._go_to("running", "")
 
-    def _pause(self) -> None:
-        if self._phase == "running":
+    def request_pause(self, paused: bool = True) -> None:
+        """Pause or resume."""
+        if not paused:
+            self.request_run()
+        elif self._phase == "running":
             self._go_to("paused", "")
 
-    def _reset(self) -> None:
+    def request_reset(self) -> None:
+        """Build the simulation again, also after a failure; it is then ready to run."""
         if self._scenario is None:
             raise CdprError("no scenario is applied yet")
         self._begin(self._scenario)
 
-    def _step(self, n: int = 1) -> None:
-        if type(n) is not int or not 1 <= n <= MOST_STEPS:
-            raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
-        session = self._unfinished
-        self._pause()
-        self._simulate(session, n)
+    def request_step(self, n: int = 1) -> None:
+        """Simulate some control steps and pause."""
+        super().request_step(n)
         if self._phase == "ready":
             self._go_to("paused", "")
 
-    def _pace(self, value: float | None = None) -> None:
-        if value is not None and not (isinstance(value, int | float) and SLOWEST <= value <= FASTEST):
-            raise CdprError(f"speed: expected a number from {SLOWEST:g} to {FASTEST:g}, or null, got {value!r}")
-        self._speed = value
-        if self._session is not None:
-            self._clock.start(self._session.time, value)
-
-    def _advance(self) -> None:
+    def _turn(self) -> None:
         """Simulate up to the current time of the clock, and publish what is due."""
-        if self._phase == "running":
-            session = self._current
-            n = self._clock.steps(session.time, session.period)
-            if n:
-                self._simulate(session, n)
-        self._publish(monotonic())
+        began = self.clock.now()
+        if self.advance() == self.most:
+            self.most = min(2 * self.most, MOST) if self.clock.now() - began < BUSY / 2 else max(self.most // 2, 1)
+        self._publish()
 
-    def _simulate(self, session: SimulationSession, n: int) -> None:
+    def step(self, n: int) -> None:
         """Simulate n steps and set the phase if the run ends."""
-        began = monotonic()
+        assert self._session is not None
         try:
-            session.step(n)
+            self._session.step(n)
         except CdprError as error:
             self._go_to("ended" if isinstance(error, PlantEnded) else "failed", str(error))
         else:
-            self._clock.took(n, monotonic() - began)
-            if session.over:
+            if self.simulation.done:
                 self._go_to("done", "")
-        if session.over:
-            self._publish(monotonic(), everything=True)
+        if self.simulation.done:
+            self._publish(everything=True)
 
     def _go_to(self, phase: Phase, text: str) -> None:
+        super().request_pause(phase != "running")
         self._phase, self._text = phase, text
         self._due["status"] = 0.0
         if phase == "building":
-            self._status(monotonic())
+            self._status()
 
-    def _publish(self, now: float, *, everything: bool = False) -> None:
+    def _publish(self, *, everything: bool = False) -> None:
         """Publish what is due: frames at screen rate, other messages less often."""
-        running = self._phase == "running"
+        running, now = self._phase == "running", self.clock.now()
         if now < self._due["frame"] and self._due["status"] and not everything:
             return
         # A fixed beat keeps the frame rate independent of computation time; a missed beat starts a new one.
@@ -266,49 +250,11 @@ class Driver:
                     self._session.show_curves()
         finally:
             if everything or self._due["status"] == 0.0 or (running and now >= self._due["status"]):
-                self._status(now)
+                self._status()
 
-    def _status(self, now: float) -> None:
-        self._due["status"] = now + STATUS
-        about = NOTHING if self._session is None else self._session.about()
-        rtf = self._clock.factor(now, self._session.time) if self._session and self._phase == "running" else None
-        pace = {"phase": self._phase, "speed": self._speed, "rtf": rtf, "text": self._text}
+    def _status(self) -> None:
+        self._due["status"] = self.clock.now() + STATUS
+        about = NOTHING if self._session is None else self._session.about(self.acting())
+        rtf = self.pacing.factor(self.simulation.time) if self._phase == "running" else None
+        pace = {"phase": self._phase, "speed": self.pacing.speed, "rtf": rtf, "text": self._text}
         self._broadcast.put({"kind": "status", **about, **pace})
-
-
-class Clock:
-    """Number of steps that are due: by the wall clock, or as many as fit between two checks of the queue."""
-
-    def __init__(self) -> None:
-        self._rate = 1000.0  # measured steps per second of computation
-        self.start(0.0, 1.0)
-
-    def start(self, time: float, speed: float | None) -> None:
-        """Start at a simulation time (s); `speed` is simulated time over wall time, None for unlimited."""
-        self._speed = speed
-        self._wall, self._time = monotonic(), time
-        self._then, self._factor = (self._wall, time), None if speed is None else speed
-
-    def steps(self, time: float, period: float) -> int:
-        """Return the number of steps of `period` (s) that are due."""
-        most = max(1, int(self._rate * BUSY))
-        if self._speed is None:
-            return most
-        wall = monotonic()
-        behind = self._time + self._speed * (wall - self._wall) - time
-        late = max(self._speed * LATE, period)  # largest delay to catch up with: one step, or LATE seconds of the clock
-        if behind > late:  # too slow: continue at full speed without catching up
-            self._wall, self._time = wall, time + late
-        return min(most, max(0, int(behind / period)))
-
-    def took(self, steps: int, seconds: float) -> None:
-        """Update the measured rate."""
-        if steps and seconds > 0.0:
-            self._rate += 0.2 * (steps / seconds - self._rate)
-
-    def factor(self, wall: float, time: float) -> float | None:
-        """Return the real-time factor of about the last second."""
-        then, before = self._then
-        if wall - then >= 1.0:
-            self._factor, self._then = (time - before) / (wall - then), (wall, time)
-        return None if self._factor is None else round(self._factor, 4)

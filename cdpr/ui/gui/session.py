@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from functools import partial
-from itertools import count
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -31,7 +30,6 @@ from cdpr.simulation.runner import SESSION_NAME
 from cdpr.simulation.session import table_beside
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
-from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast
 from cdpr.ui.gui.drawing import Drawing, in_json
 from cdpr.ui.gui.editor.fields import shown
@@ -43,13 +41,6 @@ Later = Callable[[], str]
 
 BLOCK = 1024  # samples per step call, fewer than a simulation keeps in memory
 FATES = ("broken", "jammed")
-TARGET_SECONDS = 2.0  # default duration of the motion to a new target
-
-
-class CommandWarning(str):
-    """Warning: the command was executed, but its result is probably not intended."""
-
-    __slots__ = ()
 
 
 class SimulationSession:
@@ -74,8 +65,6 @@ class SimulationSession:
         self._processed = 0  # samples processed into curves and spans
         self._status = Status.OK
         self._spans: list[tuple[Status, int]] = []  # start and status of intervals without a valid solution
-        self._pushes: dict[int, Wrench] = {}
-        self._numbers = count(1)
         self._run: Run | None = None
         self._saved: set[Path] = set()  # saved by this simulation
         sim = self._sim
@@ -87,19 +76,14 @@ class SimulationSession:
             broadcast.put(self._frame)
 
     @property
-    def time(self) -> float:
-        """Current time, s."""
-        return self._sim.time
+    def simulation(self) -> Simulation:
+        """The simulation."""
+        return self._sim
 
     @property
     def period(self) -> float:
         """Control period, s."""
         return self.scenario.simulation.control_step
-
-    @property
-    def over(self) -> bool:
-        """True if the run has ended."""
-        return self._sim.done
 
     def step(self, n: int) -> None:
         """Simulate n control steps, or those that remain; exceptions that end the run early are raised."""
@@ -115,32 +99,9 @@ class SimulationSession:
                 self._broadcast.curves.end()
                 self._run = self._sim.run()
 
-    def do(self, what: str, arguments: Mapping[str, Any]) -> str | Later:
-        """Execute a command now, and return its message.
-
-        A returned function (`Later`) does slow work without the simulation and returns the message.
-
-        Raises:
-            CdprError: if the command is unknown or fails.
-        """
-        sim = self._sim
-        doing: dict[str, Callable[..., object]] = {
-            "push": self._push,
-            "release": self._release,
-            "cut": sim.cut,
-            "jam": sim.jam,
-            "limits": self._limits,
-            "stop": sim.stop,
-            "target": self._target,
-            "set": sim.set,
-            "save_session": self._save_session,
-            "save_run": self._save_run,
-        }
-        if what not in doing:
-            raise CdprError(f"'{what[:40]}' is not an allowed request")
-        message = call(what, doing[what], arguments)
-        self._drawing.change(sim.events)
-        return message if isinstance(message, str) or callable(message) else ""
+    def redraw(self) -> None:
+        """Draw the present events from now on."""
+        self._drawing.change(self._sim.events)
 
     def show_frame(self) -> None:
         """Publish the frame of the last complete sample, if there is one."""
@@ -156,8 +117,8 @@ class SimulationSession:
             self._broadcast.curves.show()
             self._broadcast.changed.notify_all()
 
-    def about(self) -> dict[str, Any]:
-        """Return the content of a status message on the simulation."""
+    def about(self, pushes: Iterable[tuple[int, Wrench]]) -> dict[str, Any]:
+        """Return the content of a status message on the simulation and the pushes that can be released."""
         scenario, events = self.scenario, self._happened()
         options = scenario.options()
         for event in events:
@@ -166,11 +127,11 @@ class SimulationSession:
         keys = [(key, *key.split(".", 1)) for key in options.changeable()]
         fates = {str(event.cable): event.fate for event in events if isinstance(event, CableFault)}
         return {
-            "t": round(self.time, 9),
+            "t": round(self._sim.time, 9),
             "duration": scenario.simulation.steps * self.period,
             "status": self._status.name if self._run is None else self._run.status.upper(),
             "events": _latest([{"t": event.time, "text": event.text} for event in self._event_log(events)]),
-            "pushes": [{"id": key, "text": _wrench(push)} for key, push in self._acting()],
+            "pushes": [{"id": key, "text": _wrench(push)} for key, push in pushes],
             "cables": [
                 {"name": cable.name, **{fate: fates.get(cable.name) == fate for fate in FATES}}
                 for cable in scenario.robot.cables
@@ -228,33 +189,7 @@ class SimulationSession:
                     high[i] = high[i] if event.max is None else event.max
         return in_json(low, high)
 
-    def _acting(self) -> Iterator[tuple[int, Wrench]]:
-        """Yield the pushes that can be released."""
-        for key, push in self._pushes.items():
-            swing = push.wrench_profile(self.period)
-            if swing is not None and swing.end > self._sim.samples and not self._sim.done:
-                yield key, push
-
-    def _push(self, force: Any = (0.0, 0.0, 0.0), moment: Any = (0.0, 0.0, 0.0), duration: float | None = None) -> None:
-        self._pushes[next(self._numbers)] = self._sim.push(force, moment, duration=duration)
-
-    def _release(self, id: int) -> None:
-        push = next((push for key, push in self._acting() if key == id), None)
-        if push is None:
-            raise CdprError("release: that push has ended")
-        self._sim.release(push)
-        del self._pushes[id]
-
-    def _limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
-        self._sim.limits(tension_min, tension_max)
-
-    def _target(self, position: Any = None, rpy: Any = None, duration: float | None = None) -> str:
-        attitude = None if rpy is None else {"rpy": rpy}
-        self._sim.target(position, attitude, duration=TARGET_SECONDS if duration is None else duration)
-        doubts = self.scenario.doubts(self._sim.events)
-        return CommandWarning(f"target: {'; '.join(doubts)}" if doubts else "")
-
-    def _save_session(self, out: str) -> str:
+    def save_session(self, out: str) -> str:
         """Save the session; overwrite only files that this simulation has saved."""
         path = Path(named(out))
         place = path.resolve()
@@ -265,7 +200,7 @@ class SimulationSession:
         self._saved.add(place)
         return f"the session is saved: cdpr run {out} repeats it"
 
-    def _save_run(self, out: str = "") -> Later:
+    def save_run(self, out: str = "") -> Later:
         """Write the log, summary and scenario now, and the report, which takes longer, later."""
         if not self._sim.samples:
             raise CdprError("save_run: no sample is complete before the first step")

@@ -10,9 +10,10 @@ from typing import Any, Self
 
 from cdpr.base.errors import CdprError, one_line
 from cdpr.scenario.scenario import Scenario
+from cdpr.simulation.requests import Level
 from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast, Reader
-from cdpr.ui.gui.driver import Driver, Level
+from cdpr.ui.gui.driver import WindowDriver
 from cdpr.ui.gui.editor import Editor
 from cdpr.ui.gui.exchange import Exchange
 from cdpr.ui.gui.scratch import sweep
@@ -37,7 +38,7 @@ class Window:
     def __init__(self, editor: Editor, log: Log, host: str = "127.0.0.1", port: int | None = None) -> None:
         self._editor, self._log, self._lock = editor, log, Lock()
         self._broadcast = Broadcast()
-        self._driver = Driver(self._broadcast, log)
+        self._driver = WindowDriver(self._broadcast, log)
         self._exchange = Exchange(self._scenario, self._open, log)
         self._doing: dict[str, Callable[..., Any]] = {
             "edit": editor.edit,

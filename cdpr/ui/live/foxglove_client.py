@@ -11,9 +11,9 @@ from typing import Any
 from cdpr.base.problems import shown
 from cdpr.link.web_socket import Message, WebSocket
 from cdpr.log.topics import Topic
+from cdpr.simulation.requests import Request
 from cdpr.ui.live import foxglove_protocol as protocol
 from cdpr.ui.live.received_messages import KINDS, unknown_topic
-from cdpr.ui.live.requests import Request
 from cdpr.ui.live.sender import BACKLOG, SERVICES, Sender
 
 MOST_REPLIES = 1000  # pending replies; a client that does not read them is disconnected

@@ -11,7 +11,7 @@ from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.log.ros2 import decode
 from cdpr.log.topics import WORLD
-from cdpr.ui.live.requests import Request
+from cdpr.simulation.requests import Request
 
 TARGET, WRENCH, TENSION = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension"
 MOST = 65536  # maximum size of a message, bytes

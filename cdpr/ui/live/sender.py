@@ -18,9 +18,9 @@ from cdpr.log.chunk import nanoseconds
 from cdpr.log.header import Header
 from cdpr.log.topics import Topic
 from cdpr.model.robot import Array
+from cdpr.simulation.requests import Request, Requests
 from cdpr.ui.live.messages import Messages
 from cdpr.ui.live.received_messages import request_of
-from cdpr.ui.live.requests import Request, Requests
 
 ANSWERS = 2.0  # s, time limit of an answer
 BACKLOG = 256  # pending samples of a client; the oldest are dropped
@@ -32,7 +32,7 @@ SERVICES = ("pause", "resume", "step", "reset", "stop")
 
 
 class Sender(ABC):
-    """Implementation of `cdpr.ui.live.drive.Link` without the transport of messages.
+    """Live link without the transport of messages: shows a simulation to clients and receives their requests.
 
     Args:
         host, port: address of the link.
@@ -41,7 +41,7 @@ class Sender(ABC):
 
     Attributes:
         where: address and access rules for users.
-        requests: pending requests.
+        requests: pending requests, including those from before the simulation.
         parameters: names and values of settable parameters.
         received: number of messages in the current second.
 
@@ -140,7 +140,10 @@ class Sender(ABC):
 
     def submit(self, request: Request) -> str:
         """Send a request to the simulation; return "" or the reason of its refusal."""
-        self.requests.put(request, awaited=True)
+        try:
+            self.requests.put(request, awaited=True)
+        except CdprError as full:
+            return str(full)
         if not request.done.wait(ANSWERS) and request.take():
             return "the simulation does not answer, and the request is discarded: it is busy, over, or has not begun"
         request.done.wait()
@@ -163,7 +166,7 @@ class Sender(ABC):
             return wrong
         if name == "paused":
             return Request("pause", {"paused": value})
-        return Request("speed", {"speed": value}) if name == "speed" else Request("set", {"key": name, "value": value})
+        return Request("speed", {"value": value}) if name == "speed" else Request("set", {"key": name, "value": value})
 
     def _wrong(self, name: str, value: Any) -> str:
         if name not in self.parameters:

@@ -25,6 +25,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario, World
+from cdpr.scenario.examples import is_run
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
 from cdpr.scene import Pictures, Subject
 from cdpr.ui.report.pages.compare import render as render_comparison
@@ -79,7 +80,7 @@ def view(
 
 def _page(what: Any, pose: ArrayLike | None) -> str:
     run = what if isinstance(what, Run) else None
-    if isinstance(what, str | os.PathLike) and (os.path.isdir(what) or Path(what).suffix == ".mcap"):
+    if is_run(what):
         run = load_run(os.fspath(what))
     several = isinstance(what, list | tuple)
     if pose is not None and (run is not None or several):

@@ -7,6 +7,7 @@ import pytest
 from design_cases import BOX, ONE, TWO, design_of, write_design
 
 import cdpr
+from cdpr.analysis.design import load_design
 from cdpr.analysis.design.evaluate import Value
 from cdpr.analysis.workspace import box, ellipsoid, measure, region, workspace
 from cdpr.base.errors import CdprError, ScenarioError
@@ -165,7 +166,7 @@ def test_mistakes_are_reported_at_their_position(tmp_path, old, new, message):
     assert old in text
     path.write_text(text.replace(old, new, 1))
     with pytest.raises(ScenarioError, match=message):
-        cdpr.load_design(path)
+        load_design(path)
 
 
 def test_several_goals_want_another_search(tmp_path):
@@ -184,6 +185,6 @@ def test_a_volume_wants_a_region(tmp_path):
 
 def test_a_number_of_evaluations(tmp_path):
     path = write_design(tmp_path)
-    assert cdpr.load_design(path, evaluations=7).section.optimizer.evaluations == 7
+    assert load_design(path, evaluations=7).section.optimizer.evaluations == 7
     with pytest.raises(CdprError, match="evaluations: expected a whole number from 1 to"):
-        cdpr.load_design(path, evaluations=0)
+        load_design(path, evaluations=0)

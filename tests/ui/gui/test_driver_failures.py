@@ -105,7 +105,7 @@ def test_plugins_cannot_stop_the_process():
 def test_an_internal_error_is_reported_and_the_thread_survives(monkeypatch):
     with running_driver(scenario()) as it:
         it.phase("ready")
-        monkeypatch.setattr(it.driver, "_pause", lambda: {}["nothing"])
+        monkeypatch.setattr(it.driver, "request_pause", lambda: {}["nothing"])
         it.do("pause")
         ((level, text),) = it.said()
         assert level == "error"

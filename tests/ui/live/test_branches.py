@@ -11,6 +11,8 @@ import pytest
 from live_cases import CAROCA, PLANNED, QUIET, quiet, simulated
 
 import cdpr
+from cdpr.analysis.compare.job import compare_scenario
+from cdpr.analysis.study import load_study, run_study
 from cdpr.plugins import Controller
 
 
@@ -85,9 +87,9 @@ def test_a_simulation_cannot_be_copied():
     [
         lambda: cdpr.simulate(CAROCA, out=5),
         lambda: cdpr.load_run(None),
-        lambda: cdpr.load_study(None),
-        lambda: cdpr.compare_scenario(CAROCA, out=5),
-        lambda: cdpr.run_study(None, 5),
+        lambda: load_study(None),
+        lambda: compare_scenario(CAROCA, out=5),
+        lambda: run_study(None, 5),
     ],
 )
 def test_invalid_names_are_reported(call):

@@ -1,21 +1,20 @@
-"""Loop of a live simulation, with a link that sends requests at given samples: no server, thread or clock."""
+"""Driver of a live simulation, with a link that sends requests at given samples: no server, thread or clock."""
 
 from __future__ import annotations
 
 import json
-import queue
 
 import numpy as np
 import pytest
 from conftest import ROOT
+from fake_clock import FakeClock
 
 import cdpr
 from cdpr.base.errors import CdprError
-from cdpr.ui.live import drive as live
+from cdpr.simulation.requests import Request, Requests
 from cdpr.ui.live import messages
 from cdpr.ui.live.drive import drive
 from cdpr.ui.live.received_messages import TARGET, WRENCH, request_of
-from cdpr.ui.live.requests import Request, Requests
 
 FAST = 1e6  # times real time: never waits
 SLICE = 0.01  # s, of the samples at which the link is shown one
@@ -25,8 +24,8 @@ REST = [400.0, 401.0, 402.0, 403.0, 404.0, 405.0, 406.0, 407.0]  # N, each anoth
 class Script:
     """Link that sends one request after another, each once a sample is shown, or a later one: (sample, request)."""
 
-    def __init__(self, asked):
-        self.requests = Requests()
+    def __init__(self, asked, clock=None):
+        self.requests = Requests(clock or FakeClock(tick=1.0))  # so that every slice is shown, though it is fast
         self.asked, self.samples, self.said = list(asked), [], []
 
     def begin(self, header):
@@ -54,13 +53,6 @@ def scenario(duration):
 def driven(asked, duration=0.1):
     link = Script(asked)
     return drive(scenario(duration), link, speed=FAST, rate=1.0 / SLICE), link
-
-
-@pytest.fixture(autouse=True)
-def every_slice_is_shown(monkeypatch):
-    """A run faster than real time shows only some samples: here time advances only for waiting calls."""
-    clock = iter(range(10**9))
-    monkeypatch.setattr(live, "monotonic", lambda: float(next(clock)))
 
 
 def wrench(*force):
@@ -125,69 +117,53 @@ def test_external_wrenches_suppress_the_warning_of_distant_targets():
     assert link.said == []
 
 
-class Waiting(Requests):
-    """Requests that never come: waiting for them advances the clock."""
-
-    def __init__(self):
-        super().__init__()
-        self.now = 0.0
-
-    def get(self, timeout=0.0):
-        self.now += max(timeout, 1e-9)  # clocks go on, also where what is left is lost in their rounding
-        raise queue.Empty
-
-
 @pytest.mark.parametrize("speed", [0.5, 1.0, 4.0])
-def test_it_goes_so_many_times_as_fast_as_the_clock(monkeypatch, speed):
-    link = Script([])
-    link.requests = Waiting()
-    monkeypatch.setattr(live, "monotonic", lambda: link.requests.now)
-    drive(scenario(0.2), link, speed=speed, rate=1.0 / SLICE)
-    assert link.requests.now == pytest.approx(0.2 / speed, abs=1.5 * SLICE / speed)
+def test_it_goes_so_many_times_as_fast_as_the_clock(speed):
+    clock = FakeClock()
+    drive(scenario(0.2), Script([], clock), speed=speed, rate=1.0 / SLICE)
+    assert clock.time == pytest.approx(0.2 / speed, abs=1.5 * SLICE / speed)
 
 
-def test_lost_time_is_not_caught_up(monkeypatch):
+def test_lost_time_is_not_caught_up():
     """After a suspension of the machine the run continues at the requested speed."""
-    link = Script([])
-    link.requests = Waiting()
-    monkeypatch.setattr(live, "monotonic", lambda: link.requests.now)
+    clock = FakeClock()
+    link = Script([], clock)
     show = link.show
 
     def sleepy(row, sample):
         show(row, sample)
         if len(link.samples) == 10:
-            link.requests.now += 5.0
+            clock.time += 5.0
 
     link.show = sleepy
     drive(scenario(0.2), link, speed=1.0, rate=1.0 / SLICE)
-    assert link.requests.now == pytest.approx(5.0 + 0.2, abs=2.5 * SLICE)
+    assert clock.time == pytest.approx(5.0 + 0.2, abs=2.5 * SLICE)
 
 
 class Flood(Requests):
     """Requests without end, each of which takes `takes` (s)."""
 
     def __init__(self, takes):
-        super().__init__()
-        self.now, self.takes, self.count = 0.0, takes, 0
+        super().__init__(FakeClock())
+        self.takes, self.count = takes, 0
 
     def get(self, timeout=0.0):
-        self.now += self.takes
+        self.clock.time += self.takes
         self.count += 1
         return Request("wrench", {"force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
 
 
 @pytest.mark.parametrize("takes", [1e-5, 1e-4, 0.004])
-def test_a_flood_takes_a_small_share_of_a_run_that_is_late(monkeypatch, takes):
+def test_a_flood_takes_a_small_share_of_a_run_that_is_late(takes):
     link, slices, slow = Script([]), 1000, 0.002  # s that a slice takes
     link.requests = flood = Flood(takes)
-    monkeypatch.setattr(live, "monotonic", lambda: flood.now)
 
     def look(done, total):
-        flood.now += slow
+        flood.clock.time += slow
 
     drive(scenario(slices * SLICE), link, speed=FAST, rate=1.0 / SLICE, progress=look)
     assert flood.count > 10
-    assert flood.now < 1.1 * slices * slow  # `SHARE`, and what the first took
+    assert flood.clock.time < 1.1 * slices * slow  # `SHARE`, and what the first took
 
 
 # Displayed values

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 import time
-from contextlib import suppress
 from itertools import pairwise
 
 import pytest
@@ -16,20 +14,20 @@ from live_link import Quiet
 import cdpr
 from cdpr.base.errors import CdprError, Infeasible
 from cdpr.simulation import session
+from cdpr.simulation.requests import Request, Requests
 from cdpr.ui.live import sender
-from cdpr.ui.live.drive import Driven, drive
+from cdpr.ui.live.drive import LiveDriver, drive
 from cdpr.ui.live.received_messages import TENSION, WRENCH, request_of
-from cdpr.ui.live.requests import Request, Requests
 
 FAST = 1e6  # times real time
-OFTEN = 0.01  # s, much shorter than drive.WAITS
+OFTEN = 0.01  # s, much shorter than driver.WAITS
 
 
 def loaded(duration, **overrides):
     return cdpr.load_scenario(FILE, overrides={"simulation.duration": duration, **overrides})
 
 
-def driven(link, duration=0.3, speed=FAST, rate=60.0, look=lambda done, total: None, **overrides):
+def driven(link, duration=0.3, speed=FAST, rate=60.0, look=None, **overrides):
     """Drive to the end, and return the run; `look` is called as progress is."""
     try:
         return drive(loaded(duration, **overrides), link, speed=speed, rate=rate, progress=look)
@@ -100,10 +98,7 @@ def test_the_newest_unclaimed_message_is_kept():
         waiting.put(Request("set", {"key": "b", "k": k}))
         if k == 50:
             waiting.put(Request("step"), awaited=True)  # with what was set before
-    found = []
-    with suppress(queue.Empty):
-        while True:
-            found.append(waiting.get())
+    found = list(iter(waiting.get, None))
     told = [(one.what, one.values.get("key"), one.values.get("k")) for one in found]
     values = [("wrench", None), ("set", "a"), ("set", "b")]
     assert told == [(*one, 50) for one in values] + [("step", None, None)] + [(*one, 99) for one in values]
@@ -124,11 +119,11 @@ def test_a_stop_is_possible_however_much_was_done(monkeypatch):
 
 
 def test_a_repeated_wrench_is_one_event():
-    sim = Driven(cdpr.load_scenario(CAROCA, overrides=QUIET), None, Quiet(), 1.0, 60.0)
+    driver = LiveDriver(cdpr.load_scenario(CAROCA, overrides=QUIET), None, Quiet(), 1.0, 60.0)
     for force in (5.0, 5.0, 7.0, 7.0, 0.0, 0.0):
-        sim.request_wrench([force, 0.0, 0.0], [0.0, 0.0, 0.0])
-        sim.step(3)
-    run = sim.run()
+        driver.request_wrench([force, 0.0, 0.0], [0.0, 0.0, 0.0])
+        driver.step(3)
+    run = driver.simulation.run()
     told = [(event.text[:24], event.time, event.until) for event in run.events if event.kind == "wrench"]
     assert [part[1:] for part in told] == [(0.0, 0.006), (0.006, 0.012)], told
     assert run.external[:, 0].tolist()[:13] == [5.0] * 6 + [7.0] * 6 + [0.0]
@@ -136,7 +131,7 @@ def test_a_repeated_wrench_is_one_event():
 
 def test_a_run_that_ends_in_a_requested_step_has_ended():
     link = Quiet()
-    link.requests.put(Request("step", {"steps": 200}))
+    link.requests.put(Request("step", {"n": 200}))
     limits = {"events": [{"type": "limits", "time": 0.05, "max": 60.0}]}
     with pytest.raises(Infeasible) as raised:
         driven(link, **limits, **{"solver.infeasible": "stop"})
@@ -146,7 +141,7 @@ def test_a_run_that_ends_in_a_requested_step_has_ended():
 def test_repeated_speed_commands_have_no_effect():
     link = Quiet()
     begun = time.monotonic()
-    look = lambda done, total: link.requests.put(Request("speed", {"speed": 1.0}))  # noqa: E731
+    look = lambda done, total: link.requests.put(Request("speed", {"value": 1.0}))  # noqa: E731
     driven(link, speed=1.0, look=look)
     assert time.monotonic() - begun > 0.25
 
@@ -155,7 +150,7 @@ def test_parameters_keep_their_values():
     scenario = loaded(0.3)
     numbers = scenario.options().numbers()
     link, kp = Quiet(numbers), numbers["controller.kp"]
-    sim = Driven(scenario, None, link, 20.0, 60.0)
+    driver = LiveDriver(scenario, None, link, 20.0, 60.0)
     seen = []
 
     def look(done, total):
@@ -166,10 +161,10 @@ def test_parameters_keep_their_values():
             link.requests.put(Request("set", {"key": "controller.kp", "value": -1.0}))
         if seen[-1]["paused"]:
             link.requests.put(Request("reset"))
-            link.requests.put(Request("speed", {"speed": 10}))
+            link.requests.put(Request("speed", {"value": 10}))
             link.requests.put(Request("pause", {"paused": False}))
 
-    sim.drive(look)
+    driver.run(look)
     link.close()
     told = [(one["paused"], one["speed"], one["controller.kp"]) for one in seen]
     assert told[:2] == [(False, 20.0, kp)] * 2

@@ -43,7 +43,7 @@ def test_set_keys_are_requested():
         assert link.set(name, value) == ""
     assert link.asked == [
         ("pause", {"paused": True}),
-        ("speed", {"speed": 2.0}),
+        ("speed", {"value": 2.0}),
         ("set", {"key": "controller.kp", "value": 50.0}),
     ]
     for name, value in (("paused", 1), ("speed", False), ("controller.kp", "50"), ("kp", 1.0)):

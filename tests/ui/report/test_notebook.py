@@ -17,6 +17,7 @@ from report_cases import CASES, make_run
 from study_cases import write_study
 
 import cdpr
+from cdpr.analysis.study import load_study
 from cdpr.base.errors import PluginError
 from cdpr.log.export import column_names
 from cdpr.ui.report.plots.pictures import MOST
@@ -113,7 +114,7 @@ def test_terminals_show_a_line(scenario, tmp_path):
         (run.header, "<Header of caroca on reference: 8 cables, seed 0>"),
     ]
     assert [repr(thing) for thing, _ in told] == [text for _, text in told]
-    study = cdpr.load_study(write_study(tmp_path, "axes: [{key: controller.kp, values: [100, 200]}]"))
+    study = load_study(write_study(tmp_path, "axes: [{key: controller.kp, values: [100, 200]}]"))
     more = (cdpr.admissible(robot, robot.home), simulation.snapshot(), study, cdpr.load_scenario("cable_break").events)
     for thing in more:
         assert len(repr(thing)) < LONGEST

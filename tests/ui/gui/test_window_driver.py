@@ -10,6 +10,7 @@ from driver_cases import PATIENCE, running_driver, scenario, wait
 
 import cdpr
 from cdpr.scene import State
+from cdpr.simulation.requests import Request
 from cdpr.ui.gui import session
 
 
@@ -209,7 +210,7 @@ def test_a_target_outside_the_frame_is_reported_and_reached():
 def test_the_request_queue_of_windows_is_bounded():
     with running_driver(scenario()) as it:
         it.phase("ready")
-        it.driver._jobs.put(lambda: time.sleep(0.2))
+        it.driver.requests.put(Request("sleep", action=lambda: time.sleep(0.2)))
         for _ in range(300):
             it.do("step")
         told = it.said()

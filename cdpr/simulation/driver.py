@@ -1,0 +1,330 @@
+"""Driver of a running simulation: clock, speed, and the requests of other threads.
+
+Real-time runs, live links and the window are clients of it. A request is queued by any thread and executed between two
+control steps by the thread of the simulation. Requests that act on the robot become events of the scenario at the
+present time, so that the saved session repeats the run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from itertools import count
+from typing import Any
+
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
+from cdpr.log.recorder import BLOCK
+from cdpr.log.run import Run
+from cdpr.model.arrays import checked
+from cdpr.scenario.events.loads import Wrench
+from cdpr.simulation.clock import SPEEDS, Pacing
+from cdpr.simulation.requests import Level, Request, Requests
+from cdpr.simulation.simulation import Simulation
+
+WAITS = 0.2  # s, longest time between two calls of `progress` while it waits or is paused
+BUSY = 0.001  # s, time limit for requests while a slice is due; further requests wait
+SHARE = 0.05  # largest share of the time spent on such requests
+MOVE = 2.0  # s, default duration of a move to a target
+MOST_STEPS = 10_000  # per request
+FORWARDED = ("cut", "jam", "stop")  # requests that are methods of the simulation
+
+
+class CommandWarning(str):
+    """Warning: the request was executed, but its result is probably not intended."""
+
+    __slots__ = ()
+
+
+class Driver:
+    """Simulation that follows a clock and executes requests between two control steps.
+
+    Only one thread, that of the simulation, calls its methods. Others put requests into the queue.
+
+    Args:
+        simulation: simulation; may follow later, by `attach`.
+        requests: queue, which may contain requests already.
+        speed: simulated time over time of the clock; None for no limit.
+        slice: number of control steps that become due at once.
+        most: largest number of control steps between two checks for requests.
+
+    Attributes:
+        requests, slice, most: as above.
+        clock: clock of the queue.
+        pacing: simulated time that is due.
+        paused: True if no time becomes due.
+        pushes: wrenches added by requests, by number.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation | None = None,
+        requests: Requests | None = None,
+        *,
+        speed: float | None = 1.0,
+        slice: int = 1,
+        most: int = BLOCK,
+    ) -> None:
+        self.requests = Requests() if requests is None else requests
+        self.clock = self.requests.clock
+        self.pacing = Pacing(self.clock, checked_speed(speed))
+        self.paused = False
+        self.slice, self.most = slice, most
+        self._heeds = -math.inf  # time of the clock from which late requests are processed
+        self._numbers = count(1)
+        self.attach(simulation)
+
+    def attach(self, simulation: Simulation | None) -> None:
+        """Drive another simulation, or none."""
+        self._simulation = simulation
+        self.pushes: dict[int, Wrench] = {}
+        self._wrench: Wrench | None = None
+        self._tension: list[float] | None = None
+        self._doubted = False  # True if the last target caused a warning
+        if simulation is not None:
+            self.pacing.slice = self.slice * simulation.scenario.simulation.control_step
+            self.pacing.start(simulation.time)
+
+    @property
+    def simulation(self) -> Simulation:
+        """Return the simulation.
+
+        Raises:
+            CdprError: if there is none.
+        """
+        if self._simulation is None:
+            raise CdprError("not simulated: correct the errors and apply, or reset")
+        return self._simulation
+
+    @property
+    def going(self) -> bool:
+        """True if requests are executed."""
+        return not self.simulation.done
+
+    @property
+    def deadline(self) -> float:
+        """Time of the clock at which something other than requests is due."""
+        return math.inf if self.paused else self.pacing.when(self.simulation.time)
+
+    def run(self, progress: Callable[[int, int], None] | None = None) -> Run:
+        """Simulate to the end, and return the run.
+
+        Args:
+            progress: called with the number of samples and their total after each slice, and while it waits; may raise
+                Interrupted.
+
+        Raises:
+            CdprError: as `cdpr.simulate` does.
+        """
+        simulation = self.simulation
+        try:
+            with simulation._kept():
+                self.begin()
+                while not simulation.done:
+                    if progress is not None:
+                        progress(simulation.samples, simulation.steps + 1)
+                    self.serve()
+                    moved = not simulation.done and self.advance() > 0
+                    if not moved:
+                        simulation._pace.after(simulation.samples)
+                    self.turned(moved)
+            return simulation.run()
+        finally:
+            self.requests.close("the run is over")
+
+    def serve(self) -> None:
+        """Execute requests until something else is due, but not for long."""
+        until = self.clock.now() + WAITS
+        while self.going and (wait := min(self.deadline, until) - self.clock.now()) > 0.0:
+            request = self.requests.get(wait)
+            if request is not None:
+                self.answer(request)
+        # if a slice is due: endless requests must not block the simulation
+        begun = now = self.clock.now()
+        while begun >= self._heeds and now - begun <= BUSY and self.going and (request := self.requests.get()):
+            self.answer(request)
+            now = self.clock.now()
+        self._heeds = max(self._heeds, now + min((now - begun) / SHARE, WAITS))
+
+    def advance(self) -> int:
+        """Simulate what is due, up to `most` control steps; return the number of steps."""
+        if self.paused:
+            return 0
+        due = self.pacing.slices(self.simulation.time)
+        n = self.most if due is None else min(self.most, due * self.slice)
+        if n:
+            self.step(n)
+        return n
+
+    def step(self, n: int) -> None:
+        """Simulate n control steps, or those that remain, with the requested tensions, if any."""
+        self.simulation.step(n, tension=self._tension)
+
+    def answer(self, request: Request) -> None:
+        """Execute a request and report its result.
+
+        Raises:
+            CdprError: if the run has ended by it.
+        """
+        try:
+            result = self.perform(request)
+        except CdprError as error:
+            request.answer = str(error)
+            if self._simulation is not None and self._simulation._runner.run is not None:
+                raise
+            self.report(request, "error", request.answer)
+        else:
+            if isinstance(result, str):
+                self.report(request, "warning" if isinstance(result, CommandWarning) else "info", result)
+        finally:
+            request.done.set()
+
+    def perform(self, request: Request) -> object:
+        """Execute a request; return its message, if any.
+
+        Raises:
+            CdprError: if it is refused; then nothing has changed.
+        """
+        return request.action() if request.action is not None else self.handler(request.what)(**request.values)
+
+    def handler(self, what: str) -> Callable[..., object]:
+        """Return the function that executes requests of this name.
+
+        Raises:
+            CdprError: if the name is unknown.
+        """
+        if what in FORWARDED:
+            return getattr(self.simulation, what)  # type: ignore[no-any-return]
+        method: Callable[..., object] | None = getattr(self, f"request_{what}", None)
+        if method is None:
+            raise CdprError(f"'{what[:40]}' is not an allowed request")
+        return method
+
+    def begin(self) -> None:
+        """Start the clock; clients override it to prepare their output."""
+        self.pacing.start(self.simulation.time)
+
+    def turned(self, moved: bool) -> None:
+        """Show the newest sample after each turn of `run`; `moved` is False while it waits or is paused."""
+
+    def changed(self, parameters: Mapping[str, Any]) -> None:
+        """Show changed parameters."""
+
+    def report(self, request: Request, level: Level, text: str) -> None:
+        """Report the result of a request."""
+        if request.reply is not None:
+            request.reply(level, text)
+
+    def check_unfinished(self) -> None:
+        """Raise CdprError if no step is left."""
+        if self.simulation.done:
+            raise CdprError("the run is over: reset it to run it again")
+
+    def acting(self) -> Iterator[tuple[int, Wrench]]:
+        """Yield the pushes that can be released, with their numbers."""
+        simulation = self.simulation
+        for key, push in self.pushes.items():
+            profile = push.wrench_profile(simulation.scenario.simulation.control_step)
+            if profile is not None and profile.end > simulation.samples and not simulation.done:
+                yield key, push
+
+    def request_pause(self, paused: bool = True) -> None:
+        """Pause or resume."""
+        if self.paused and not paused:
+            self.pacing.start(self.simulation.time)
+        self.paused = paused
+        self.changed({"paused": paused})
+
+    def request_step(self, n: int = 1) -> None:
+        """Simulate some control steps and pause."""
+        if type(n) is not int or not 1 <= n <= MOST_STEPS:
+            raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
+        self.check_unfinished()
+        self.request_pause()
+        self.step(n)
+
+    def request_speed(self, value: float | None = None) -> None:
+        """Set the speed as a multiple of the clock's; None for no limit."""
+        speed = checked_speed(value)
+        self.pacing.change(speed, 0.0 if self._simulation is None else self._simulation.time)
+        self.changed({"speed": speed})
+
+    def request_target(
+        self, position: Any = None, orientation: Any = None, rpy: Any = None, duration: Any = None
+    ) -> Any:
+        """Move the desired pose to a target, as `Simulation.target`; the first doubtful target causes a warning."""
+        simulation, attitude = self.simulation, orientation if rpy is None else {"rpy": rpy}
+        simulation.target(position, attitude, duration=MOVE if duration is None else duration)
+        doubts, doubted = simulation.scenario.doubts(simulation.events), self._doubted
+        self._doubted = bool(doubts)
+        return CommandWarning(f"target: {'; '.join(doubts)}") if doubts and not doubted else None
+
+    def request_push(self, force: Any = (0.0,) * 3, moment: Any = (0.0,) * 3, duration: float | None = None) -> None:
+        """Add a wrench, N and N m."""
+        self.pushes[next(self._numbers)] = self.simulation.push(force, moment, duration=duration)
+
+    def request_release(self, id: int) -> None:
+        """End a push, given by its number."""
+        push = next((push for key, push in self.acting() if key == id), None)
+        if push is None:
+            raise CdprError("release: that push has ended")
+        self.simulation.release(push)
+        del self.pushes[id]
+
+    def request_wrench(self, force: list[float], moment: list[float]) -> None:
+        """Apply this wrench from now on instead of the previous one of such a request; zero ends it."""
+        before = self._wrench
+        if before is not None and (list(before.force), list(before.moment)) == (force, moment):
+            return
+        wrench = self.simulation.push(force, moment) if any(force + moment) else None
+        if before is not None:
+            self.simulation.release(before)
+        self._wrench = wrench
+
+    def request_tension(self, tension: list[float], names: list[str] | None = None) -> None:
+        """Command these tensions, N, from now on; an empty list returns control to the controller.
+
+        The order is that of the cables, or of `names`.
+        """
+        simulation = self.simulation
+        if not tension:
+            self._tension = None
+            return
+        if names:
+            cables = [cable.name for cable in simulation.scenario.robot.cables]
+            if sorted(names) != sorted(cables) or len(tension) != len(names):
+                raise CdprError(
+                    f"expected one for each of {', '.join(cables)}, got {shown(names)}, {len(tension)} tensions"
+                )
+            tension = [tension[names.index(cable)] for cable in cables]
+        checked(tension, (simulation.scenario.robot.m,), "tension", finite=True)  # refuse invalid values immediately
+        self._tension = tension
+
+    def request_limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
+        """Change the tension limits of all cables, N."""
+        self.simulation.limits(tension_min, tension_max)
+
+    def request_set(self, key: str, value: Any) -> None:
+        """Set an option of the controller or solver."""
+        self.simulation.set(key, value)
+        self.changed({key: value})
+
+    def request_reset(self) -> None:
+        """Restart the simulation; requires a run without log. It stays paused or continues, as before."""
+        simulation = self.simulation
+        simulation.reset()
+        self.attach(simulation)
+        self.changed(simulation.scenario.options().numbers())
+
+
+def checked_speed(speed: Any) -> float | None:
+    """Return a speed.
+
+    Raises:
+        CdprError: if it is not a number within `SPEEDS`.
+    """
+    least, most = SPEEDS
+    number = isinstance(speed, int | float) and not isinstance(speed, bool)
+    if speed is not None and not (number and least <= speed <= most):
+        raise CdprError(f"speed: expected a number from {least:g} to {most:g}, got {shown(speed)}")
+    return None if speed is None else float(speed)
