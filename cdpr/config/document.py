@@ -86,7 +86,8 @@ class Document:
             self.values[path] = mark
 
     def drop(self, path: Path) -> None:
-        """Remove the key at `path`."""
+        """Remove the key at `path`, with what was filled in there."""
+        self.filled[:] = [each for each in self.filled if each[: len(path)] != path]
         self._forget(path, self.get(path))
         del self.own(path[:-1])[path[-1]]
 

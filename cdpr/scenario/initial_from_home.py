@@ -51,9 +51,8 @@ def begin_at_home(document: Document, problems: Problems) -> None:
 
 def forget(document: Document) -> None:
     """Remove the values that were filled in."""
-    for path in reversed(document.filled):
-        document.drop(path)
-    document.filled.clear()
+    while document.filled:
+        document.drop(document.filled[-1])
 
 
 def _fill(document: Document, path: Path, value: object, mark: Mark) -> None:
